@@ -14,8 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import hopform
-from hopform._figures.picture import GREEN, ORANGE
-from hopform._figures.plots import BLUE, GREY, MAGENTA, house_style, render
+from hopform._figures.plots import BLUE, GREEN, GREY, MAGENTA, ORANGE, house_style, render
 from hopform._solver.c import plan_of
 from hopform._solver.columns import MAX_PHASES
 from hopform._solver.package import records

@@ -9,7 +9,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -18,17 +18,16 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import MEMORY, array_of, flag, function, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
-from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrices
+from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrix
 from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
+from hopform._solver.choice import BackEnd
 from hopform._solver.columns import CHUNK, MAX_PHASES, RESULTS, STATES, STATUS, Events, results_like
 from hopform._solver.library import Backend
 from hopform._solver.package import EVENTS, ROBOT_FIELDS, ROWS, Field, checked
-from hopform._solver.protocol import BackEnd
-from hopform._stance import State, precision_of
+from hopform._stance import TOUCHING_ULP, State, precision_of
 
 Progress = Callable[[int, int], object]
 
-_TOUCHING_ULP = 4.0
 EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
 """[B] the results of a stance; with its derivatives, twice while they are put into the coordinates of the inputs."""
 MOST_THREADS = 1024
@@ -219,7 +218,7 @@ def solve_stances(
     given_u = cast(object, u)
     if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
         raise HopformError(
-            f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(cast(object, u))}"
+            f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(given_u)}"
         )
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | ({} if x2 is None else {"x2": x2})
     plain, labels = labelled({**states, **fields})
@@ -235,31 +234,18 @@ def solve_stances(
     matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if with_derivatives else None
     compressions = np.empty(size, real) if with_compression else None
     job = _Job(columns, shape, size, most, real, results, matrices, compressions)
-    lists = _run(job, back_end, with_events, workers, progress)
-    batch = _batch(job, back_end.name, lists, x2 is not None)
-    return batch if labels is None else replace(batch, labels=labels)
+    times, kinds = _run(job, back_end, with_events, workers, progress)
+    of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
 
+    def shaped(values: NDArray[Any] | None) -> Any:
+        return None if values is None else values.reshape((*shape, *values.shape[1:]))
 
-def _batch(
-    job: _Job, backend: Backend, lists: tuple[NDArray[Any], NDArray[np.int8]] | None, x2_is_given: bool
-) -> Batch:
-    of = {name: result.reshape(job.shape) for name, result in zip(RESULTS, job.results, strict=True)}
-    times, kinds = lists if lists else (None, None)
+    derivatives = None if matrices is None else of_matrix(ManySensitivities, shaped(matrices), x2 is not None)
+    end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     return Batch(
-        status=of["status"],
-        duration=of["duration"],
-        end=State(of["x1"], of["v1"], of["x2"], of["v2"]),
-        apex=of["apex"],
-        aed=of["aed"],
-        event_count=of["event_count"],
-        event_time=None if times is None else times.reshape(*job.shape, times.shape[-1]),
-        event_kind=None if kinds is None else kinds.reshape(*job.shape, kinds.shape[-1]),
-        backend=backend,
-        sensitivities=None
-        if job.matrices is None
-        else of_matrices(job.matrices.reshape(*job.shape, *job.matrices.shape[1:]), x2_is_given),
-        compression_max=None if job.compressions is None else job.compressions.reshape(job.shape),
-    )
+        of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"], shaped(times), shaped(kinds),
+        back_end.name, derivatives, shaped(compressions), labels,
+    )  # fmt: skip
 
 
 # ---- chunk by chunk ----
@@ -267,7 +253,7 @@ def _batch(
 
 def _run(
     job: _Job, back_end: BackEnd, events: bool, threads: int, progress: Progress | None
-) -> tuple[NDArray[Any], NDArray[np.int8]] | None:
+) -> tuple[NDArray[Any], NDArray[np.int8]] | tuple[None, None]:
     found: dict[int, Events] = {}
 
     def solve(part: slice) -> int:
@@ -275,10 +261,9 @@ def _run(
         lists = back_end.solve_columns(columns, results, job.max_phases, events)
         if events:
             found[part.start] = [(lane + part.start, t, kind) for lane, t, kind in lists]
-        if job.matrices is not None:
-            back_end.differentiate_columns(columns, job.matrices[part], results[0], job.max_phases)
-        if job.compressions is not None:
-            back_end.compress_columns(columns, job.compressions[part], results[0], job.max_phases)
+        for name, into in (("sensitivities", job.matrices), ("compressions", job.compressions)):
+            if into is not None:
+                back_end.read_columns(name, columns, into[part], results[0], job.max_phases)
         return int(part.stop - part.start)
 
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]
@@ -287,7 +272,7 @@ def _run(
         done += solved
         if progress is not None:
             progress(done, job.size)
-    return _joined(job, [each for start in sorted(found) for each in found[start]]) if events else None
+    return _joined(job, [each for start in sorted(found) for each in found[start]]) if events else (None, None)
 
 
 def _in_threads(solve: Callable[[slice], int], parts: list[slice], threads: int) -> Iterator[int]:
@@ -373,7 +358,7 @@ def _compression(x1: NDArray[Any], x2: NDArray[Any] | None, robots: dict[str, ND
         return np.zeros(())
     place, height, L0, c = (np.asarray(a, float) for a in (x1, x2, robots["L0"], robots["c"]))
     y = (place - height + L0) + c  # in double precision, as for one stance
-    y = np.where(np.abs(y) <= _TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
+    y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
     highest = float(np.max(place + (L0 + c), initial=-math.inf))
     refuse_any(
         "x2", np.broadcast_to(height, y.shape), y >= 0.0,

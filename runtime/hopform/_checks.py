@@ -253,13 +253,17 @@ def place(index: tuple[int, ...]) -> str:
     return f"[{', '.join(map(str, index))}]" if index else ""
 
 
-def times_of(t: ArrayLike, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Times as an array of one dimension, contiguous; HopformError for what is no number, or beyond all floats."""
+def times_within(t: ArrayLike, dtype: np.dtype[Any], longest: float, *, endless: bool = False) -> NDArray[Any]:
+    """Times as an array of one dimension, contiguous; HopformError for one that is not in 0 .. longest [s], or, where
+    the motion is endless, not from 0 on."""
     array = array_of("t", t, "s")
-    if array.dtype == dtype:
-        return np.ascontiguousarray(array).reshape(-1)
     with np.errstate(over="ignore"):
-        return np.ascontiguousarray(array, dtype=dtype).reshape(-1)
+        found = np.ascontiguousarray(array, dtype=dtype).reshape(-1)
+    good = (found >= 0.0) & (found <= (math.inf if endless else longest)) & np.isfinite(found)
+    if not bool(np.all(good)):
+        allowed = "0 <= t" if endless else f"0 <= t <= {longest!r} s"
+        raise HopformError(f"t must be {allowed}, got {float(found[~good][0])!r}")
+    return found
 
 
 def shaped(values: Any, t: ArrayLike) -> float | NDArray[Any]:

@@ -14,18 +14,15 @@ from typing import Any, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import finite, nonnegative, pair, positive, shaped, times_of, whole
+from hopform._checks import finite, nonnegative, pair, positive, shaped, times_within, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, events_of, name_of
+from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
 from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightEnding, FlightLedger, Gains, formulas
 from hopform._solver.package import records as solver_records
-from hopform._solver.protocol import SolvedFlight
-from hopform._stance import Event, Real, State, body_height, precision_of
-
-_TOUCHING_ULP = 4.0
-_DOUBLE = np.dtype(np.float64)
+from hopform._stance import DOUBLE, TOUCHING_ULP, Event, Real, State, body_height, placed, precision_of
 
 
 class FlightPhase(NamedTuple):
@@ -118,13 +115,8 @@ class Flight(Motion):
 
     def _card(self) -> Card:
         start = self.at(0.0)
-        given = [
-            ("x1", start.x1),
-            ("v1", start.v1),
-            ("x2", start.x2),
-            ("v2", start.v2),
-            ("gains", f"{self.gains.Kp:.5g} N/m, {self.gains.Kd:.5g} N s/m"),
-        ]
+        gains = f"{self.gains.Kp:.5g} N/m, {self.gains.Kd:.5g} N s/m"
+        given = [("x1", start.x1), ("v1", start.v1), ("x2", start.x2), ("v2", start.v2), ("gains", gains)]
         after = [] if self.touchdown is None else [("touchdown at v2", self.touchdown.v2), ("x1", self.touchdown.x1)]
         found = [("apex", self.apex), ("apex_time", self.apex_time), *after, ("events", len(self.events))]
         title = f"Flight of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
@@ -148,17 +140,10 @@ class Flight(Motion):
         order = np.argsort(times, kind="stable")
         energy, ledger = self._solved.energy_at(times[order])
         back = np.argsort(order, kind="stable")
-        return (
-            Energy(*(np.asarray(value)[back] for value in energy)),
-            FlightLedger(*(np.asarray(value)[back] for value in ledger)),
-        )
+        return Energy(*(value[back] for value in energy)), FlightLedger(*(value[back] for value in ledger))
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
-        found = times_of(t, self.dtype)
-        good = (found >= 0.0) & (found <= self.duration)
-        if not bool(np.all(good)):
-            raise HopformError(f"t must be 0 <= t <= {self.duration!r} s, got {float(found[~good][0])!r}")
-        return found
+        return times_within(t, self.dtype, self.duration)
 
 
 def solve_flight(
@@ -188,7 +173,7 @@ def solve_flight(
     >>> flight.status, round(flight.duration, 4), [event.kind for event in flight.events]
     ('touchdown', 0.4109, ['x1_reverses', 'u_desaturates'])
     """
-    precision = _DOUBLE if dtype is np.float64 else precision_of(dtype)
+    precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"a flight needs g > 0 m/s^2, got {robot.g!r}")
     start = _start(robot, x1, v1, x2, v2)
@@ -230,11 +215,9 @@ def design_return(robot: Robot, time: SupportsFloat) -> Gains:
 
 def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.LegState:
     """The state at take-off; y is how far the foot is below the ground ahead, 0 where x2 is left out."""
-    x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
-    if not robot.x1_min <= x_1 <= robot.x1_max:
-        raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
+    x_1, v_1, v_2 = placed(robot, x1, v1, v2)
     y = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
-    return solver_records.LegState(x_1, v_1, v_2, 0.0 if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0) else y)
+    return solver_records.LegState(x_1, v_1, v_2, 0.0 if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0) else y)
 
 
 def _gains(gains: Sequence[SupportsFloat]) -> Gains:

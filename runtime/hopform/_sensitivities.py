@@ -2,8 +2,9 @@
 give.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from hopform._show import UNITS, Arrays, Card, Shown, span
 from hopform._solver.package import COLUMNS as SOLVED_COLUMNS
 from hopform._solver.package import ROWS, records
 
+Kind = TypeVar("Kind")
 COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
 
 
@@ -91,15 +93,8 @@ def in_height(solved: NDArray[Any], x2_is_given: bool) -> NDArray[Any]:
     return matrix
 
 
-def of_matrix(solved: NDArray[Any], x2_is_given: bool) -> Sensitivities:
-    """The sensitivities of one stance from what a back end computes."""
+def of_matrix(kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool) -> Kind:
+    """The sensitivities of one stance, or of many, from what a back end computes."""
     matrix = in_height(solved, x2_is_given)
     matrix.setflags(write=False)
-    return Sensitivities(ROWS, COLUMNS, matrix)
-
-
-def of_matrices(solved: NDArray[Any], x2_is_given: bool) -> ManySensitivities:
-    """The sensitivities of many stances from what a back end computes."""
-    matrix = in_height(solved, x2_is_given)
-    matrix.setflags(write=False)
-    return ManySensitivities(ROWS, COLUMNS, matrix)
+    return kind(ROWS, COLUMNS, matrix)

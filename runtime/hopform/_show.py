@@ -95,7 +95,7 @@ class Shown(ABC):
         The figure is one of pyplot, so that `plt.show()` and notebooks show it, and `.plot().figure.savefig(...)`
         writes it. Raises MissingExtra without matplotlib.
         """
-        axes: Axes = _figures("results").drawn(self, ax)
+        axes: Axes = drawing("results").drawn(self, ax)
         return axes
 
     def to_xarray(self) -> "xarray.Dataset":
@@ -224,8 +224,8 @@ def dataset(arrays: Arrays, title: str) -> "xarray.Dataset":
     return found
 
 
-def _figures(module: str) -> Any:
-    """What draws, which is imported when a picture is asked for."""
+def drawing(module: str) -> Any:
+    """A module of what draws, imported when a picture is asked for; MissingExtra without matplotlib."""
     of_extra("matplotlib", "plot", "a plot")
     return import_module(f"hopform._figures.{module}")
 
@@ -254,7 +254,7 @@ def animate(
     >>> hopform.animate(run, seconds=0.1, rate=4)
     Animation of hopper_c: 1 pictures, 4 a second
     """
-    made: Animation = _figures("animation").animated(run, h_des, speed, rate, seconds)
+    made: Animation = drawing("animation").animated(run, h_des, speed, rate, seconds)
     return made
 
 

@@ -22,7 +22,7 @@ from hopform._checks import (
     positive,
     shaped,
     shown,
-    times_of,
+    times_within,
     whole,
 )
 from hopform._checks import count as counted
@@ -31,19 +31,11 @@ from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
 from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
+from hopform._solver.choice import SolvedStance
+from hopform._solver.columns import Steps
 from hopform._solver.library import Backend
-from hopform._solver.package import (
-    ENDINGS,
-    EVENTS,
-    MOST_STEPS,
-    AnyEvent,
-    Ending,
-    Energy,
-    Ledger,
-    formulas,
-)
+from hopform._solver.package import ENDINGS, EVENTS, MOST_STEPS, AnyEvent, Ending, Energy, Ledger, formulas
 from hopform._solver.package import records as solver_records
-from hopform._solver.protocol import SolvedStance
 
 if TYPE_CHECKING:
     from hopform._flight import Flight
@@ -52,11 +44,11 @@ Real: TypeAlias = Any
 """A float, or an array that broadcasts: what is read at one time needs no check of its type."""
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
-_TOUCHING_ULP = 4.0
+TOUCHING_ULP = 4.0
 EACH = 128  # [B] a time of a grid
-_DOUBLE = np.dtype(np.float64)
+DOUBLE = np.dtype(np.float64)
 _PRECISIONS: dict[np.dtype[Any], tuple[str, ...]] = {
-    _DOUBLE: ("float64", "double", "f8", "d", "float"), np.dtype(np.float32): ("float32", "single", "f4", "f"),
+    DOUBLE: ("float64", "double", "f8", "d", "float"), np.dtype(np.float32): ("float32", "single", "f4", "f"),
 }  # fmt: skip
 _TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
 
@@ -107,7 +99,7 @@ class Stance(Motion):
     """
 
     robot: Robot
-    u: tuple[tuple[float, float], ...]
+    u: Steps
     backend: Backend
     dtype: np.dtype[Any]
     status: Ending
@@ -177,7 +169,7 @@ class Stance(Motion):
         >>> print(round(float(stance.at(0.05).x2), 6))
         0.312109
         """
-        if type(t) is float and self.dtype is _DOUBLE:
+        if type(t) is float and self.dtype is DOUBLE:
             return _with_height(self, self._solved.state(self._time(t)))
         state = self._solver_state(t)
         x2 = body_height(self.robot, self.dtype, state.x1, state.y)
@@ -218,11 +210,7 @@ class Stance(Motion):
         return shaped(currents[np.searchsorted(starts, self._times(t), side="right") - 1], t)
 
     def fly(
-        self,
-        step: SupportsFloat = 0.0,
-        *,
-        gains: Sequence[SupportsFloat] | None = None,
-        horizon: SupportsFloat = 10.0,
+        self, step: SupportsFloat = 0.0, *, gains: Sequence[SupportsFloat] | None = None, horizon: SupportsFloat = 10.0
     ) -> "Flight":
         """The flight that follows, to the next touchdown, on ground that is `step` [m] higher; as `solve_flight`.
 
@@ -251,7 +239,7 @@ class Stance(Motion):
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
-        if type(t) is float and self.dtype is _DOUBLE:
+        if type(t) is float and self.dtype is DOUBLE:
             return self._solved.energy(self._time(t))
         return Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
@@ -281,16 +269,12 @@ class Stance(Motion):
         >>> print(round(stance.sensitivities["apex", "u"], 6))
         0.089756
         """
-        return of_matrix(self._solved.sensitivities(), self._x2_is_given)
+        return of_matrix(Sensitivities, self._solved.sensitivities(), self._x2_is_given)
 
     def _card(self) -> Card:
         first, u = self.phases[0].state, [each for _, each in self.u]
-        given = [
-            ("v2", first.v2),
-            ("x1", first.x1),
-            ("v1", first.v1),
-            ("u", u[0] if len(u) == 1 else f"{len(u)} steps"),
-        ]
+        steps = u[0] if len(u) == 1 else f"{len(u)} steps"
+        given = [("v2", first.v2), ("x1", first.x1), ("v1", first.v1), ("u", steps)]
         events = ", ".join(f"{event.kind} {event.time:.4g} s" for event in self.events[:3])
         more = f", {len(self.events) - 3} more" if len(self.events) > 3 else ""
         found = [("apex", self.apex), ("aed", self.aed), ("events", f"{events or 'none'}{more}")]
@@ -321,13 +305,7 @@ class Stance(Motion):
         return t
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
-        found = times_of(t, self.dtype)
-        longest = math.inf if self.status == "rest" else self.duration
-        if found.size and not bool(np.all((found >= 0.0) & (found <= longest) & np.isfinite(found))):
-            bad = found[~((found >= 0.0) & (found <= longest) & np.isfinite(found))][0]
-            allowed = "0 <= t" if self.status == "rest" else f"0 <= t <= {self.duration!r} s"
-            raise HopformError(f"t must be {allowed}, got {float(bad)!r}")
-        return found
+        return times_within(t, self.dtype, self.duration, endless=self.status == "rest")
 
 
 def solve_stance(
@@ -354,7 +332,7 @@ def solve_stance(
     >>> stance.status, round(stance.duration, 4), [event.kind for event in stance.events]
     ('takeoff', 0.1841, ['x2_reverses'])
     """
-    precision = _DOUBLE if dtype is np.float64 else precision_of(dtype)
+    precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2)
     steps = steps_of(u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
@@ -421,32 +399,18 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
 
 
 def _stance(
-    robot: Robot,
-    u: tuple[tuple[float, float], ...],
-    backend: Backend,
-    dtype: np.dtype[Any],
-    solved: SolvedStance,
-    x2_is_given: bool,
+    robot: Robot, u: Steps, backend: Backend, dtype: np.dtype[Any], solved: SolvedStance, x2_is_given: bool
 ) -> Stance:
     """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
     end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
     stance: Stance = object.__new__(Stance)
-    vars(stance).update({
-        "robot": robot,
-        "u": u,
-        "backend": backend,
-        "dtype": dtype,
-        "status": status,
-        "duration": duration,
-        "end": end,
-        "takeoff": end if lifts else None,
-        "apex": apex if lifts and robot.g > 0.0 else math.nan,
-        "aed": aed,
-        "_solved": solved,
-        "_x2_is_given": x2_is_given,
-    })  # fmt: skip
+    vars(stance).update(
+        robot=robot, u=u, backend=backend, dtype=dtype, status=status, duration=duration, end=end,
+        takeoff=end if lifts else None, apex=apex if lifts and robot.g > 0.0 else math.nan, aed=aed, _solved=solved,
+        _x2_is_given=x2_is_given,
+    )  # fmt: skip
     return stance
 
 
@@ -457,15 +421,15 @@ def _with_height(stance: Stance, state: solver_records.LegState) -> State:
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
     """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
-    if dtype is _DOUBLE:
+    if dtype is DOUBLE:
         return formulas.body_height(robot.parameters, x1, y)
     real = dtype.type
     rounded = robot.parameters._replace(L0=real(robot.L0), c=real(robot.c))
     return formulas.body_height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
 
 
-def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_records.LegState:
-    """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
+def placed(robot: Robot, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float]:
+    """x1, v1, v2 as floats; HopformError for what is not finite, and for an actuator beyond its stroke."""
     checked_robot(robot)
     if type(x1) is type(v1) is type(v2) is float and math.isfinite(x1 + v1 + v2):  # the common case, all at once
         x_1, v_1, v_2 = x1, v1, v2
@@ -473,12 +437,18 @@ def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_reco
         x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
     if not robot.x1_min <= x_1 <= robot.x1_max:
         raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
+    return x_1, v_1, v_2
+
+
+def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_records.LegState:
+    """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
+    x_1, v_1, v_2 = placed(robot, x1, v1, v2)
     if x2 is None:
         start: solver_records.LegState = tuple_of(solver_records.LegState, (x_1, v_1, v_2, 0.0))
         return start
     height = finite("x2", x2, "m")
     y = x_1 - height + robot.L0 + robot.c
-    if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0):
+    if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0):
         y = 0.0
     if y < 0.0:
         highest = x_1 + robot.L0 + robot.c
@@ -486,7 +456,7 @@ def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_reco
     return solver_records.LegState(x_1, v_1, v_2, y)
 
 
-def steps_of(u: Current) -> tuple[tuple[float, float], ...]:
+def steps_of(u: Current) -> Steps:
     """A current, or steps of it, as steps (t, u) [s, A] that begin at 0; HopformError for what is neither."""
     if type(u) is float and math.isfinite(u):  # the common case, before a protocol is asked
         return ((0.0, u),)
@@ -508,7 +478,7 @@ def steps_of(u: Current) -> tuple[tuple[float, float], ...]:
 
 def precision_of(dtype: Any) -> np.dtype[Any]:
     if dtype is np.float64:
-        return _DOUBLE
+        return DOUBLE
     for precision, words in _PRECISIONS.items():
         if (dtype in words) if isinstance(dtype, str) else isinstance(dtype, (type, np.dtype)) and precision == dtype:
             return precision

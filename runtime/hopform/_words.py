@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 
-from hopform._errors import printable
 from hopform._robots import Robot
 from hopform._solver.package import EVENTS as KINDS
 from hopform._stance import Phase, Stance
@@ -23,11 +22,6 @@ EVENTS: dict[str, str] = {
 def name_of(robot: Robot) -> str:
     """A robot's name; one made in Python may have none."""
     return robot.name or "robot"
-
-
-def printable_name(robot: Robot) -> str:
-    """The same for a terminal."""
-    return printable(name_of(robot))
 
 
 def mode_of_actuator(phase: Phase, robot: Robot) -> str:

@@ -23,12 +23,13 @@ from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
 from hopform._solver.columns import MAX_PHASES
-from hopform._stance import Current, Stance, State, solve_stance, start_of
+from hopform._stance import DOUBLE, Current, Stance, State, solve_stance, start_of
 from hopform.terrain import MOST_HOPS, heights_of
 
 Array = NDArray[np.float64]
 Heights = float | tuple[float, ...]
-_DOUBLE = np.dtype(np.float64)
+SetPoints = SupportsFloat | Sequence[SupportsFloat]
+"""A height [m], or one per hop."""
 SETTLING = 5
 """Hops after which one is taken to be steady."""
 
@@ -111,7 +112,7 @@ class FeedForward:
     [0.2, 0.2, 0.2]
     """
 
-    h_des: SupportsFloat | Sequence[SupportsFloat]
+    h_des: SetPoints
     stop_margin: float = 0.0
     horizon: float = 2.0
     backend: str | None = None
@@ -135,7 +136,7 @@ class FeedForward:
             target = (self.h_des if self.h_des > ground else ground, -ground, self.stop_margin, self.horizon)
             robot = touchdown.robot
             back_end = robot.solver.back_end(self.backend)
-            return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, _DOUBLE)[0]
+            return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, DOUBLE)[0]
         return choose_current(
             touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
             stop_margin=self.stop_margin, horizon=self.horizon, backend=self.backend,
@@ -148,7 +149,7 @@ class AsPrinted:
     `choose_current_as_printed`.
     """
 
-    h_des: SupportsFloat | Sequence[SupportsFloat]
+    h_des: SetPoints
     grid: float = 0.01
     half: bool = True
     signed: bool = False
@@ -190,7 +191,7 @@ class ReturnMap:
     how many of each are measured.
     """
 
-    h_des: SupportsFloat | Sequence[SupportsFloat]
+    h_des: SetPoints
     Kp: float = 60.0
     Kd: float = 3.0
     period: float = 1e-3
@@ -346,7 +347,7 @@ def check_touchdown(touchdown: object) -> None:
     whole("hop", touchdown.hop, 0)
 
 
-def set_point(h_des: SupportsFloat | Sequence[SupportsFloat], index: int) -> float:
+def set_point(h_des: SetPoints, index: int) -> float:
     """The desired apex [m] after a touchdown; HopformError for a hop that there is none for."""
     if type(h_des) is float:  # the common case, before a protocol is asked
         return h_des
@@ -355,7 +356,7 @@ def set_point(h_des: SupportsFloat | Sequence[SupportsFloat], index: int) -> flo
     return finite("h_des", h_des[index] if isinstance(h_des, Sequence) else h_des, "m")
 
 
-def set_points(h_des: SupportsFloat | Sequence[SupportsFloat]) -> Heights:
+def set_points(h_des: SetPoints) -> Heights:
     """The desired apexes [m] as floats: one, or one per hop; HopformError for what is not finite."""
     if is_one(h_des):
         return finite("h_des", h_des, "m")
@@ -363,17 +364,13 @@ def set_points(h_des: SupportsFloat | Sequence[SupportsFloat]) -> Heights:
     return tuple(finite(f"h_des[{number}]", value, "m") for number, value in enumerate(each))
 
 
-def target_of(h_des: SupportsFloat | Sequence[SupportsFloat], touchdown: Touchdown) -> dict[str, float]:
+def target_of(h_des: SetPoints, touchdown: Touchdown) -> dict[str, float]:
     """The set point as `choose_current` takes it: never below the ground, where a sensor may have put it."""
     return {"h_des": max(set_point(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
 
 
 def check_set_points(
-    robot: Robot,
-    h_des: SupportsFloat | Sequence[SupportsFloat],
-    terrain: tuple[float, ...],
-    stop_margin: float,
-    horizon: float,
+    robot: Robot, h_des: SetPoints, terrain: tuple[float, ...], stop_margin: float, horizon: float
 ) -> None:
     """HopformError if a set point lies below its ground, or there are too few."""
     asked, grounds = set_points(h_des), heights_of(terrain)

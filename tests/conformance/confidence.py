@@ -82,7 +82,7 @@ def measure(seed: int, robots: int) -> Count:
     """The recordings of some random robots, each fitted by itself."""
     count = Count()
     estimation.student(0.95, 10.0)  # scipy is imported once, which is part of no fit
-    estimation.scipy_optimize()
+    estimation.of_scipy("optimize")
     for n in range(robots):
         rng = np.random.default_rng([seed, n])
         robot, rate = random_robot(rng), float(rng.uniform(200.0, 1000.0))

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._cli.tables_control import PRINTED
+from hopform._cli.tables import PRINTED
 from hopform._solver import c as native
 from hopform._solver import c_control as native_control
 from hopform._solver.choice import DEFAULT

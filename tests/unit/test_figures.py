@@ -19,7 +19,7 @@ import hopform
 from hopform import _cli as cli
 from hopform import _figures as figures
 from hopform._cli import figures as figures_command
-from hopform._figures import animation, picture, plots
+from hopform._figures import animation, plots
 from tests.repository.test_house import packages
 from tests.unit.test_cli import fits
 
@@ -388,7 +388,7 @@ def test_the_colours_stay_apart_for_colour_blind_eyes():
         "red": [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
         "green": [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
     }
-    colours = [plots.BLUE, picture.ORANGE, picture.GREEN, plots.MAGENTA, picture.SKY, plots.BLACK]
+    colours = [plots.BLUE, plots.ORANGE, plots.GREEN, plots.MAGENTA, plots.SKY, plots.BLACK]
     linear = np.array([to_rgb(colour) for colour in colours]) ** 2.2
     for matrix in blind.values():
         seen = np.clip(linear @ np.array(matrix).T, 0.0, 1.0) ** (1.0 / 2.2)

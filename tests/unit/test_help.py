@@ -11,7 +11,8 @@ import pytest
 
 import hopform
 from hopform import _cli as cli
-from hopform._cli.help import EXAMPLES, GROUPS
+from hopform._cli.help import EXAMPLES
+from hopform._cli.options import OPTIONS
 
 
 def test_every_command_has_two_examples():
@@ -61,8 +62,8 @@ def test_a_shell_completes_commands_and_options(words, place, offered):
 
 def test_every_group_is_that_of_some_option():
     names = {f"{name}.{option}" for name, command in COMMANDS.items() for option in command}
-    for group, options in GROUPS.items():
-        for option in options.split():
+    for group, options in OPTIONS.items():
+        for option in options:
             assert any(each == option or each.endswith(f".{option}") for each in names), (group, option)
 
 

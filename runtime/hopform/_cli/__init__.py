@@ -46,10 +46,11 @@ class Command(TyperCommand):
     def loaded(self) -> Any:
         """The command with its options."""
         from hopform._cli.help import GroupedCommand
+        from hopform._cli.options import described
 
-        name = str(self.name)
-        one = typer.Typer(add_completion=False, **SETTINGS)
-        one.command(name, cls=GroupedCommand)(getattr(import_module(f"hopform._cli.{COMMANDS[name]}"), name))
+        name, one = str(self.name), typer.Typer(add_completion=False, **SETTINGS)
+        function = getattr(import_module(f"hopform._cli.{COMMANDS[name]}"), name)
+        one.command(name, cls=GroupedCommand)(described(name, function))
         return typer.main.get_command(one)
 
     def make_context(self, *arguments: Any, **named: Any) -> Any:

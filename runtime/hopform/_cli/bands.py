@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import hopform
 from hopform._checks import MEMORY
-from hopform._cli.render import Record, number
+from hopform._cli.output import Record, number
 from hopform._errors import HopformError
 from hopform._files import name_of
 from hopform._robots.provenance import Provenance

@@ -4,24 +4,18 @@ selftest`.
 
 import json as json_module
 from pathlib import Path
-from typing import Annotated, cast
-
-import typer
+from typing import cast
 
 from hopform import _export as packages
-from hopform._export import PRECISIONS, SYSTEMS, System, Wanted
+from hopform._export import PRECISIONS, System, Wanted
 from hopform._export.selftest import selftest as digest
 from hopform._files import name_of
 
 
 def export(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root")],
-    system: Annotated[str, typer.Option("--for", metavar="SYSTEM", help=", ".join(SYSTEMS))] = "plain",
-    prefix: Annotated[str, typer.Option("--prefix", metavar="NAME", help="of every public name")] = "hopform",
-    f32: Annotated[bool, typer.Option("--f32", help="single precision alone")] = False,
-    f64: Annotated[bool, typer.Option("--f64", help="double precision alone")] = False,
-    json: Annotated[bool, typer.Option("--json", help="list the files as JSON")] = False,
-) -> None:
+    folder: Path, system: str = "plain", prefix: str = "hopform", f32: bool = False, f64: bool = False,
+    json: bool = False,
+) -> None:  # fmt: skip
     """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest."""
     chosen = tuple(name for name, wanted in zip(PRECISIONS, (f32, f64), strict=True) if wanted) or PRECISIONS
     files = packages.export(folder, Wanted(cast(System, system), prefix, chosen))
@@ -31,7 +25,7 @@ def export(
         print(f"{len(files)} files in {name_of(folder)}; begin with {name_of(folder / 'README.md')}")
 
 
-def selftest(json: Annotated[bool, typer.Option("--json", help="as JSON")] = False) -> None:
+def selftest(json: bool = False) -> None:
     """Print the digests of the C library's selftest, which a board must repeat."""
     digests = {
         f"hopform_selftest_{name}": f"{digest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))

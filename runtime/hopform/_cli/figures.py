@@ -7,15 +7,13 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import typer
 
 from hopform._checks import shown
 from hopform._cli.output import figures as renderer
-from hopform._cli.output import show, warn
-from hopform._cli.render import pick, to_json
+from hopform._cli.output import pick, show, to_json, warn
 from hopform._control.reach import Reachability
 from hopform._errors import HopformError
 from hopform._figures import DRAWN, draw, draw_recordings
@@ -37,33 +35,12 @@ ROLES = ("drop", "step", "ramp")
 WIDTHS = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.27}
 """Units of a width in inches; a point is that of TeX."""
 
-Folder = Annotated[Path, typer.Argument(metavar="DIR", help="where to; made if it is not there")]
-Only = Annotated[
-    str | None, typer.Option("--only", metavar="N,N,...", help="these figures, or the word animation; all if left out")
-]
-Own = Annotated[str | None, typer.Option("--robot", metavar="NAME|FILE", help="your robot; a shipped one if left out")]
-Recordings = Annotated[
-    str | None,
-    typer.Option("--recordings", metavar="ROLE=CSV,...", help="drop, step and ramp, fitted for Figs. 4, 9 and 10"),
-]
-Format = Annotated[str, typer.Option("--format", metavar="EXT,...", help="svg, png, pdf")]
-Width = Annotated[str, typer.Option("--width", metavar="LENGTH", help="of a figure, as 3.5in, 84mm, 8.4cm, 252pt")]
-Caption = Annotated[str, typer.Option("--caption", help="image: under each figure; tex: captions.tex; none")]
-Style = Annotated[Path | None, typer.Option("--style", metavar="FILE", help="a style sheet of matplotlib, on top")]
-Json = Annotated[bool, typer.Option("--json", help="print what was written, with the captions")]
-
 
 def figures(
-    folder: Folder,
-    only: Only = None,
-    robot: Own = None,
-    recordings: Recordings = None,
-    format: Format = "svg,png",
-    width: Width = "6.4in",
-    caption: Caption = "image",
-    style: Style = None,
-    json: Json = False,
-) -> None:
+    folder: Path, only: str | None = None, robot: str | None = None, recordings: str | None = None,
+    format: str = "svg,png", width: str = "6.4in", caption: str = "image", style: Path | None = None,
+    json: bool = False,
+) -> None:  # fmt: skip
     """Draw the paper's figures 1 to 17 from your robot or this project's, and the hopper on rough ground.
 
     Each becomes a file of each format, its text as text, with its data as CSV beside it; captions.md has the captions
@@ -93,19 +70,11 @@ def figures(
     write_folder(folder, {Path(name): content for name, content in files.items()})
     warn(left_out)
     if json:
-        print(
-            to_json(
-                figures=[pick(each, "number", "title", "paper", "ours", "robot") for each in pictures],
-                files=[str(folder / name) for name in files],
-            )
-        )
+        records = [pick(each, "number", "title", "paper", "ours", "robot") for each in pictures]
+        print(to_json(figures=records, files=[str(folder / name) for name in files]))
     else:
-        show(
-            [
-                *(f"Fig. {each.number:<3} {each.title}" for each in pictures),
-                f"wrote {len(files)} files to {name_of(folder)}",
-            ]
-        )
+        titles = (f"Fig. {each.number:<3} {each.title}" for each in pictures)
+        show([*titles, f"wrote {len(files)} files to {name_of(folder)}"])
 
 
 def asked_for(only: str | None) -> tuple[int | str, ...]:

@@ -4,21 +4,7 @@ from typing import Any
 
 from typer.core import TyperCommand
 
-GROUPS = {
-    "Robot and start": "robot height v2 x1 v1 x2",
-    "Ground": "terrain size hops",
-    "Current": "controller u u_steps h_des datum stop_margin gains model printed",
-    "Errors of sensors and motor":
-        "noise_x1 noise_v1 noise_x2 noise_v2 noise_ground current_scale hop.quantum hop.delay hop.seed",
-    "Map": "lowest highest heights currents",
-    "Experiment": "duration rate record.noise record.quantum current hold added_mass repeats spring record.seed plan",
-    "Fit": "known force identify.delay gain clock lag loss",
-    "Uncertainty of a fit": "from_fit draws control.seed reach.seed",
-    "Figures": "only recordings format width caption style",
-    "Solver": "horizon max_phases backend dtype",
-    "Output": "samples sensitivities json toml c csv hops_csv npz plot out report export",
-}  # fmt: skip
-"""Options by group; `command.option` where other commands mean something else by the name."""
+from hopform._cli.options import OPTIONS, key_of
 
 EXAMPLES = {
     "robots": ("robots", "robots hopper_c --toml"),
@@ -41,20 +27,16 @@ class GroupedCommand(TyperCommand):
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Arguments, then each group that the command has, then what is in none."""
-        groups: dict[str, list[tuple[str, str]]] = {name: [] for name in ("Arguments", *GROUPS, "Options")}
+        groups: dict[str, list[tuple[str, str]]] = {name: [] for name in OPTIONS}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
             if record is not None:
-                is_argument = parameter.param_type_name == "argument"
-                groups["Arguments" if is_argument else self._group_of(str(parameter.name))].append(record)
+                own = parameter.name == "help"
+                groups["Options" if own else key_of(str(self.name), str(parameter.name))[0]].append(record)
         for name, records in groups.items():
             if records:
                 with formatter.section(name):
                     formatter.write_dl(records)
-
-    def _group_of(self, option: str) -> str:
-        wanted = {option, f"{self.name}.{option}"}
-        return next((group for group, names in GROUPS.items() if wanted & set(names.split())), "Options")
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """The examples, each on a line of its own."""

@@ -6,16 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 
 import hopform
 from hopform._checks import number_of, shown
-from hopform._cli import options
 from hopform._cli import report as reports
-from hopform._cli.output import check_outputs, figures, picture, show, warn
-from hopform._cli.render import to_json
+from hopform._cli.options import Identification, Recordable, SimulatorFormat
+from hopform._cli.output import check_outputs, figures, picture, show, to_json, warn
 from hopform._errors import HopformError
 from hopform._files import Named, name_of, write
 from hopform._identify import synthetic
@@ -245,24 +243,11 @@ def files_of(
 
 
 def identify(
-    kind: options.Identified,
-    files: options.Recordings,
-    known: options.Known = None,
-    spring: options.Spring = False,
-    force: options.Force = False,
-    delay: options.FitDelay = False,
-    gain: options.FitGain = False,
-    clock: options.FitClock = False,
-    lag: options.FitLag = False,
-    added_mass: options.AddedMasses = "",
-    loss: options.Loss = "linear",
-    robot: options.RobotName = "hopper_c",
-    out: options.TomlOut = None,
-    export: options.Export = None,
-    report: options.Report = None,
-    json: options.Json = False,
-    plot: options.Plot = None,
-) -> None:
+    kind: Identification, files: list[str], known: list[str] | None = None, spring: bool = False, force: bool = False,
+    delay: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
+    loss: str = "linear", robot: str = "hopper_c", out: Path | None = None, export: SimulatorFormat | None = None,
+    report: Path | None = None, json: bool = False, plot: Path | None = None,
+) -> None:  # fmt: skip
     """Identify a robot from CSV recordings of one kind, or of all; check says what they could tell."""
     pages: list[Named] = []
     if report is not None:
@@ -281,7 +266,7 @@ def identify(
     with progress_bar("identification") as advance:
         asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
         nuisances = tuple(name for name in NUISANCES if asked[name])
-        wanted = Wanted(kind.value, tuple(files), values, masses, force, loss, spring, nuisances)
+        wanted = Wanted(str(kind), tuple(files), values, masses, force, loss, spring, nuisances)
         stages = iter(range(STAGES))
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         model = model_of(answer, export) if export else ""
@@ -300,43 +285,26 @@ def identify(
     show(shown)
 
 
-_WEIGHED = dict.fromkeys(("drop", "free", "decay"), "m_s") | dict.fromkeys(("step", "air", "ramp"), "m_eff")
-"""What is taken as known in the plan of a test if nothing is given."""
-
-
 def record(
-    test: options.Recorded,
-    robot: options.RobotName = "hopper_c",
-    duration: Annotated[float, options.quantity("--duration", "s", "how long")] = 2.0,
-    rate: Annotated[float, options.quantity("--rate", "Hz", "samples per second")] = 500.0,
-    noise: Annotated[float, options.quantity("--noise", "m", "standard deviation of the position's noise")] = 2e-4,
-    quantum: Annotated[float, options.quantity("--quantum", "m", "step of the encoder, 0 for none")] = 1.0 / 56000.0,
-    height: Annotated[float, options.quantity("--height", "m", "hop height of a drop, pull of a decay")] = 0.2,
-    current: Annotated[float | None, options.quantity("--current", "A", "largest current; u_max if left out")] = None,
-    hold: Annotated[float, options.quantity("--hold", "s", "stillness at first")] = 0.2,
-    added_mass: Annotated[
-        float, options.quantity("--added-mass", "kg", "mass that the body carries beside its own")
-    ] = 0.0,
-    repeats: Annotated[int, options.count("--repeats", 1, "drops or decays in the recording")] = 1,
-    spring: options.Spring = False,
-    seed: Annotated[int | None, options.count("--seed", 0, "of the noise", math.inf)] = None,
-    plan: options.Plan = False,
-    known: options.Known = None,
-    csv: options.Csv = "-",
-) -> None:
+    test: Recordable, robot: str = "hopper_c", duration: float = 2.0, rate: float = 500.0,
+    noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float = 0.2,
+    current: float | None = None, hold: float = 0.2, added_mass: float = 0.0, repeats: int = 1, spring: bool = False,
+    seed: int | None = None, plan: bool = False, known: list[str] | None = None, csv: str | None = "-",
+) -> None:  # fmt: skip
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     base = hopform.load_robot(robot)
     made = synthetic.record(
-        base, test.value, duration=duration, rate=rate, noise=noise, quantum=quantum,
+        base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum,
         height=height,
         current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
     )  # fmt: skip
     if plan:
-        given = known_values(known or []) or {_WEIGHED[test.value]: getattr(base, _WEIGHED[test.value])}
+        weighed = "m_eff" if test in ("step", "air", "ramp") else "m_s"  # what is taken as known if nothing is given
+        given = known_values(known or []) or {weighed: getattr(base, weighed)}
         letters = {field.name: getattr(base, field.name) for field in Robot.fields()} | {"length": base.L0 + base.c}
-        ramp = test.value == "ramp"
-        plan_of = friction_threshold([made], spring=spring) if ramp else check({test.value: [made]}, given, letters)
+        ramp = str(test) == "ramp"
+        plan_of = friction_threshold([made], spring=spring) if ramp else check({str(test): [made]}, given, letters)
         show(reports.tables_of(plan_of))
     elif csv is None or csv == "-":
         print(synthetic.to_csv(made), end="")

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Callable
 from enum import StrEnum
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from hopform._checks import LARGEST, MEMORY, MOST_DIGITS, number_of, shown, whole_of
 from hopform._control.reach import MOST_CELLS
+from hopform._export import SYSTEMS
 from hopform.terrain import MOST_HOPS
 
 MOST_ROWS = MEMORY // 1024
@@ -20,47 +20,14 @@ MOST_DRAWS = 100_000
 """Robots that are drawn from a fit."""
 
 
-class BackendName(StrEnum):
-    c = "c"
-    numpy = "numpy"
-
-
-class ControllerName(StrEnum):
-    constant = "constant"
-    exact = "exact"
-    printed = "printed"
-    return_map = "return-map"
-
-
-class Precision(StrEnum):
-    float64 = "float64"
-    float32 = "float32"
-
-
-class Recordable(StrEnum):
-    drop = "drop"
-    free = "free"
-    decay = "decay"
-    step = "step"
-    air = "air"
-    ramp = "ramp"
-
-
-class SimulatorFormat(StrEnum):
-    mjcf = "mjcf"
-    urdf = "urdf"
-    isaac = "isaac"
-
-
-class Identification(StrEnum):
-    drop = "drop"
-    free = "free"
-    decay = "decay"
-    step = "step"
-    air = "air"
-    ramp = "ramp"
-    all = "all"
-    check = "check"
+BackendName = StrEnum("BackendName", ["c", "numpy"])
+ControllerName = StrEnum(
+    "ControllerName", {"constant": "constant", "exact": "exact", "printed": "printed", "return_map": "return-map"}
+)
+Precision = StrEnum("Precision", ["float64", "float32"])
+SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
+Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "ramp"])
+Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "air", "ramp", "all", "check"])
 
 
 def number_in(unit: str) -> Callable[[str], float]:
@@ -113,114 +80,165 @@ def gains_of_return(text: str) -> tuple[float, float]:
     return number_in("N/m")(parts[0]), number_in("N s/m")(parts[1])
 
 
-def quantity(name: str, unit: str, meaning: str) -> Any:
-    return typer.Option(name, parser=number_in(unit), metavar=unit.upper(), help=f"[{unit}] {meaning}")
+def option(meaning: str, **how: Any) -> Any:
+    return typer.Option(help=meaning, **how)
 
 
-def option(name: str, meaning: str, **how: Any) -> Any:
-    return typer.Option(name, help=meaning, **how)
+def quantity(unit: str, meaning: str) -> Any:
+    return option(f"[{unit}] {meaning}", parser=number_in(unit), metavar=unit.upper())
 
 
-def count(name: str, least: int, meaning: str, most: float = LARGEST) -> Any:
-    return option(name, meaning, parser=number_from(least, most), metavar="N")
+def count(least: int, meaning: str, most: float = LARGEST) -> Any:
+    return option(meaning, parser=number_from(least, most), metavar="N")
 
 
-RobotName = Annotated[str, option("--robot", "a shipped robot, or a TOML file", metavar="NAME|FILE.toml")]
-FromFit = Annotated[
-    Path | None,
-    option("--from-fit", "in place of --robot: an identified robot, and 95 % bands from its fit", metavar="FILE.toml"),
-]
-DrawCount = Annotated[int, count("--draws", 2, "robots that are drawn for --from-fit", MOST_DRAWS)]
-DrawSeed = Annotated[int, count("--seed", 0, "of these draws", math.inf)]
-OneRobot = Annotated[str | None, typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; all if left out")]
-OneEquation = Annotated[str | None, typer.Argument(metavar="[N]", help="an equation's number; all if left out")]
-Height = Annotated[float, quantity("--height", "m", "hop height of the drop")]
-HeightOrNone = Annotated[float | None, quantity("--height", "m", "hop height of the drop; or give --v2")]
-V2 = Annotated[float | None, quantity("--v2", "m/s", "velocity of the body after the impact, < 0 downwards")]
-X1 = Annotated[float, quantity("--x1", "m", "displacement of the actuator at touchdown")]
-V1 = Annotated[float, quantity("--v1", "m/s", "its velocity")]
-X2 = Annotated[float | None, quantity("--x2", "m", "height of the body; from zero spring force if left out")]
-U = Annotated[float, quantity("--u", "A", "current, constant over each stance")]
-Steps = Annotated[
-    Any, option("--u-steps", "[s:A] steps of the current", parser=steps_of_current, metavar="0:U,T:U,...")
-]
-Horizon = Annotated[float, quantity("--horizon", "s", "longest time of a stance")]
-MaxPhases = Annotated[int, count("--max-phases", 1, "longest chain of phases")]
-Backend = Annotated[BackendName | None, option("--backend", "the fastest there is if left out")]
-Dtype = Annotated[Precision, option("--dtype", "precision of the computation")]
-Hops = Annotated[
-    int | None, count("--hops", 1, "how often it meets the ground; 8, or the whole file, if left out", MOST_HOPS)
-]
-Terrain = Annotated[
-    str, option("--terrain", "flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE")
-]
-Size = Annotated[float, quantity("--size", "m", "of the terrain: step, half width or standard deviation")]
-Seed = Annotated[int, count("--seed", 0, "of terrain, errors and draws", math.inf)]
-ControllerOption = Annotated[ControllerName, option("--controller", "what chooses the current")]
-HopTarget = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
-NoiseX1 = Annotated[float, quantity("--noise-x1", "m", "standard deviation of the actuator as measured")]
-NoiseV1 = Annotated[float, quantity("--noise-v1", "m/s", "of its velocity")]
-NoiseX2 = Annotated[
-    float, quantity("--noise-x2", "m", "of the body's height: of the apex before, and at the ticks of return-map")
-]
-NoiseV2 = Annotated[float, quantity("--noise-v2", "m/s", "of the body's velocity")]
-NoiseGround = Annotated[float, quantity("--noise-ground", "m", "of the height of the ground")]
-CurrentScale = Annotated[float, quantity("--current-scale", "1", "current that flows over current asked for")]
-Quantum = Annotated[float, quantity("--quantum", "s", "touchdown is seen at the next tick of this clock")]
-Delay = Annotated[float, quantity("--delay", "s", "and so much later")]
-ReturnGains = Annotated[
-    Any,
-    option("--gains", "of the return in flight, for a pull Kp x1 + Kd v1; designed if left out",
-           parser=gains_of_return, metavar="KP,KD"),
-]  # fmt: skip
-Model = Annotated[str | None, option("--model", "the robot the controller believes in", metavar="NAME|FILE.toml")]
-HopsCsv = Annotated[Path | None, option("--hops-csv", "write a table of the hops", metavar="FILE")]
-Npz = Annotated[Path | None, option("--npz", "write table and states for NumPy", metavar="FILE")]
-Samples = Annotated[int, count("--samples", 2, "uniform times in the CSV", MOST_ROWS)]
-HDes = Annotated[float, quantity("--h-des", "m", "desired hop height of the next apex")]
-Datum = Annotated[float, quantity("--datum", "m", "level that heights count from, less the ground under the foot")]
-StopMargin = Annotated[float, quantity("--stop-margin", "m", "x1 stays below x1_max by more than this")]
-Lowest = Annotated[float, quantity("--from", "m", "lowest hop height of the map")]
-Highest = Annotated[float, quantity("--to", "m", "highest hop height of the map")]
-Rows = Annotated[int, count("--heights", 2, "hop heights of the map", MOST_CELLS // 2)]
-Columns = Annotated[int, count("--currents", 1, "currents of the map, over all that is allowed", MOST_CELLS // 2)]
-Printed = Annotated[bool, option("--printed", "compare with (26), (27) as printed, on a grid of 0.01 A")]
-Json = Annotated[bool, option("--json", "print JSON (its schema: schema.json of the package)")]
-WithSensitivities = Annotated[
-    bool, option("--sensitivities", "show what the take-off depends on, which JSON always has")
-]
-Toml = Annotated[bool, option("--toml", "print a TOML to start from (of hopper_c if no NAME)")]
-RobotInC = Annotated[
-    Precision | None,
-    option("--c", "print a struct for the C library (of hopper_c if no NAME)", metavar="float32|float64"),
-]
-Csv = Annotated[str | None, option("--csv", "write a table over time; - prints it", metavar="FILE|-")]
-Plot = Annotated[Path | None, option("--plot", "draw it: .svg, .pdf or .png", metavar="FILE")]
-Identified = Annotated[Identification, typer.Argument(help="what the files are; check says what they could tell")]
-Recordings = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air|ramp"
-    ),
-]
-Known = Annotated[
-    list[str] | None, option("--known", "a known parameter, in SI units; repeatable", metavar="NAME=VALUE")
-]
-Plan = Annotated[bool, option("--plan", "show the intervals that a fit of it would give, instead of the recording")]
-Spring = Annotated[bool, option("--spring", "a ramp against the spring, the body held")]
-Force = Annotated[bool, option("--force", "fit in force: no spring, recorded in closed loop")]
-AddedMasses = Annotated[str, option("--added-mass", "[kg] what the body carried, one per file", metavar="M,M,...")]
-FitDelay = Annotated[bool, option("--delay", "fit the delay between current and position, one per recording")]
-FitGain = Annotated[bool, option("--gain", "fit the gain of each position's sensor")]
-FitClock = Annotated[bool, option("--clock", "fit the speed of the recording's clock")]
-FitLag = Annotated[bool, option("--lag", "fit a first-order lag of each position's sensor")]
-Loss = Annotated[str, option("--loss", "linear, or against outliers soft_l1, huber, cauchy")]
-TomlOut = Annotated[
-    Path | None, option("--out", "write the robot as TOML; --robot gives what is not fitted", metavar="FILE")
-]
-Export = Annotated[
-    SimulatorFormat | None,
-    option("--export", "for a simulator, to --out or the standard output: armature, damping, frictionloss, gear"),
-]
-Report = Annotated[Path | None, option("--report", "write a report with plots: .md or .html", metavar="FILE")]
-Recorded = Annotated[Recordable, typer.Argument(help="the test")]
+OPTIONS: dict[str, dict[str, Any]] = {
+    "Arguments": {
+        "name": typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; all if left out"),
+        "number": typer.Argument(metavar="[N]", help="an equation's number; all if left out"),
+        "test": typer.Argument(help="the test"),
+        "kind": typer.Argument(help="what the files are; check says what they could tell"),
+        "files": typer.Argument(
+            metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air|ramp"
+        ),
+        "figures.folder": typer.Argument(metavar="DIR", help="where to; made if it is not there"),
+        "export.folder": typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root"),
+    },
+    "Robot and start": {
+        "robot": option("a shipped robot, or a TOML file", metavar="NAME|FILE.toml"),
+        "figures.robot": option("your robot; a shipped one if left out", metavar="NAME|FILE"),
+        "height": quantity("m", "hop height of the drop; or give --v2"),
+        "hop.height": quantity("m", "hop height of the drop"),
+        "record.height": quantity("m", "hop height of a drop, pull of a decay"),
+        "v2": quantity("m/s", "velocity of the body after the impact, < 0 downwards"),
+        "x1": quantity("m", "displacement of the actuator at touchdown"),
+        "v1": quantity("m/s", "its velocity"),
+        "x2": quantity("m", "height of the body; from zero spring force if left out"),
+    },
+    "Ground": {
+        "terrain": option("flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE"),
+        "size": quantity("m", "of the terrain: step, half width or standard deviation"),
+        "hops": count(1, "how often it meets the ground; 8, or the whole file, if left out", MOST_HOPS),
+    },
+    "Current": {
+        "controller": option("what chooses the current"),
+        "u": quantity("A", "current, constant over each stance"),
+        "u_steps": option("[s:A] steps of the current", parser=steps_of_current, metavar="0:U,T:U,..."),
+        "hop.h_des": quantity("m", "hop height wanted, over the terrain's zero"),
+        "control.h_des": quantity("m", "desired hop height of the next apex"),
+        "datum": quantity("m", "level that heights count from, less the ground under the foot"),
+        "stop_margin": quantity("m", "x1 stays below x1_max by more than this"),
+        "gains": option("of the return in flight, for a pull Kp x1 + Kd v1; designed if left out",
+                        parser=gains_of_return, metavar="KP,KD"),
+        "model": option("the robot the controller believes in", metavar="NAME|FILE.toml"),
+        "printed": option("compare with (26), (27) as printed, on a grid of 0.01 A"),
+    },
+    "Errors of sensors and motor": {
+        "noise_x1": quantity("m", "standard deviation of the actuator as measured"),
+        "noise_v1": quantity("m/s", "of its velocity"),
+        "noise_x2": quantity("m", "of the body's height: of the apex before, and at the ticks of return-map"),
+        "noise_v2": quantity("m/s", "of the body's velocity"),
+        "noise_ground": quantity("m", "of the height of the ground"),
+        "current_scale": quantity("1", "current that flows over current asked for"),
+        "hop.quantum": quantity("s", "touchdown is seen at the next tick of this clock"),
+        "hop.delay": quantity("s", "and so much later"),
+        "hop.seed": count(0, "of terrain, errors and draws", math.inf),
+    },
+    "Map": {
+        "lowest": quantity("m", "lowest hop height of the map"),
+        "highest": quantity("m", "highest hop height of the map"),
+        "heights": count(2, "hop heights of the map", MOST_CELLS // 2),
+        "currents": count(1, "currents of the map, over all that is allowed", MOST_CELLS // 2),
+    },
+    "Experiment": {
+        "duration": quantity("s", "how long"),
+        "rate": quantity("Hz", "samples per second"),
+        "record.noise": quantity("m", "standard deviation of the position's noise"),
+        "record.quantum": quantity("m", "step of the encoder, 0 for none"),
+        "current": quantity("A", "largest current; u_max if left out"),
+        "hold": quantity("s", "stillness at first"),
+        "record.added_mass": quantity("kg", "mass that the body carries beside its own"),
+        "identify.added_mass": option("[kg] what the body carried, one per file", metavar="M,M,..."),
+        "repeats": count(1, "drops or decays in the recording"),
+        "spring": option("a ramp against the spring, the body held"),
+        "record.seed": count(0, "of the noise", math.inf),
+        "plan": option("show the intervals that a fit of it would give, instead of the recording"),
+    },
+    "Fit": {
+        "known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE"),
+        "force": option("fit in force: no spring, recorded in closed loop"),
+        "identify.delay": option("fit the delay between current and position, one per recording"),
+        "gain": option("fit the gain of each position's sensor"),
+        "clock": option("fit the speed of the recording's clock"),
+        "lag": option("fit a first-order lag of each position's sensor"),
+        "loss": option("linear, or against outliers soft_l1, huber, cauchy"),
+    },
+    "Uncertainty of a fit": {
+        "from_fit": option("in place of --robot: an identified robot, and 95 % bands from its fit",
+                           metavar="FILE.toml"),
+        "draws": count(2, "robots that are drawn for --from-fit", MOST_DRAWS),
+        "control.seed": count(0, "of these draws", math.inf),
+        "reach.seed": count(0, "of these draws", math.inf),
+    },
+    "Figures": {
+        "only": option("these figures, or the word animation; all if left out", metavar="N,N,..."),
+        "recordings": option("drop, step and ramp, fitted for Figs. 4, 9 and 10", metavar="ROLE=CSV,..."),
+        "format": option("svg, png, pdf", metavar="EXT,..."),
+        "width": option("of a figure, as 3.5in, 84mm, 8.4cm, 252pt", metavar="LENGTH"),
+        "caption": option("image: under each figure; tex: captions.tex; none"),
+        "style": option("a style sheet of matplotlib, on top", metavar="FILE"),
+    },
+    "Solver": {
+        "horizon": quantity("s", "longest time of a stance"),
+        "max_phases": count(1, "longest chain of phases"),
+        "backend": option("the fastest there is if left out"),
+        "dtype": option("precision of the computation"),
+    },
+    "Output": {
+        "samples": count(2, "uniform times in the CSV", MOST_ROWS),
+        "sensitivities": option("show what the take-off depends on, which JSON always has"),
+        "json": option("print JSON (its schema: schema.json of the package)"),
+        "toml": option("print a TOML to start from (of hopper_c if no NAME)"),
+        "c": option("print a struct for the C library (of hopper_c if no NAME)", metavar="float32|float64"),
+        "csv": option("write a table over time; - prints it", metavar="FILE|-"),
+        "hops_csv": option("write a table of the hops", metavar="FILE"),
+        "npz": option("write table and states for NumPy", metavar="FILE"),
+        "plot": option("draw it: .svg, .pdf or .png", metavar="FILE"),
+        "out": option("write the robot as TOML; --robot gives what is not fitted", metavar="FILE"),
+        "report": option("write a report with plots: .md or .html", metavar="FILE"),
+        "export": option("for a simulator, to --out or the standard output: armature, damping, frictionloss, gear"),
+        "figures.json": option("print what was written, with the captions"),
+        "export.json": option("list the files as JSON"),
+        "selftest.json": option("as JSON"),
+    },
+    "Options": {
+        "system": option(", ".join(SYSTEMS), metavar="SYSTEM"),
+        "prefix": option("of every public name", metavar="NAME"),
+        "f32": option("single precision alone"),
+        "f64": option("double precision alone"),
+    },
+}  # fmt: skip
+"""Arguments and options by what they are about; `command.option` where other commands mean something else by the name.
+"""
+
+
+NAMES = {"lowest": "from", "highest": "to", "system": "for"}
+"""Options that are not named as the parameter."""
+
+
+def key_of(command: str, parameter: str) -> tuple[str, str]:
+    """Group and key of a command's parameter."""
+    keys = (f"{command}.{parameter}", parameter)
+    return next((group, key) for key in keys for group, options in OPTIONS.items() if key in options)
+
+
+def described(command: str, function: Callable[..., None]) -> Callable[..., None]:
+    """A command's function, its parameters annotated with their options."""
+    for parameter, kind in get_type_hints(function).items():
+        if parameter != "return":
+            group, key = key_of(command, parameter)
+            about = OPTIONS[group][key]
+            if group != "Arguments":
+                about.param_decls = (f"--{NAMES.get(parameter, parameter).replace('_', '-')}",)
+            function.__annotations__[parameter] = Annotated[kind, about]
+    return function

@@ -1,42 +1,112 @@
-"""Output of an answer: files are made first, then written, then a text is printed."""
+"""Output of an answer: tables for people, JSON for programs, CSV for spreadsheets, pictures; files are made first, then
+written, then a text is printed. generated/JSON.md explains JSON and CSV.
 
+JSON and CSV are in SI units and A; tables are in the units in which a hopper is talked about, which their heads name.
+"""
+
+import json as json_module
+import math
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+from numpy.typing import ArrayLike
+from rich import box
 from rich.console import Console, RenderableType
+from rich.table import Table
 
-from hopform._cli.render import Record, to_json
+from hopform import __version__
 from hopform._errors import HopformError, printable
 from hopform._files import Named, check_files, name_of, write
 from hopform._progress import progress_bar
-from hopform._show import Shown
+from hopform._show import Shown, drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+Record = dict[str, Any]
+Rows = Iterable[Sequence[str]]
+
 UNBROKEN = 240
 """Columns that a line may have where no terminal limits it."""
+MOST_ROWS = 40
+"""A table that would be longer shows its first and its last rows."""
+
+PROSE = ("title", "meaning")
+"""Columns of a table that may be broken into lines where a terminal is narrow."""
+
+
+def table(title: str, columns: Sequence[str], rows: Rows, words: Iterable[str] = ()) -> Table:
+    """A table; columns hold numbers, at the right, but for those in `words`. A long one leaves out its middle and says
+    so.
+    """
+    made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    made.show_edge, made.padding = False, (0, 1, 0, 0)
+    for column in columns:
+        made.add_column(column, justify="left" if column in words else "right", no_wrap=column not in PROSE)
+    shown = list(rows)
+    if (left_out := len(shown) - MOST_ROWS) > 0:
+        shown[MOST_ROWS // 2 : -MOST_ROWS // 2] = [["..."] * len(columns)]
+        made.caption = f"{left_out} rows left out; --json has them all"
+    for row in shown:
+        made.add_row(*row)
+    return made
+
+
+def number(value: float, form: str = ".5g", scale: float = 1.0) -> str:
+    """A number of a table, "-" where there is none."""
+    return "-" if math.isnan(value) else format(scale * value, form)
+
+
+def to_json(**record: Any) -> str:
+    """Strict JSON with the version of hopform: records as objects, and null for what is no number or has no limit."""
+    return json_module.dumps(plain({"hopform": __version__, **record}), indent=2, allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """The same in what JSON has: named tuples are objects."""
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {str(key): plain(each) for key, each in cast(Any, value).items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in cast(Sequence[Any], value)]
+    if isinstance(value, (float, np.floating, np.ndarray)):
+        number = float(cast(Any, value))
+        return number if math.isfinite(number) else None
+    return value
+
+
+def pick(thing: Any, *names: str) -> Record:
+    """Some attributes of a thing, by their names."""
+    return {name: getattr(thing, name) for name in names}
+
+
+def to_csv(columns: Mapping[str, ArrayLike]) -> str:
+    """Columns as text; every number reads back to the same bits."""
+    arrays = [np.asarray(column, dtype=float).tolist() for column in columns.values()]
+    lines = [",".join(columns), *(",".join(map(repr, row)) for row in zip(*arrays, strict=True))]
+    return "\n".join(lines) + "\n"
+
+
+# ---- files, then print ----
 
 
 def figures() -> ModuleType:
     """`hopform._figures.plots`, which needs the extra `plot`."""
-    from hopform._figures import plots
-
+    plots: ModuleType = drawing("plots")
     return plots
 
 
 def picture(path: Path, answer: Shown, over: Callable[["Axes"], None] | None = None) -> bytes:
     """The picture of an answer, in the format that the file's name asks for; `over` draws more on its first axes."""
-    plots = figures()
-    from hopform._figures import results
-
-    figure = results.figure_of(answer)
+    figure = drawing("results").figure_of(answer)
     if over is not None:
         over(figure.axes[0])
-    drawn: bytes = plots.render(figure, path.suffix)
+    drawn: bytes = figures().render(figure, path.suffix)
     return drawn
 
 
@@ -57,27 +127,23 @@ def check_outputs(
 
 
 def emit(
-    *,
-    json: Callable[[], Record] | None,
-    csv: tuple[str, Callable[[], str]] | None,
-    plot: tuple[Path, Shown] | None,
-    over: Callable[["Axes"], None] | None = None,
-    readable: Callable[[], Iterable[RenderableType]],
-    warnings: Iterable[str],
-    more: Iterable[tuple[Path, Callable[[], bytes]]] = (),
-) -> None:
+    answer: Shown, record: Callable[[], Record], readable: Callable[[], Iterable[RenderableType]],
+    warnings: Iterable[str], *, json: bool, plot: Path | None, over: Callable[["Axes"], None] | None = None,
+    csv: str | None = None, columns: Callable[[], str] = str,
+    more: Iterable[tuple[Path | None, Callable[[], bytes]]] = (),
+) -> None:  # fmt: skip
     """Make everything that was asked for; only then write the files, then print."""
     printed, shown, files = "", list[RenderableType](), list[tuple[Path, bytes]]()
     with progress_bar("writing"):
-        if csv is not None and csv[0] != "-":
-            files.append((Path(csv[0]), csv[1]().encode()))
-        elif csv is not None:
-            printed = csv[1]()
+        if csv == "-":
+            printed = columns()
+        elif csv:
+            files.append((Path(csv), columns().encode()))
         if plot is not None:
-            files.append((plot[0], picture(*plot, over)))
-        files += [(path, content()) for path, content in more]
-        if json is not None:
-            printed = to_json(**json()) + "\n"
+            files.append((plot, picture(plot, answer, over)))
+        files += [(path, content()) for path, content in more if path is not None]
+        if json:
+            printed = to_json(**record()) + "\n"
         if not printed:
             shown = [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
     write(files)

@@ -12,98 +12,101 @@ from urllib.parse import quote
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli.render import number, pick, table
+from hopform._cli.output import number, pick, table
 from hopform._errors import HopformError, printable
 from hopform._identify.checks import Check
 from hopform._identify.fits import NEW, OLD, TITLES, Fit
 from hopform._identify.ramp import Threshold
-from hopform._identify.units import Units
 
 Answer = Fit | Threshold | Check
 SUFFIXES = (".md", ".html")
 
 
-def parameter_rows(fit: Fit) -> list[tuple[str, ...]]:
-    """Name, value, unit, interval and how it was found, of each parameter; what was known last."""
-    rows: list[tuple[str, ...]] = [
+class Section(NamedTuple):
+    """A table of an answer; `words` are the columns that hold no numbers."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: Sequence[Sequence[str]]
+    words: tuple[str, ...] = ()
+
+
+def fit_sections(fit: Fit) -> list[Section]:
+    """Parameters with what was known last; recordings; causes that would explain the residuals better; repeats."""
+    parameters = [
         (e.name, number(e.value, ".6g"), e.unit, f"{number(e.low, '.6g')} .. {number(e.high, '.6g')}", e.method)
         for e in fit.estimates
     ]
-    return rows + [(name, number(value, ".6g"), "", "", "known") for name, value in fit.known.items()]
-
-
-def trace_rows(fit: Fit) -> list[tuple[str, ...]]:
-    """Each recording: samples, rms under both models, hold-out error, the encoder's step, autocorrelation."""
-    rows = list[tuple[str, ...]]()
+    parameters += [(name, number(value, ".6g"), "", "", "known") for name, value in fit.known.items()]
+    recordings = list[Sequence[str]]()
     for trace in fit.traces:
         unit, factor = fit.units.shown(trace.quantity)
         lengths = (trace.tests.rms, trace.old_rms, trace.holdout, trace.quantum or math.nan)
-        rows.append((
+        recordings.append((
             trace.label, str(trace.time.size), *(number(factor * value, ".4g") for value in lengths), unit,
             f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no",
         ))  # fmt: skip
-    return rows
-
-
-PARAMETER_HEAD = ("parameter", "value", "unit", "95 % interval", "by")
-TRACE_HEAD = (
-    "recording", "samples", "rms", "rms, viscous alone", "hold-out", "quantum", "unit", "autocorrelation", "white",
-)  # fmt: skip
-
-
-def onset_head(units: Units) -> tuple[str, ...]:
-    return "recording", "direction of x1", "t [s]", f"u [{units.drive}]", "95 % interval"
-
-
-def diagnosis_rows(fit: Fit) -> list[tuple[str, ...]]:
-    """Each cause that would explain the residuals better."""
-    _, factor = fit.shown
-    return [
+    unit, factor = fit.shown
+    causes = [
         (each.cause(), number(factor * each.before, ".4g"), number(factor * each.after, ".4g"),
          number(each.decrease, ".3g"), each.option or "-") for each in fit.diagnoses
     ]  # fmt: skip
-
-
-def repeat_rows(fit: Fit) -> list[tuple[str, ...]]:
-    """Each parameter of several recordings alone, both intervals, and which to quote."""
-    return [
+    repeats = [
         (each.name, ", ".join(number(value, ".4g") for value in each.values), each.unit,
          f"{each.low:.4g} .. {each.high:.4g}", f"{each.fitted_low:.4g} .. {each.fitted_high:.4g}", each.quote)
         for each in fit.repeats
     ]  # fmt: skip
+    found = [
+        Section("Parameters", ("parameter", "value", "unit", "95 % interval", "by"), parameters,
+                ("parameter", "unit", "by")),
+        Section("Recordings", ("recording", "samples", "rms", "rms, viscous alone", "hold-out", "quantum", "unit",
+                               "autocorrelation", "white"), recordings, ("recording", "unit", "white")),
+        Section("What the residuals show", ("cause", f"rms [{unit}]", f"rms with it [{unit}]", "decrease [variances]",
+                                            "option"), causes, ("cause", "option")),
+        Section("Repeats", ("parameter", "each recording alone", "unit", "their mean, 95 %", "fit, 95 %", "quote"),
+                repeats, ("parameter", "unit", "quote")),
+    ]  # fmt: skip
+    return [section for section in found if section.rows]
 
 
-def diagnosis_head(fit: Fit) -> tuple[str, ...]:
-    unit, _ = fit.shown
-    return "cause", f"rms [{unit}]", f"rms with it [{unit}]", "decrease [variances]", "option"
-
-
-REPEAT_HEAD = ("parameter", "each recording alone", "unit", "their mean, 95 %", "fit, 95 %", "quote")
-
-
-def fit_tables(fit: Fit) -> Iterator[RenderableType]:
-    """A fit for a terminal."""
-    yield table("Parameters", PARAMETER_HEAD, parameter_rows(fit), ("parameter", "unit", "by"))
-    yield table("Recordings", TRACE_HEAD, trace_rows(fit), ("recording", "unit", "white"))
-    if fit.diagnoses:
-        yield table("What the residuals show", diagnosis_head(fit), diagnosis_rows(fit), ("cause", "option"))
-    if fit.repeats:
-        yield table("Repeats", REPEAT_HEAD, repeat_rows(fit), ("parameter", "unit", "quote"))
-    strong = [(a, b, r) for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
-    if strong:
-        yield "strong correlations: " + ", ".join(f"{a} with {b} {r:+.3f}" for a, b, r in strong)
-    yield from (f"note: {each}" for each in fit.statements)
-
-
-def threshold_rows(threshold: Threshold) -> list[tuple[str, ...]]:
-    return [
+def threshold_sections(threshold: Threshold) -> list[Section]:
+    """The onsets of motion."""
+    head = ("recording", "direction of x1", "t [s]", f"u [{threshold.units.drive}]", "95 % interval")
+    rows = [
         (o.source, f"{o.direction:+d}", number(o.time), number(o.u), f"{number(o.u_low)} .. {number(o.u_high)}")
         for o in threshold.onsets
+    ]
+    return [Section("Onsets of motion", head, rows, ("recording",))]
+
+
+def check_sections(check: Check) -> list[Section]:
+    """Recordings as they were sampled, and the intervals to expect."""
+    unit, drive = check.units.shown("x1")[0], f"drive [{check.units.drive}]"
+    head = (
+        "recording", "role", "samples", "s", "Hz", f"noise [{unit}]", f"quantum [{unit}]", f"travel [{unit}]", drive,
+        "outliers",
+    )  # fmt: skip
+    rows = [
+        (
+            one.source, one.role, str(one.samples), number(one.duration), number(one.rate),
+            number(1e3 * one.noise, ".3g"), number(1e3 * one.quantum, ".3g"), number(1e3 * one.travel, ".4g"),
+            f"{one.lowest:.3g} .. {one.highest:.3g}", str(one.outliers),
+        ) for one in check.recordings
+    ]  # fmt: skip
+    ends = [
+        (e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method)
+        for e in check.expected
+        if not e.own
+    ]
+    return [
+        Section("Recordings", head, rows, ("recording", "role", drive)),
+        Section("Intervals to expect", ("parameter", "about", "unit", "95 % +-", "by"), ends,
+                ("parameter", "unit", "by")),
     ]  # fmt: skip
 
 
 def threshold_said(threshold: Threshold) -> Iterator[str]:
-    """A threshold as a row of the table."""
+    """A threshold in words."""
     drive = threshold.units.drive
     yield f"u* = {threshold.u:.5g} {drive}, 95 % interval {threshold.low:.5g} .. {threshold.high:.5g} {drive}"
     if not math.isnan(threshold.load):
@@ -113,27 +116,35 @@ def threshold_said(threshold: Threshold) -> Iterator[str]:
         yield f"f1 = {threshold.f1:.5g} {unit}, {threshold.f1_low:.5g} .. {threshold.f1_high:.5g}"
 
 
-def threshold_tables(threshold: Threshold) -> Iterator[RenderableType]:
-    """A threshold for a terminal."""
-    yield table("Onsets of motion", onset_head(threshold.units), threshold_rows(threshold), ("recording",))
-    yield from threshold_said(threshold)
-    yield from (f"note: {each}" for each in threshold.statements)
+def strong_correlations(fit: Fit) -> Iterator[str]:
+    """Parameters that the data hardly separate, in words."""
+    strong = [f"{a} with {b} {r:+.3f}" for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
+    if strong:
+        yield f"strong correlations: {', '.join(strong)}"
 
 
-def covariance_record(fit: Fit) -> dict[str, Any]:
-    """The covariance of what is identifiable, for JSON."""
-    seen = [n for n, each in enumerate(fit.estimates) if each.method != "not identifiable"]
-    names = [fit.estimates[n].name for n in seen]
-    return {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()}
+def tables_of(answer: Answer) -> Iterator[RenderableType]:
+    """An answer for a terminal."""
+    if isinstance(answer, Fit):
+        sections, words = fit_sections(answer), strong_correlations(answer)
+    elif isinstance(answer, Threshold):
+        sections, words = threshold_sections(answer), threshold_said(answer)
+    else:
+        sections, words = check_sections(answer), iter(())
+    yield from (table(*section) for section in sections)
+    yield from words
+    yield from (f"note: {each}" for each in answer.statements)
 
 
 def fit_record(fit: Fit) -> dict[str, Any]:
-    """A fit for JSON."""
+    """A fit for JSON; the covariance is that of what is identifiable."""
+    seen = [n for n, each in enumerate(fit.estimates) if each.method != "not identifiable"]
+    names = [fit.estimates[n].name for n in seen]
     return {
         "kind": fit.kind,
         "parameters": fit.estimates,
         "known": fit.known,
-        "covariance": covariance_record(fit),
+        "covariance": {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()},
         "correlations": [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()],
         "diagnoses": fit.diagnoses,
         "recordings": [
@@ -148,48 +159,14 @@ def fit_record(fit: Fit) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def threshold_record(threshold: Threshold) -> dict[str, Any]:
-    """A threshold for JSON."""
-    names = ("u", "low", "high", "load", "f1", "f1_low", "f1_high", "onsets", "statements", "warnings", "units")
-    return {"kind": "ramp", **pick(threshold, *names)}
-
-
-def check_tables(check: Check) -> Iterator[RenderableType]:
-    """A check for a terminal."""
-    unit, drive = check.units.shown("x1")[0], f"drive [{check.units.drive}]"
-    head: tuple[str, ...] = (
-        "recording", "role", "samples", "s", "Hz", f"noise [{unit}]", f"quantum [{unit}]", f"travel [{unit}]", drive,
-        "outliers",
-    )  # fmt: skip
-    rows: list[tuple[str, ...]] = [
-        (
-            one.source, one.role, str(one.samples), number(one.duration), number(one.rate),
-            number(1e3 * one.noise, ".3g"), number(1e3 * one.quantum, ".3g"), number(1e3 * one.travel, ".4g"),
-            f"{one.lowest:.3g} .. {one.highest:.3g}", str(one.outliers),
-        ) for one in check.recordings
-    ]  # fmt: skip
-    yield table("Recordings", head, rows, ("recording", "role", drive))
-    ends = [
-        (e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method)
-        for e in check.expected if not e.own
-    ]  # fmt: skip
-    head = ("parameter", "about", "unit", "95 % +-", "by")
-    yield table("Intervals to expect", head, ends, ("parameter", "unit", "by"))
-    yield from (f"note: {each}" for each in check.statements)
-
-
-def tables_of(answer: Answer) -> Iterator[RenderableType]:
-    """An answer for a terminal."""
-    if isinstance(answer, Check):
-        return check_tables(answer)
-    return fit_tables(answer) if isinstance(answer, Fit) else threshold_tables(answer)
-
-
 def record_of(answer: Answer) -> dict[str, Any]:
     """An answer for JSON."""
     if isinstance(answer, Check):
         return {"kind": "check", **answer._asdict()}
-    return fit_record(answer) if isinstance(answer, Fit) else threshold_record(answer)
+    if isinstance(answer, Fit):
+        return fit_record(answer)
+    names = ("u", "low", "high", "load", "f1", "f1_low", "f1_high", "onsets", "statements", "warnings", "units")
+    return {"kind": "ramp", **pick(answer, *names)}
 
 
 # ---- reports ----
@@ -224,50 +201,35 @@ def _encoded(text: str) -> bytes:
     return text.encode("utf-8", "backslashreplace")
 
 
-class _Section(NamedTuple):
-    """A table of a report."""
-
-    title: str
-    head: tuple[str, ...]
-    rows: list[tuple[str, ...]]
-
-
 class _Page(NamedTuple):
     """The text of a report."""
 
     title: str
-    sections: list[_Section]
+    sections: list[Section]
     statements: list[str]
 
 
 def _fit_page(fit: Fit) -> _Page:
-    pairs: list[tuple[str, ...]] = [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]
-    sections = [
-        _Section("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
-        _Section("Recordings", TRACE_HEAD, trace_rows(fit)),
-        _Section("What the residuals show", diagnosis_head(fit), diagnosis_rows(fit)),
-        _Section("Repeats", REPEAT_HEAD, repeat_rows(fit)),
-        _Section("Correlations", ("first", "second", "correlation"), pairs),
-    ]
-    compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms)]
+    pairs = [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]
+    correlations = [Section("Correlations", ("first", "second", "correlation"), pairs)] if pairs else []
     statements = list[str]()
-    for trace in compared:
+    for trace in fit.traces:
         unit, factor = fit.units.shown(trace.quantity)
-        new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
-        statements.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
-    return _Page(
-        TITLES[fit.kind], [each for each in sections if each.rows], [*statements, *fit.statements, *fit.warnings]
-    )
+        if not math.isnan(trace.old_rms):
+            new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
+            statements.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
+    statements += [*fit.statements, *fit.warnings]
+    return _Page(TITLES[fit.kind], [*fit_sections(fit), *correlations], statements)
 
 
 def _threshold_page(threshold: Threshold) -> _Page:
-    section = _Section("Onsets of motion", onset_head(threshold.units), threshold_rows(threshold))
-    return _Page(TITLES["ramp"], [section], [*threshold_said(threshold), *threshold.statements, *threshold.warnings])
+    statements = [*threshold_said(threshold), *threshold.statements, *threshold.warnings]
+    return _Page(TITLES["ramp"], threshold_sections(threshold), statements)
 
 
 def _markdown(page: _Page, picture: str) -> str:
     parts = [f"# Identification: {page.title}", ""]
-    for title, head, rows in page.sections:
+    for title, head, rows, _ in page.sections:
         parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
         parts += ["| " + " | ".join(map(markdown, row)) + " |" for row in rows] + [""]
     statements = [f"- {markdown(each)}" for each in page.statements]
@@ -296,12 +258,8 @@ def _html(page: _Page, picture: str) -> str:
         "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
         f"<style>{style}</style></head><body>", f"<h1>{title}</h1>",
     ]  # fmt: skip
-    for heading, head, rows in page.sections:
+    for heading, head, rows, _ in page.sections:
         parts += [f"<h2>{heading}</h2>", "<table>", row(head, "th"), *(row(cells, "td") for cells in rows), "</table>"]
-    parts += [
-        "<h2>What the data identify</h2>",
-        "<ul>",
-        *(f"<li>{html.escape(printable(each))}</li>" for each in page.statements),
-        "</ul>",
-    ]
+    items = [f"<li>{html.escape(printable(each))}</li>" for each in page.statements]
+    parts += ["<h2>What the data identify</h2>", "<ul>", *items, "</ul>"]
     return "\n".join([*parts, picture[picture.index("<svg") :], "</body></html>", ""])

@@ -4,16 +4,17 @@ draws.
 
 import math
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import hopform
 from hopform._checks import shown
-from hopform._cli import options, tables, tables_control
+from hopform._cli import tables
 from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
-from hopform._cli.output import check_outputs, emit, show
-from hopform._cli.render import to_json
+from hopform._cli.options import BackendName, ControllerName, Precision
+from hopform._cli.output import check_outputs, emit, show, to_json
 from hopform._control.exact import TRIED
 from hopform._control.reach import check_map
 from hopform._files import name_of
@@ -25,12 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def robots(
-    name: options.OneRobot = None,
-    json: options.Json = False,
-    toml: options.Toml = False,
-    c: options.RobotInC = None,
-) -> None:
+def robots(name: str | None = None, json: bool = False, toml: bool = False, c: Precision | None = None) -> None:
     """Show the shipped robots, or one robot with all its parameters."""
     if json + toml + (c is not None) > 1:
         raise hopform.HopformError("--json, --toml and --c exclude each other")
@@ -45,10 +41,10 @@ def robots(
         show(tables.robots(found, with_meaning=name is not None))
 
 
-def in_c(robot: hopform.Robot, precision: options.Precision) -> str:
+def in_c(robot: hopform.Robot, precision: Precision) -> str:
     """The struct of a robot as C initialises it; a number has the digits of the robot file."""
-    suffix = "f" if precision is options.Precision.float32 else ""
-    lines = [f"static const hopform_robot_f{precision.value.removeprefix('float')} robot = {{"]
+    suffix = "f" if precision is Precision.float32 else ""
+    lines = [f"static const hopform_robot_f{str(precision).removeprefix('float')} robot = {{"]
     for field in robot.fields():
         value = getattr(robot, field.name)
         number = f"{value!r}{suffix}" if math.isfinite(value) else "INFINITY" if value > 0.0 else "-INFINITY"
@@ -56,7 +52,7 @@ def in_c(robot: hopform.Robot, precision: options.Precision) -> str:
     return "\n".join(["#include <math.h>"] * ("INFINITY" in "".join(lines)) + [*lines, "};"]) + "\n"
 
 
-def equations(number: options.OneEquation = None, json: options.Json = False) -> None:
+def equations(number: str | None = None, json: bool = False) -> None:
     """Show the register of the paper's equations: what is right, what is not, and where it is computed."""
     register = hopform.equations()
     found = [equation for equation in register if number is None or str(equation.number) == number.strip("()")]
@@ -70,82 +66,36 @@ def equations(number: options.OneEquation = None, json: options.Json = False) ->
 
 
 def stance(
-    robot: options.RobotName = "hopper_c",
-    height: options.HeightOrNone = None,
-    v2: options.V2 = None,
-    x1: options.X1 = 0.0,
-    v1: options.V1 = 0.0,
-    x2: options.X2 = None,
-    u: options.U = 0.0,
-    u_steps: options.Steps = None,
-    horizon: options.Horizon = 2.0,
-    max_phases: options.MaxPhases = 4096,
-    backend: options.Backend = None,
-    dtype: options.Dtype = options.Precision.float64,
-    samples: options.Samples = 500,
-    sensitivities: options.WithSensitivities = False,
-    json: options.Json = False,
-    csv: options.Csv = None,
-    plot: options.Plot = None,
-) -> None:
+    robot: str = "hopper_c", height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0,
+    x2: float | None = None, u: float = 0.0, u_steps: Any = None, horizon: float = 2.0, max_phases: int = 4096,
+    backend: BackendName | None = None, dtype: Precision = Precision.float64, samples: int = 500,
+    sensitivities: bool = False, json: bool = False, csv: str | None = None, plot: Path | None = None,
+) -> None:  # fmt: skip
     """Solve one stance: its phases, events, ending, apex and energy ledger."""
     check_outputs(json, csv, plot, reads=[("--robot", robot_file(robot))])
     if u and u_steps:
         raise hopform.HopformError("give either --u or --u-steps")
     hopper = hopform.load_robot(robot)
     solved = hopform.solve_stance(
-        hopper,
-        v2=velocity_after_impact(hopper, height, v2),
-        x1=x1,
-        v1=v1,
-        x2=x2,
-        u=u_steps or u,
-        horizon=horizon,
-        max_phases=max_phases,
-        backend=backend,
-        dtype=np.dtype(dtype.value),
-    )
+        hopper, v2=velocity_after_impact(hopper, height, v2), x1=x1, v1=v1, x2=x2, u=u_steps or u, horizon=horizon,
+        max_phases=max_phases, backend=backend, dtype=np.dtype(str(dtype)),
+    )  # fmt: skip
     emit(
-        json=(lambda: tables.stance_record(solved, height)) if json else None,
-        csv=(csv, lambda: tables.stance_csv(solved, samples)) if csv else None,
-        plot=(plot, solved) if plot else None,
-        readable=lambda: tables.stance(solved, sensitivities),
-        warnings=solved.warnings,
-    )
+        solved, lambda: tables.stance_record(solved, height), lambda: tables.stance(solved, sensitivities),
+        solved.warnings, json=json, plot=plot, csv=csv, columns=lambda: tables.stance_csv(solved, samples),
+    )  # fmt: skip
 
 
 def hop(
-    height: options.Height,
-    robot: options.RobotName = "hopper_c",
-    from_fit: options.FromFit = None,
-    draws: options.DrawCount = 200,
-    terrain: options.Terrain = "flat",
-    size: options.Size = 0.02,
-    hops: options.Hops = None,
-    seed: options.Seed = 0,
-    controller: options.ControllerOption = options.ControllerName.constant,
-    u: options.U = 0.0,
-    h_des: options.HopTarget = None,
-    stop_margin: options.StopMargin = 0.0,
-    noise_x1: options.NoiseX1 = 0.0,
-    noise_v1: options.NoiseV1 = 0.0,
-    noise_x2: options.NoiseX2 = 0.0,
-    noise_v2: options.NoiseV2 = 0.0,
-    noise_ground: options.NoiseGround = 0.0,
-    current_scale: options.CurrentScale = 1.0,
-    quantum: options.Quantum = 0.0,
-    delay: options.Delay = 0.0,
-    model: options.Model = None,
-    gains: options.ReturnGains = None,
-    horizon: options.Horizon = 2.0,
-    backend: options.Backend = None,
-    samples: options.Samples = 2000,
-    json: options.Json = False,
-    csv: options.Csv = None,
-    hops_csv: options.HopsCsv = None,
-    npz: options.Npz = None,
-    plot: options.Plot = None,
-) -> None:
+    height: float, robot: str = "hopper_c", from_fit: Path | None = None, draws: int = 200, terrain: str = "flat",
+    size: float = 0.02, hops: int | None = None, seed: int = 0,
+    controller: ControllerName = ControllerName.constant, u: float = 0.0, h_des: float | None = None,
+    stop_margin: float = 0.0, noise_x1: float = 0.0, noise_v1: float = 0.0, noise_x2: float = 0.0,
+    noise_v2: float = 0.0, noise_ground: float = 0.0, current_scale: float = 1.0, quantum: float = 0.0,
+    delay: float = 0.0, model: str | None = None, gains: Any = None, horizon: float = 2.0,
+    backend: BackendName | None = None, samples: int = 2000, json: bool = False, csv: str | None = None,
+    hops_csv: Path | None = None, npz: Path | None = None, plot: Path | None = None,
+) -> None:  # fmt: skip
     """Drop the robot and let it hop, over rough terrain and under a controller: heights and energy over time.
 
     The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers:
@@ -184,41 +134,24 @@ def hop(
         if bands:
             legend(axes, [draw(bands, axes, np.array(apexes), one_each=True)])
 
-    settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
+    settings = {
+        "height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des,
+        "seed": seed,
+    }  # fmt: skip
     emit(
-        json=(lambda: tables.run_record(run, settings | {"seed": seed}, drawn, bands)) if json else None,
-        csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
-        plot=(plot, run) if plot else None,
-        over=over if bands else None,
-        readable=lambda: tables.run(run, gains is None, drawn, bands),
-        warnings=[*run.warnings, *(drawn.warnings() if drawn else ())],
-        more=[
-            *([(hops_csv, lambda: csv_of(run.table).encode())] if hops_csv else []),
-            *([(npz, lambda: run.archive(samples))] if npz else []),
-        ],
-    )
+        run, lambda: tables.run_record(run, settings, drawn, bands),
+        lambda: tables.run(run, gains is None, drawn, bands), [*run.warnings, *(drawn.warnings() if drawn else ())],
+        json=json, plot=plot, over=over, csv=csv, columns=lambda: tables.run_csv(run, samples),
+        more=[(hops_csv, lambda: csv_of(run.table).encode()), (npz, lambda: run.archive(samples))],
+    )  # fmt: skip
 
 
 def control(
-    h_des: options.HDes,
-    robot: options.RobotName = "hopper_c",
-    from_fit: options.FromFit = None,
-    draws: options.DrawCount = 200,
-    seed: options.DrawSeed = 0,
-    height: options.HeightOrNone = None,
-    v2: options.V2 = None,
-    x1: options.X1 = 0.0,
-    v1: options.V1 = 0.0,
-    x2: options.X2 = None,
-    datum: options.Datum = 0.0,
-    stop_margin: options.StopMargin = 0.0,
-    horizon: options.Horizon = 2.0,
-    backend: options.Backend = None,
-    dtype: options.Dtype = options.Precision.float64,
-    printed: options.Printed = False,
-    json: options.Json = False,
-    plot: options.Plot = None,
-) -> None:
+    h_des: float, robot: str = "hopper_c", from_fit: Path | None = None, draws: int = 200, seed: int = 0,
+    height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0, x2: float | None = None,
+    datum: float = 0.0, stop_margin: float = 0.0, horizon: float = 2.0, backend: BackendName | None = None,
+    dtype: Precision = Precision.float64, printed: bool = False, json: bool = False, plot: Path | None = None,
+) -> None:  # fmt: skip
     """Choose the current after which the next apex is the desired one, (25)-(27)."""
     check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), ("--from-fit", from_fit)])
     hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, TRIED if plot else 1)
@@ -227,49 +160,36 @@ def control(
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
     with progress_bar("solving"):
         found = hopform.choose_current(
-            hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(dtype.value)
+            hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(str(dtype))
         )
         others = [
             (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
-            for words, form in (tables_control.PRINTED.items() if printed else ())
+            for words, form in (tables.PRINTED.items() if printed else ())
         ]
 
     def bands(drawn: Draws, u: Any) -> Bands:
         return bands_of(drawn.apexes(start, height, u, how) - datum)
 
     def over(axes: "Axes") -> None:
-        u, _ = found.curve()
         if drawn:
+            u, _ = found.curve()
             draw(bands(drawn, u), axes, u)
             legend(axes, axes.get_legend_handles_labels()[0])
 
     band = bands(drawn, found.u).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
     emit(
-        json=(lambda: tables_control.command_record(hopper, settings, found, others, drawn, band)) if json else None,
-        csv=None,
-        plot=(plot, found) if plot else None,
-        over=over if drawn else None,
-        readable=lambda: tables_control.command(hopper, h_des, found, others, drawn, band),
-        warnings=drawn.warnings() if drawn else (),
-    )
+        found, lambda: tables.command_record(hopper, settings, found, others, drawn, band),
+        lambda: tables.command(hopper, h_des, found, others, drawn, band), drawn.warnings() if drawn else (),
+        json=json, plot=plot, over=over,
+    )  # fmt: skip
 
 
 def reach(
-    robot: options.RobotName = "hopper_c",
-    from_fit: options.FromFit = None,
-    draws: options.DrawCount = 200,
-    seed: options.DrawSeed = 0,
-    lowest: options.Lowest = 0.02,
-    highest: options.Highest = 0.4,
-    heights: options.Rows = 39,
-    currents: options.Columns = 61,
-    stop_margin: options.StopMargin = 0.0,
-    horizon: options.Horizon = 2.0,
-    backend: options.Backend = None,
-    json: options.Json = False,
-    plot: options.Plot = None,
-) -> None:
+    robot: str = "hopper_c", from_fit: Path | None = None, draws: int = 200, seed: int = 0, lowest: float = 0.02,
+    highest: float = 0.4, heights: int = 39, currents: int = 61, stop_margin: float = 0.0, horizon: float = 2.0,
+    backend: BackendName | None = None, json: bool = False, plot: Path | None = None,
+) -> None:  # fmt: skip
     """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
     held.
     """
@@ -296,13 +216,9 @@ def reach(
             legend(axes, ends[:1])
 
     emit(
-        json=(lambda: tables_control.reach_record(found, drawn, bands)) if json else None,
-        csv=None,
-        plot=(plot, found) if plot else None,
-        over=over if bands else None,
-        readable=lambda: tables_control.reach(found, drawn, bands),
-        warnings=drawn.warnings() if drawn else (),
-    )
+        found, lambda: tables.reach_record(found, drawn, bands), lambda: tables.reach(found, drawn, bands),
+        drawn.warnings() if drawn else (), json=json, plot=plot, over=over,
+    )  # fmt: skip
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:
@@ -320,20 +236,20 @@ def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[flo
 
 
 def controller_of(
-    name: options.ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float, backend: str | None
+    name: ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float, backend: str | None
 ) -> Any:
     """The controller that `hop` is asked for; HopformError for an option that it does not have."""
-    if (name is options.ControllerName.constant) != (h_des is None):
+    if (name is ControllerName.constant) != (h_des is None):
         raise hopform.HopformError(f"--h-des goes with every controller but constant, and each needs it: {name.value}")
-    if u and name is not options.ControllerName.constant:
+    if u and name is not ControllerName.constant:
         raise hopform.HopformError(f"--u goes with the constant controller, not with {name.value}")
-    if stop_margin and name is not options.ControllerName.exact:
+    if stop_margin and name is not ControllerName.exact:
         raise hopform.HopformError(f"--stop-margin goes with the exact controller, not with {name.value}")
     if h_des is None:
         return hopform.controllers.ConstantCurrent(u)
-    if name is options.ControllerName.exact:
+    if name is ControllerName.exact:
         return hopform.controllers.FeedForward(h_des, stop_margin, horizon, backend)
-    if name is options.ControllerName.printed:
+    if name is ControllerName.printed:
         return hopform.controllers.AsPrinted(h_des, horizon=horizon, backend=backend)
     return hopform.controllers.ReturnMap(h_des, horizon=horizon)
 

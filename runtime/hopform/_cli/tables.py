@@ -1,9 +1,8 @@
-"""What the commands that solve print of robots, equations, stances and runs: tables and records, which `render`
-writes.
-"""
+"""What the commands that solve print: tables for people, records for JSON, which `output` writes."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +11,16 @@ from rich.table import Table
 from rich.text import Text
 
 import hopform
-from hopform import Equation, Hop, Robot, Run, Stance
-from hopform._cli.bands import Bands, Draws, text_of
-from hopform._cli.render import Record, number, pick, table, to_csv
+from hopform import Command, Equation, FixedPoint, Hop, PrintedCommand, Reachability, Robot, Run, Stance
+from hopform._cli.bands import Band, Bands, Draws, text_of
+from hopform._cli.output import Record, number, pick, table, to_csv
 from hopform._errors import printable
+from hopform._hopping.run import motion_of
 from hopform._robots import FIELDS
+from hopform._show import UNITS, name_of
 from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 from hopform._stance import aed_at
-from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, printable_name, unit_of_time, value_of
+from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, unit_of_time, value_of
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
@@ -39,13 +40,30 @@ OUTCOMES = {"completed": "hops on", "stopped": "stays on the ground", "tripped":
 OURS = "Values of shipped robots are this project's own: the paper gives none."
 
 
+Printed = list[tuple[str, PrintedCommand]]
+"""Forms of the printed controller with what they would have done."""
+STATUSES = {
+    "reached": "reaches the desired apex",
+    "nearest": "cannot reach the desired apex; this comes nearest",
+    "no_takeoff": "has no admissible current: no take-off, or the stroke is too short",
+}
+PRINTED: dict[str, dict[str, Any]] = {
+    "as printed": {},
+    "(26) without the 1/2": {"half": False},
+    "the same with the step's sign": {"half": False, "signed": True},
+    "as printed, with the spring coordinate": {"spring_coordinate": True},
+    "all three": {"half": False, "signed": True, "spring_coordinate": True},
+}
+"""Forms of the printed controller, with the options of `choose_current_as_printed` that make them."""
+
+
 # ---- tables ----
 
 
 def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[RenderableType]:
     """Robots side by side, a row per parameter."""
     meaning = ("meaning",) if with_meaning else ()
-    columns = ("parameter", *map(printable_name, shown), "unit", *meaning)
+    columns = ("parameter", *map(name_of, shown), "unit", *meaning)
     rows = (
         (
             field.name, *(value_of(getattr(robot, field.name), "") for robot in shown),
@@ -57,7 +75,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
     yield ""
     for robot in shown:
         if robot.description:
-            yield f"{printable_name(robot)}: {printable(' '.join(robot.description.split()))}"
+            yield f"{name_of(robot)}: {printable(' '.join(robot.description.split()))}"
     if any(robot.name in hopform.ROBOTS for robot in shown):
         yield OURS
 
@@ -76,14 +94,10 @@ def equation(shown: Equation) -> Iterator[RenderableType]:
     made = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     made.add_column(style="bold", no_wrap=True)
     made.add_column(max_width=READABLE)
-    rows = {
-        "as printed": shown.printed,
-        "as derived": shown.derived,
-        "reason": shown.reason,
-        "computed by": "\n".join(shown.computed_by),
-    }
-    for name, text in rows.items():
-        made.add_row(name, text)
+    for name in ("printed", "derived"):
+        made.add_row(f"as {name}", getattr(shown, name))
+    made.add_row("reason", shown.reason)
+    made.add_row("computed by", "\n".join(shown.computed_by))
     yield ""
     yield made
 
@@ -93,7 +107,7 @@ def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[Rendera
     for.
     """
     first = solved.phases[0].state
-    begin = f"{printable_name(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
+    begin = f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
     head = f"{begin}, {current(solved.u)}; {ending(solved)}"
     yield Text(head, style="bold")
     parts = [phases(solved), states(solved), ledger(solved)]
@@ -167,12 +181,9 @@ def ledger(solved: Stance) -> Table:
 def sensitivities(solved: Stance) -> Table:
     """Derivatives of the take-off: a row per input, a column per result, "-" where there is no derivative."""
     derivatives = solved.sensitivities
-    units = {"x1": "m", "v1": "m/s", "x2": "m", "v2": "m/s", "u": "A"}
-    units |= {field.name: field.unit for field in Robot.fields()}
-    of = {"T": "s", "apex": "m", "aed": "J"}
-    heads = ("", *(f"{row} [{of.get(row) or units[row]}]" for row in derivatives.rows))
+    heads = ("", *(f"{row} [{UNITS[row]}]" for row in derivatives.rows))
     rows = (
-        (f"{column} [{units[column]}]", *(number(derivatives[row, column] + 0.0) for row in derivatives.rows))
+        (f"{column} [{UNITS[column]}]", *(number(derivatives[row, column] + 0.0) for row in derivatives.rows))
         for column in derivatives.columns
     )
     return table("Sensitivities: change of the take-off per unit of", heads, rows, ("",))
@@ -183,19 +194,13 @@ def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -
     for each.
     """
     count = len(solved.hops)
-    head = f"{printable_name(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
+    head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
     yield Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     yield ""
-    numbers = ("hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]")
     columns = (
-        *numbers,
-        "ending",
-        "apex [cm]",
-        "AED [J]",
-        "impact [J]",
-        "stops",
-        *(["apex, 95 % [cm]"] if bands else ()),
-    )
+        "hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]", "ending", "apex [cm]", "AED [J]",
+        "impact [J]", "stops", *(["apex, 95 % [cm]"] if bands else ()),
+    )  # fmt: skip
     rows = ((*hop_row(hop), *([text_of(bands.at(hop.index))] if bands else ())) for hop in solved.hops)
     yield table("Hops", columns, rows, ("ending", "stops"))
     yield ""
@@ -223,6 +228,78 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
         number(hop.apex, scale=100.0), f"{hop.stance.aed:+.4f}", f"{-hop.energy_lost_at_impact + 0.0:+.4f}",
         "bottoms out" if hop.bottoms_out else "hits a stop" if hop.hits_stop else "",
     )  # fmt: skip
+
+
+def command(
+    robot: Robot, h_des: float, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
+) -> Iterator[RenderableType]:
+    """The controller's answer, and what the printed forms would have done."""
+    yield Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold")
+    yield ""
+    shown: list[tuple[str, Command | PrintedCommand]] = [("exact", found), *printed]
+    rows = (
+        (words, f"{each.u:.9g}", number(each.apex, ".6g", 100.0), number(each.apex - h_des, "+.2g", 100.0))
+        for words, each in shown
+    )
+    yield table("Currents", ("controller", "u [A]", "apex [cm]", "off by [cm]"), rows, ("controller",))
+    yield ""
+    if drawn and band:
+        yield f"Under the exact current 95 % of the apexes are {text_of(band)} cm. {drawn.said()}"
+    yield f"{found.solved} stances were solved. Heights are hop heights."
+
+
+def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Iterator[RenderableType]:
+    """A map: bounds and holds by height, then the fixed points."""
+    held = np.isfinite(found.hold)
+    head = f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held"
+    yield Text(head, style="bold")
+    yield ""
+    columns = (
+        "height [cm]", "lowest [cm]", "at [A]", "highest [cm]", "at [A] ", "held by [A]", "gaps [A]", "limited by "
+        "stroke", *(BANDS.values() if bands else ()),
+    )  # fmt: skip
+    rows = (_height_row(found, row, bands) for row in range(found.heights.size))
+    yield table("Next apex", columns, rows, ("gaps [A]",))
+    if found.fixed_points:
+        yield ""
+        yield table(
+            "Fixed points", ("u [A]", "height [cm]", "multiplier", "hop"), map(_point_row, found.fixed_points), ("hop",)
+        )
+    yield ""
+    yield "Heights are hop heights. Gaps and the stroke's share are those of the currents of the map."
+    if drawn:
+        yield drawn.said()
+
+
+BANDS = {"lowest": "lowest, 95 % [cm]", "highest": "highest, 95 % [cm]", "hold": "held by, 95 % [A]"}
+"""What has a band at each height, and its heading."""
+
+
+def _height_row(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> tuple[str, ...]:
+    gaps = ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row))
+    share = float(np.count_nonzero(found.limited[row])) / found.currents.size
+    shown = {name: each for name, each in (bands or {}).items() if name in BANDS}
+    return (
+        f"{100.0 * float(found.heights[row]):.5g}",
+        number(float(found.lowest[row]), scale=100.0),
+        number(float(found.u_lowest[row])),
+        number(float(found.highest[row]), scale=100.0),
+        number(float(found.u_highest[row])),
+        number(float(found.hold[row])),
+        gaps or "-",
+        f"{100.0 * share:.0f} %",
+        *(text_of(each.at(row), 1.0 if name == "hold" else 100.0) for name, each in shown.items()),
+    )
+
+
+def _point_row(point: FixedPoint) -> tuple[str, ...]:
+    words = "settles" if point.stable else "leaves"
+    return (
+        f"{point.u:.5g}",
+        f"{100.0 * point.height:.5g}",
+        f"{point.multiplier:.4f}",
+        words if point.admissible else f"{words}, beyond the stroke",
+    )
 
 
 # ---- records for JSON ----
@@ -304,37 +381,62 @@ def hop_record(hop: Hop) -> Record:
     }
 
 
+def command_record(
+    robot: Robot, asked: Record, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
+) -> Record:
+    """The same for JSON."""
+    return {
+        "robot": robot_record(robot),
+        **asked,
+        **pick(found, "status", "u", "apex", "solved"),
+        "printed": [{"form": words, **pick(each, "u", "apex", "objective", "status")} for words, each in printed],
+        "band": band,
+        "draws": drawn and drawn.record(),
+    }
+
+
+def reach_record(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Record:
+    """The same for JSON."""
+    names = ("u", "height", "multiplier", "stable", "admissible")
+    return {
+        "robot": robot_record(found.robot),
+        "stop_margin": found.stop_margin,
+        "rows": [_row_record(found, row, bands) for row in range(found.heights.size)],
+        "fixed_points": [pick(point, *names) for point in found.fixed_points],
+        "draws": drawn and drawn.record(),
+    }
+
+
+def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> Record:
+    names = ("lowest", "u_lowest", "highest", "u_highest", "hold")
+    cells = zip(found.currents, found.apex[row], found.admissible[row], strict=True)
+    return {
+        "height": float(found.heights[row]),
+        **{name: float(getattr(found, name)[row]) for name in names},
+        "gaps": [{"above": low, "below": high} for low, high in found.gaps(row)],
+        **{f"{name}_band": bands and bands[name].at(row) for name in BANDS},
+        "cells": [
+            {"u": float(u), "apex": float(apex), "admissible": bool(fine), "band": bands and bands["apex"].at(row, n)}
+            for n, (u, apex, fine) in enumerate(cells)
+        ],
+    }
+
+
 # ---- CSV ----
 
 
 def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
     t = times(solved.duration, samples, (phase.start for phase in solved.phases))
-    columns = {
-        "t": t,
-        **solved.at(t)._asdict(),
-        "F": solved.robot.k * np.asarray(solved.compression(t)),
-        "E": solved.energy(t).body,
-        "AED": aed_at(solved, t),
-    }
-    return to_csv(columns)
+    force, energy = solved.robot.k * np.asarray(solved.compression(t)), solved.energy(t).body
+    return to_csv({"t": t, **solved.at(t)._asdict(), "F": force, "E": energy, "AED": aed_at(solved, t)})
 
 
 def run_csv(solved: Run, samples: int) -> str:
     """A run over time: uniform times, and those of touchdowns and take-offs."""
     t = solved.times(samples)
-    energy, predicted = solved.energy(t), np.asarray(solved.aed(t))
-    columns = {
-        "t": t,
-        **solved.at(t)._asdict(),
-        "ground": solved.ground(t),
-        "foot": solved.foot(t),
-        "u": solved.current(t),
-        "E": energy.body,
-        "H": energy.total,
-        "AED": predicted - predicted[0],
-    }
-    return to_csv(columns)
+    columns = motion_of(solved, t)
+    return to_csv(columns | {"AED": columns["AED"] - columns["AED"][0]})
 
 
 def times(duration: float, samples: int, events: Iterable[float]) -> NDArray[np.float64]:

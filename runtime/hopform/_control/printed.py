@@ -67,10 +67,8 @@ def choose_current_as_printed(
     (2.57, 0.186)
     """
     start = start_of(robot, x1, v1, x2, v2)
-    halved, with_sign, with_spring = (
-        flag(name, value)
-        for name, value in (("half", half), ("signed", signed), ("spring_coordinate", spring_coordinate))
-    )
+    halved, with_sign = flag("half", half), flag("signed", signed)
+    with_spring = flag("spring_coordinate", spring_coordinate)
     wanted, level, _, longest = checked_target(robot, h_des, datum, 0.0, horizon)
     count = math.ceil(min(robot.u_max / positive("grid", grid, "A"), MOST + 1.0))
     if count > MOST:

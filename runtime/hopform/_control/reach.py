@@ -198,9 +198,8 @@ def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
         raise HopformError(f"{name} must be a list of at least one number in {unit}, got shape {array.shape}")
     if not bool(np.all(np.diff(array) > 0.0)):
         index = int(np.flatnonzero(~(np.diff(array) > 0.0))[0])
-        raise HopformError(
-            f"{name} must increase, got {float(array[index + 1])!r} {unit} after {float(array[index])!r}"
-        )
+        before, after = array[index : index + 2].tolist()
+        raise HopformError(f"{name} must increase, got {after!r} {unit} after {before!r}")
     return array
 
 
@@ -242,16 +241,10 @@ def _fixed_points(
     found: list[FixedPoint] = []
     for column, u in enumerate(currents.tolist()):
         signs = np.sign(gain[:, column])
-        for row in np.flatnonzero(
-            (signs[:-1] != signs[1:]) & (signs[:-1] != 0.0) & np.isfinite(signs[:-1] + signs[1:])
-        ):
-            bracket = (
-                float(heights[row]),
-                float(gain[row, column]),
-                float(heights[row + 1]),
-                float(gain[row + 1, column]),
-            )
-            found += _fixed_point(robot, u, bracket, limit, horizon, backend)
+        changes = (signs[:-1] != signs[1:]) & (signs[:-1] != 0.0) & np.isfinite(signs[:-1] + signs[1:])
+        for row in np.flatnonzero(changes):
+            (low, high), (at_low, at_high) = heights[row : row + 2].tolist(), gain[row : row + 2, column].tolist()
+            found += _fixed_point(robot, u, (low, at_low, high, at_high), limit, horizon, backend)
         for row in np.flatnonzero(signs == 0.0):
             found += _at(robot, u, float(heights[row]), limit, horizon, backend)[1]
     return tuple(found)

@@ -8,38 +8,61 @@ computed and a caption.
 `hopform figures DIR` writes them all. Importing this package loads no matplotlib; drawing needs the extra `plot`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from importlib import import_module
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from hopform._checks import shown
 from hopform._errors import HopformError
 from hopform._robots import Robot, load_robot
+from hopform._show import drawing
 
 if TYPE_CHECKING:
     from hopform._figures.picture import Picture
 
-DRAWN: dict[int, tuple[str, str, str]] = {
-    1: ("schematic", "schematic", "hopper_c"),
-    2: ("actuator", "step_response", "hopper_c"),
-    3: ("actuator", "compression_cycles", "hopper_c"),
-    4: ("verification", "initial_model", "hopper_b"),
-    5: ("return_maps", "family_of_maps", "hopper_b"),
-    6: ("first_controller", "on_even_ground", "hopper_b"),
-    7: ("first_controller", "on_uneven_ground", "hopper_b"),
-    8: ("first_controller", "with_errors_of_measurement", "hopper_b"),
-    9: ("actuator", "friction_threshold", "hopper_c"),
-    10: ("verification", "improved_model", "hopper_c"),
-    11: ("return_maps", "bounds_of_map", "hopper_c"),
-    12: ("energies", "ideal_drop", "ideal"),
-    13: ("energies", "real_drop", "hopper_c"),
-    14: ("energies", "actuated", "hopper_c"),
-    15: ("contact", "hall_sensor", "hopper_c"),
-    16: ("feedforward", "on_even_ground", "hopper_c"),
-    17: ("feedforward", "on_uneven_ground", "hopper_c"),
-}
-"""The figures by their number in the paper: module, function, and the shipped robot that it is drawn from."""
+DRAWN: dict[int, tuple[str, str, str, str, str]] = {
+    1: ("schematic", "schematic", "hopper_c", "The model",
+        "photographs of Hoppers B and C, (a), (b), and the schematic of their model, (c)"),
+    2: ("actuator", "step_response", "hopper_c", "Step response of the actuator",
+        "Hopper C's actuator, measured, under the largest current step for a brief time: its velocity is limited"),
+    3: ("actuator", "compression_cycles", "hopper_c", "Compression in steady hopping",
+        "measured compression cycles of Hopper C in steady hopping: x1 still compresses when the stance has ended"),
+    4: ("verification", "initial_model", "hopper_b", "Initial model",
+        "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small hops "
+        "and for x1"),
+    5: ("return_maps", "family_of_maps", "hopper_b", "Apex reachability, {name}",
+        "overlaid return maps of Hopper B for different control actions, measured"),
+    6: ("first_controller", "on_even_ground", "hopper_b", "First controller, even ground",
+        "simulated tracking of references by Hopper B's first controller on even ground"),
+    7: ("first_controller", "on_uneven_ground", "hopper_b", "First controller, uneven ground",
+        "simulations in which Hopper B's first controller cannot hold the height on uneven terrain"),
+    8: ("first_controller", "with_errors_of_measurement", "hopper_b", "First controller, errors of measurement",
+        "the controller's experiments on Hopper B"),
+    9: ("actuator", "friction_threshold", "hopper_c", "Dry friction of the actuator",
+        "a slowly rising current (bottom) until motion of the actuator is detected (top), from which (5) gives f1"),
+    10: ("verification", "improved_model", "hopper_c", "Improved model",
+         "measured step responses (x1, top) and drop tests (x2, bottom) of Hopper C against the improved model: "
+         "transient and steady state are better than in Fig. 4"),
+    11: ("return_maps", "bounds_of_map", "hopper_c", "Apex reachability, {name}",
+         "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at "
+         "about the largest compression, x1 kept 1 to 2 cm off its end"),
+    12: ("energies", "ideal_drop", "ideal", "Energy without losses",
+         "the energy of an ideal hopper in a static drop, constant over all time"),
+    13: ("energies", "real_drop", "hopper_c", "Energy of a passive drop",
+         "the energy of a real hopper in a static drop: an instantaneous loss at impact, friction in stance, and the "
+         "precomputed AED equal to kinetic plus potential energy"),
+    14: ("energies", "actuated", "hopper_c", "Energy of actuated hopping",
+         "the same with 3 A: energy added in U-shaped minima between the flights' plateaus, settling at a steady "
+         "hopping height"),
+    15: ("contact", "hall_sensor", "hopper_c", "Touchdown from a Hall sensor",
+         "the Hall sensor's signal on Hopper C in real hopping: noisy, ground contact easily detected"),
+    16: ("feedforward", "on_even_ground", "hopper_c", "Energy-based controller, even ground",
+         "simulations of the energy-based controller on even terrain"),
+    17: ("feedforward", "on_uneven_ground", "hopper_c", "Energy-based controller, uneven ground",
+         "the same on uneven terrain, as accurate as on even"),
+}  # fmt: skip
+"""The figures by their number in the paper: module and function that draw, the shipped robot that it is drawn from, its
+title, and what the paper shows."""
 
 
 def draw(number: int, robot: Robot | None = None) -> "Picture":
@@ -50,13 +73,14 @@ def draw(number: int, robot: Robot | None = None) -> "Picture":
     """
     if number not in DRAWN:
         raise HopformError(f"figure must be one of {', '.join(map(str, DRAWN))}, got {shown(number)}")
-    import_module("hopform._figures.picture")  # raises MissingExtra
-    module, function, name = DRAWN[number]
-    make = cast("Callable[[Robot], Picture]", getattr(import_module(f"hopform._figures.{module}"), function))
-    drawn = load_robot(name) if robot is None else robot
-    if drawn.gamma2 > 0.0 and number != 1:  # the same robot, its current counted so that it lifts
-        drawn = replace(drawn, gamma2=-drawn.gamma2)
-    return make(drawn)
+    picture = drawing("picture")
+    module, function, name, title, paper = DRAWN[number]
+    own = load_robot(name) if robot is None else robot
+    if own.gamma2 > 0.0 and number != 1:  # the same robot, its current counted so that it lifts
+        own = replace(own, gamma2=-own.gamma2)
+    make = getattr(drawing(module), function)
+    found: Picture = picture.finished(number, title, paper, own, make)
+    return found
 
 
 def draw_recordings(number: int, robot: Robot | None, sources: Mapping[str, str]) -> "Picture | None":
@@ -67,7 +91,8 @@ def draw_recordings(number: int, robot: Robot | None, sources: Mapping[str, str]
     roles = {4: ("drop", "step"), 9: ("ramp",), 10: ("drop", "step")}.get(number, ())
     if not roles or not set(roles) <= sources.keys():
         return None
-    import_module("hopform._figures.picture")  # raises MissingExtra
-    recorded = import_module("hopform._figures.recorded")
-    found: Picture = recorded.drawn(number, load_robot(DRAWN[number][2]) if robot is None else robot, sources)
+    picture, recorded = drawing("picture"), drawing("recorded")
+    _, _, name, title, paper = DRAWN[number]
+    own, paper = load_robot(name) if robot is None else robot, recorded.PAPER.get(number, paper)
+    found: Picture = picture.finished(number, title, paper, own, recorded.drawn(number, sources))
     return found

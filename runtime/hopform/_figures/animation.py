@@ -16,8 +16,8 @@ from matplotlib.text import Text
 
 from hopform._checks import finite, positive, shown, whole
 from hopform._errors import HopformError
-from hopform._figures.picture import GREEN, ORANGE, Array, cm, completed, movable, scale
-from hopform._figures.plots import BLACK, BLUE, GREY, house_style
+from hopform._figures.picture import Array, cm, completed, movable, scale
+from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, ORANGE, house_style
 from hopform._hopping.run import Run, simulate
 from hopform._robots import Robot, load_robot
 from hopform._show import Animation, name_of
@@ -96,10 +96,7 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
         axes.add_patch(box)
     (foot,) = axes.plot([], [], "_", color=BLACK, markersize=14.0, markeredgewidth=3.0, label="foot")
     said = axes.text(0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", family="monospace", fontsize=8)
-    axes.set_ylim(low, high)
-    axes.set_ylabel("height [m]")
-    axes.set_xticks([])
-    axes.set_aspect("equal")
+    axes.set(ylim=(low, high), ylabel="height [m]", xticks=[], aspect="equal")
     axes.legend(loc="upper left", ncols=4)
     lines = {"trace": trace, "spring": spring, "rod": rod, "foot": foot}
     return {**lines, "body": body, "actuator": actuator, "said": said}

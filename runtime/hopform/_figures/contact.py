@@ -7,20 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hopform._figures.picture import (
-    GREEN,
-    ORANGE,
-    Array,
-    Picture,
-    completed,
-    finished,
-    legend,
-    mm,
-    named,
-    sampled_length,
-    scale,
-)  # fmt: skip
-from hopform._figures.plots import BLACK, BLUE, LOOK, MAGENTA, house_style, shade_stances
+from hopform._figures.picture import Array, Drawn, completed, legend, mm, sampled_length, scale
+from hopform._figures.plots import BLACK, BLUE, GREEN, LOOK, MAGENTA, ORANGE, shade_stances
 from hopform._hopping.run import Run, simulate
 from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
 from hopform._robots import Robot
@@ -31,7 +19,7 @@ NOISE = 0.12
 """Standard deviation, in units of the signal's step."""
 
 
-def hall_sensor(robot: Robot) -> Picture:
+def hall_sensor(robot: Robot) -> Drawn:
     """Fig. 15: a signal with noise, what a detector makes of it, and its delay and false alarms over the noise."""
     detector, height = TouchdownDetector(high=0.6, low=0.4, count=3, dt=1e-3), 0.2 * scale(robot)
     run = simulate(robot, flat(3), FeedForward(height), height=height)
@@ -48,24 +36,20 @@ def hall_sensor(robot: Robot) -> Picture:
     delays = np.linspace(0.0, 0.02, 21)
     first = run.hops[0]
     cost = np.array([delayed_apex(robot, each, v2=first.touchdown.v2, u=first.u)[1] for each in delays])
-    with house_style():
-        width = LOOK.get().width
-        figure = Figure(figsize=(width, 4.4 if width > 5.0 else 8.0), layout="constrained")
-        places = figure.subplot_mosaic("AAA;BCD" if width > 5.0 else "A;B;C;D")
-        draw_signal(places["A"], run, t, signal, detector, detected)
-        places["B"].plot(noise, 1e3 * mean, color=BLUE, label="closed form")
-        places["B"].plot(noise[::4], 1e3 * drawn, "o", color=ORANGE, markersize=3.5, label="drawn")
-        places["B"].set_ylabel("mean delay [ms]")
-        places["B"].legend(loc="upper left")
-        places["C"].semilogy(noise, alarms, color=BLUE)
-        places["C"].set_ylabel("false alarms [1/s]")
-        places["C"].set_ylim(1e-12, 1e2)
-        for name in "BC":
-            places[name].set_xlabel("noise [of the step]")
-            places[name].set_xticks([0.1, 0.2, 0.3, 0.4])
-        places["D"].plot(1e3 * delays, 1e3 * cost, color=BLUE)
-        places["D"].set_xlabel("delay [ms]")
-        places["D"].set_ylabel("apex error [mm]")
+    width = LOOK.get().width
+    figure = Figure(figsize=(width, 4.4 if width > 5.0 else 8.0), layout="constrained")
+    places = figure.subplot_mosaic("AAA;BCD" if width > 5.0 else "A;B;C;D")
+    draw_signal(places["A"], run, t, signal, detector, detected)
+    places["B"].plot(noise, 1e3 * mean, color=BLUE, label="closed form")
+    places["B"].plot(noise[::4], 1e3 * drawn, "o", color=ORANGE, markersize=3.5, label="drawn")
+    places["B"].set_ylabel("mean delay [ms]")
+    places["B"].legend(loc="upper left")
+    places["C"].semilogy(noise, alarms, color=BLUE)
+    places["C"].set(ylabel="false alarms [1/s]", ylim=(1e-12, 1e2))
+    for name in "BC":
+        places[name].set(xlabel="noise [of the step]", xticks=[0.1, 0.2, 0.3, 0.4])
+    places["D"].plot(1e3 * delays, 1e3 * cost, color=BLUE)
+    places["D"].set(xlabel="delay [ms]", ylabel="apex error [mm]")
     late = detected[: true.size] - true
     ours = (
         f"a synthetic signal of {true.size} hops at 1 kHz, noise {NOISE:g} of the step, through hysteresis "
@@ -75,10 +59,9 @@ def hall_sensor(robot: Robot) -> Picture:
         f"second. At noise {noise[-1]:g} it would be {1e3 * mean[-1]:.1f} ms and {alarms[-1]:.1f} a second. A "
         f"current that comes {1e3 * delays[5]:.0f} ms late costs {mm(-cost[5])} of a {100 * first.apex:.0f} cm apex"
     )
-    paper = "the Hall sensor's signal on Hopper C in real hopping: noisy, ground contact easily detected"
     data = {"t": t, "signal": signal, "detected": detected, "true": true, "noise": noise, "mean delay": mean,
             "drawn": drawn, "false alarms": alarms, "delays": delays, "cost": cost}  # fmt: skip
-    return finished(15, "Touchdown from a Hall sensor", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
 def in_contact(run: Run, t: Array) -> Array:
@@ -96,6 +79,5 @@ def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: Touchdo
     axes.axhline(detector.low, color=MAGENTA, linestyle=":", linewidth=1.2, label="ends below")
     axes.plot(detected, np.full(detected.size, detector.high), "v", color=ORANGE, markersize=6.0, markeredgecolor=BLACK,
               markeredgewidth=0.5, label="touchdown detected")  # fmt: skip
-    axes.set_ylabel("Hall signal [of its step]")
-    axes.set_xlabel("time [s]")
+    axes.set(xlabel="time [s]", ylabel="Hall signal [of its step]")
     legend(axes, 5)

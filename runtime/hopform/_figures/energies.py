@@ -10,28 +10,24 @@ from matplotlib.figure import Figure
 
 from hopform._control.reach import home_of
 from hopform._errors import HopformError
-from hopform._figures.picture import (
+from hopform._figures.picture import Array, Drawn, cm, completed, legend, panels, scale, volts
+from hopform._figures.plots import (
+    BLACK,
+    BLUE,
     GREEN,
+    MAGENTA,
     ORANGE,
     SKY,
-    Array,
-    Picture,
-    cm,
-    completed,
-    finished,
-    legend,
-    named,
-    panels,
-    scale,
-    volts,
-)  # fmt: skip
-from hopform._figures.plots import BLACK, BLUE, MAGENTA, house_style, room_for_a_constant, run_times, shade_stances
+    room_for_a_constant,
+    run_times,
+    shade_stances,
+)
 from hopform._hopping.run import Run, simulate
 from hopform._robots import Robot
 from hopform.terrain import flat
 
 
-def ideal_drop(robot: Robot) -> Picture:
+def ideal_drop(robot: Robot) -> Drawn:
     """Fig. 12: without losses the energy stays; the robot without friction, its actuator locked."""
     height, kept = 0.2 * scale(robot), home_of(robot)
     still = replace(robot, b1=0.0, b2=0.0, f1=0.0, f2=0.0, impact_loss=0.0, x1_min=kept, x1_max=kept)
@@ -43,11 +39,10 @@ def ideal_drop(robot: Robot) -> Picture:
         f"a drop of {cm(height, 0)}, {len(run.hops)} hops. Kinetic, gravitational and spring energy add up to "
         f"{energy[0]:.4f} J throughout; the sum varies by {span:.0e} of that"
     )
-    paper = "the energy of an ideal hopper in a static drop, constant over all time"
-    return finished(12, "Energy without losses", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
-def real_drop(robot: Robot) -> Picture:
+def real_drop(robot: Robot) -> Drawn:
     """Fig. 13: a passive drop, the energy as predicted by (24)."""
     height = 0.2 * scale(robot)
     run = simulate(robot, flat(7), 0.0, height=height)
@@ -62,14 +57,10 @@ def real_drop(robot: Robot) -> Picture:
         "The AED of (24), predicted at each touchdown, and the energy after the fact differ by at most "
         f"{data['predicted off']:.0e} J"
     )
-    paper = (
-        "the energy of a real hopper in a static drop: an instantaneous loss at impact, friction in stance, and the "
-        "precomputed AED equal to kinetic plus potential energy"
-    )
-    return finished(13, "Energy of a passive drop", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
-def actuated(robot: Robot) -> Picture:
+def actuated(robot: Robot) -> Drawn:
     """Fig. 14: the same at 3 A, up to a steady height."""
     height, u = 0.2 * scale(robot), robot.u_max
     run, long = (simulate(robot, flat(hops), u, height=height) for hops in (12, 60))
@@ -83,12 +74,8 @@ def actuated(robot: Robot) -> Picture:
         "body; the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) leaves out. AED predicted "
         f"and energy after the fact differ by at most {data['predicted off']:.0e} J"
     )
-    paper = (
-        "the same with 3 A: energy added in U-shaped minima between the flights' plateaus, settling at a steady "
-        "hopping height"
-    )
     data["steady"] = steady
-    return finished(14, "Energy of actuated hopping", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
 def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
@@ -96,25 +83,23 @@ def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
     t = np.asarray(run_times(run), dtype=float)
     kinetic, weight, spring = parts(run, t)
     energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
-    with house_style():
-        figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
-        for axes in (top, bottom):
-            shade_stances(axes, run, "stance")
-            lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
-            height = np.zeros(len(lifts))
-            frame = axes.get_xaxis_transform()
-            axes.plot(lifts, height, "^", color=BLACK, markersize=3.5, transform=frame, label="take-off")
-        top.plot(t, energy, color=SKY, linewidth=4.0, label="kinetic + potential")
-        top.plot(t, predicted, color=MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, predicted")
-        top.set_ylabel("body energy [J]")
-        room_for_a_constant(top, 0.5)
-        legend(top)
-        bottom.plot(t, kinetic, color=BLUE, linewidth=1.0, label="kinetic")
-        bottom.plot(t, weight, color=GREEN, linewidth=1.0, linestyle="--", label="gravitational")
-        bottom.plot(t, spring, color=ORANGE, linewidth=1.0, linestyle="-.", label="spring")
-        bottom.set_ylabel("its parts [J]")
-        bottom.set_xlabel("time [s]")
-        legend(bottom, handles=bottom.get_lines()[1:])
+    figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
+    for axes in (top, bottom):
+        shade_stances(axes, run, "stance")
+        lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
+        height = np.zeros(len(lifts))
+        frame = axes.get_xaxis_transform()
+        axes.plot(lifts, height, "^", color=BLACK, markersize=3.5, transform=frame, label="take-off")
+    top.plot(t, energy, color=SKY, linewidth=4.0, label="kinetic + potential")
+    top.plot(t, predicted, color=MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, predicted")
+    top.set_ylabel("body energy [J]")
+    room_for_a_constant(top, 0.5)
+    legend(top)
+    bottom.plot(t, kinetic, color=BLUE, linewidth=1.0, label="kinetic")
+    bottom.plot(t, weight, color=GREEN, linewidth=1.0, linestyle="--", label="gravitational")
+    bottom.plot(t, spring, color=ORANGE, linewidth=1.0, linestyle="-.", label="spring")
+    bottom.set(xlabel="time [s]", ylabel="its parts [J]")
+    legend(bottom, handles=bottom.get_lines()[1:])
     off = float(np.abs(energy - predicted).max())
     data = {"run": run, "t": t, "energy": energy, "predicted": predicted, "kinetic": kinetic, "weight": weight,
             "spring": spring, "predicted off": off}  # fmt: skip

@@ -9,24 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hopform._figures.first_controller import draw_run, rms, worst
-from hopform._figures.picture import (
-    GREEN,
-    ORANGE,
-    SKY,
-    Array,
-    Picture,
-    cm,
-    completed,
-    finished,
-    legend,
-    mm,
-    movable,
-    named,
-    panels,
-    scale,
-    volts,
-)
-from hopform._figures.plots import BLACK, MAGENTA, apexes, house_style, shade_stances
+from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, movable, panels, scale, volts
+from hopform._figures.plots import BLACK, GREEN, MAGENTA, ORANGE, SKY, apexes, shade_stances
 from hopform._hopping.run import NONE, Errors, Run, simulate
 from hopform._robots import Robot
 from hopform.controllers import AsPrinted, FeedForward
@@ -42,25 +26,19 @@ LEAST = 1e-3  # [mm] below which the scale of errors is linear
 MARKS = (("o", GREEN), ("s", BLACK), ("^", MAGENTA), ("D", SKY), ("v", ORANGE))
 
 
-def on_even_ground(robot: Robot) -> Picture:
+def on_even_ground(robot: Robot) -> Drawn:
     """Fig. 16."""
-    return picture(
-        16, robot, flat(len(REFERENCE)), "Energy-based controller, even ground",
-        "simulations of the energy-based controller on even terrain", "over flat ground",
-    )  # fmt: skip
+    return compared(16, robot, flat(len(REFERENCE)), "over flat ground")
 
 
-def on_uneven_ground(robot: Robot) -> Picture:
+def on_uneven_ground(robot: Robot) -> Drawn:
     """Fig. 17."""
     size = SIZE * scale(robot)
-    return picture(
-        17, robot, uniform(len(REFERENCE), size, seed=17), "Energy-based controller, uneven ground",
-        "the same on uneven terrain, as accurate as on even",
-        f"over heights drawn from {cm(-size, 0)} to {cm(size, 0)}, known at touchdown only",
-    )  # fmt: skip
+    where = f"over heights drawn from {cm(-size, 0)} to {cm(size, 0)}, known at touchdown only"
+    return compared(17, robot, uniform(len(REFERENCE), size, seed=17), where)
 
 
-def picture(number: int, robot: Robot, ground: Heights, title: str, paper: str, where: str) -> Picture:
+def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
     """Heights, currents and errors of the exact controller, of the one as printed, and of the exact one that errs."""
     wanted = tuple(scale(movable(robot)) * each for each in REFERENCE)
     wrong = replace(robot, **{name: WRONG * getattr(robot, name) for name in IDENTIFIED})
@@ -69,13 +47,11 @@ def picture(number: int, robot: Robot, ground: Heights, title: str, paper: str, 
         "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
     }  # fmt: skip
     runs = {
-        name: simulate(robot, ground, kind(wanted), height=wanted[0], errors=errors, seed=number)
+        name: simulate(robot, ground, kind(wanted), height=wanted[0], errors=errors, seed=seed)
         for name, (kind, errors) in asked.items()
     }
     run = completed(runs["exact"])
     miss = {name: each.table["apex"] - np.array(wanted[: len(each.hops)]) for name, each in runs.items()}
-    with house_style():
-        figure = drawn(run, miss)
     off = {name: f"{mm(rms(each))} rms, {mm(worst(each))} at most" for name, each in miss.items()}
     ours = (
         f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
@@ -87,8 +63,7 @@ def picture(number: int, robot: Robot, ground: Heights, title: str, paper: str, 
         f"touchdown seen at a tick of 1 kHz and {1e3 * LATE.delay:.0f} ms late: {off['late']}. The scale of the "
         "errors is linear below 1 um"
     )
-    data = {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
-    return finished(number, title, paper, ours, named(robot), figure, data)
+    return drawn(run, miss), ours, {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
 
 
 def drawn(run: Run, miss: dict[str, Array]) -> Figure:
@@ -100,7 +75,6 @@ def drawn(run: Run, miss: dict[str, Array]) -> Figure:
         bottom.plot(times[: shown.size], shown, marker, color=colour, markersize=3.5, clip_on=False, label=name)
     bottom.set_yscale("symlog", linthresh=LEAST)
     shade_stances(bottom, run)
-    bottom.set_ylabel("apex error [mm]")
-    bottom.set_xlabel("time [s]")
+    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
     legend(bottom, 5)
     return figure

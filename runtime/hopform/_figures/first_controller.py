@@ -10,23 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hopform._errors import HopformError
-from hopform._figures.picture import (
-    GREEN,
-    ORANGE,
-    Array,
-    Picture,
-    cm,
-    completed,
-    finished,
-    legend,
-    mm,
-    movable,
-    named,
-    panels,
-    scale,
-    volts,
-)  # fmt: skip
-from hopform._figures.plots import BLACK, BLUE, apexes, draw_heights, house_style, run_times, shade_stances
+from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, movable, panels, scale, volts
+from hopform._figures.plots import BLACK, BLUE, GREEN, ORANGE, apexes, draw_heights, run_times, shade_stances
 from hopform._hopping.run import Errors, Run, simulate
 from hopform._robots import Robot
 from hopform.controllers import FeedForward, ReturnMap
@@ -46,15 +31,14 @@ def references(robot: Robot) -> tuple[float, ...]:
     return tuple(scale(robot) * each for each in REFERENCE)
 
 
-def on_even_ground(robot: Robot) -> Picture:
+def on_even_ground(robot: Robot) -> Drawn:
     """Fig. 6: the controller follows steps of the height."""
     (Kp, Kd), wanted = law(movable(robot)), references(robot)
     run = completed(simulate(robot, flat(len(wanted)), ReturnMap(wanted, Kp=Kp, Kd=Kd), height=wanted[0]))
     miss = run.table["apex"] - np.array(wanted)
     settled, up = after_steps(miss), wanted.index(max(wanted))
     rise = int(np.argmax(np.abs(miss[up:]) < 0.1 * (max(wanted) - wanted[0]))) + 1
-    with house_style():
-        figure = tracked(run, {"first controller": run})
+    figure = tracked(run, {"first controller": run})
     ours = (
         f"{len(run.hops)} hops over flat ground, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. "
         f"The return maps were measured in simulated steady hopping; in expansion a law at 1 kHz (Kp = {Kp:g} "
@@ -62,12 +46,11 @@ def on_even_ground(robot: Robot) -> Picture:
         f"{rise} hops; the apex is off by {mm(worst(miss))} at most behind a step, by {mm(rms(settled))} rms from "
         f"the {SETTLED + 1}th hop on"
     )
-    paper = "simulated tracking of references by Hopper B's first controller on even ground"
     data = {"run": run, "wanted": wanted, "miss": miss}
-    return finished(6, "First controller, even ground", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
-def on_uneven_ground(robot: Robot) -> Picture:
+def on_uneven_ground(robot: Robot) -> Drawn:
     """Fig. 7: the same controller fails on rough ground, where the exact one holds the height."""
     (Kp, Kd), wanted, size, count = law(movable(robot)), 0.16 * scale(robot), 0.03 * scale(robot), 18
     ground, first = uniform(count, size, seed=7), ReturnMap(wanted, Kp=Kp, Kd=Kd)
@@ -82,9 +65,8 @@ def on_uneven_ground(robot: Robot) -> Picture:
         raise HopformError(f"{robot.name or 'robot'} falls within {SETTLED} hops under the first controller")
     others = [simulate(robot, uniform(count, size, seed=seed), first, height=wanted) for seed in range(100, 112)]
     miss = {name: run.table["apex"] - wanted for name, run in runs.items()}
-    with house_style():
-        shown = {"first controller": runs["rough"], "exact controller": runs["exact"]}
-        figure = tracked(runs["rough"], shown)
+    shown = {"first controller": runs["rough"], "exact controller": runs["exact"]}
+    figure = tracked(runs["rough"], shown)
     spread = {name: float(np.nanstd(values[SETTLED:])) for name, values in miss.items()}
     spreads = [float(np.nanstd(run.table["apex"][SETTLED:])) for run in others]
     fallen = sum(run.status != "completed" for run in others)
@@ -97,12 +79,11 @@ def on_uneven_ground(robot: Robot) -> Picture:
         f"ground, up to {mm(worst(miss['soft']))} off. The exact energy-based controller on the same ground is off "
         f"by {worst(miss['exact']):.0e} m at most"
     )
-    paper = "simulations in which Hopper B's first controller cannot hold the height on uneven terrain"
     data = {"runs": runs, "others": others, "wanted": wanted, "miss": miss, "spread": spread}
-    return finished(7, "First controller, uneven ground", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
-def with_errors_of_measurement(robot: Robot) -> Picture:
+def with_errors_of_measurement(robot: Robot) -> Drawn:
     """Fig. 8: the experiment's place is taken by a simulation whose sensors and motor are not perfect."""
     errors = Errors(x1=5e-4, v1=0.02, x2=3e-3, v2=0.05, ground=3e-3, current_scale=0.97, quantum=1e-3, delay=2e-3)
     (Kp, Kd), wanted = law(movable(robot)), references(robot)
@@ -111,28 +92,19 @@ def with_errors_of_measurement(robot: Robot) -> Picture:
     run = completed(simulate(robot, flat(len(wanted)), first, height=wanted[0], errors=errors, seed=8))
     miss, before = (each.table["apex"] - np.array(wanted) for each in (run, clean))
     seen = run.table["apex"] + 3e-3 * np.random.default_rng(8).standard_normal(len(run.hops))
-    with house_style():
-        figure = tracked(run, {"with errors of measurement": run, "without": clean})
-        times, _ = apexes(run)
-        figure.axes[0].plot(times, 100 * seen[: times.size], "s", color=GREEN, markersize=4.0, markerfacecolor="none",
-                            clip_on=False, label="apex as measured")  # fmt: skip
-        legend(figure.axes[0], 4)
+    figure = tracked(run, {"with errors of measurement": run, "without": clean})
+    times, _ = apexes(run)
+    figure.axes[0].plot(times, 100 * seen[: times.size], "s", color=GREEN, markersize=4.0, markerfacecolor="none",
+                        clip_on=False, label="apex as measured")  # fmt: skip
+    legend(figure.axes[0], 4)
     ours = (
         f"a simulation in the experiment's place ({run.status}, {len(run.hops)} hops): noise of {mm(errors.x2)} and "
         f"{errors.v2:g} m/s on the body, {100 * (1 - errors.current_scale):.0f} % less force than asked for, "
         f"touchdown seen at a 1 kHz tick and {1e3 * errors.delay:.0f} ms late. Once settled the apex is off by "
         f"{mm(rms(after_steps(miss)))} rms, against {mm(rms(after_steps(before)))} without these errors"
     )
-    paper = "the controller's experiments on Hopper B"
-    data = {
-        "run": run,
-        "clean": clean,
-        "wanted": wanted,
-        "miss": miss,
-        "miss without errors": before,
-        "errors": errors,
-    }
-    return finished(8, "First controller, errors of measurement", paper, ours, named(robot), figure, data)
+    data = {"run": run, "clean": clean, "wanted": wanted, "miss": miss, "miss without errors": before, "errors": errors}
+    return figure, ours, data
 
 
 def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
@@ -145,8 +117,7 @@ def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
         times, heights = apexes(each)
         miss = 1e3 * (heights - np.array(run.h_des[: times.size]))
         bottom.plot(times, miss, marker, color=colour, markersize=3.5, clip_on=False, label=name)
-    bottom.set_ylabel("apex error [mm]")
-    bottom.set_xlabel("time [s]")
+    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
     if len(compared) > 1:
         legend(bottom)
     return figure

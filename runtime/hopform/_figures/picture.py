@@ -5,11 +5,14 @@
 
 import re
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import NDArray
 
 from hopform._errors import HopformError
@@ -18,21 +21,8 @@ from hopform._hopping.run import Run
 from hopform._robots import ROBOTS, Robot
 from hopform._words import name_of
 
-try:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-except ModuleNotFoundError as error:
-    if error.name is None or error.name.partition(".")[0] != "matplotlib":
-        raise
-    from hopform._errors import MissingExtra
-
-    raise MissingExtra("a figure", "plot") from None
-
 Array = NDArray[np.float64]
 
-ORANGE, GREEN, SKY = "#D55E00", "#009E73", "#56B4E9"
-"""Of the palette of Okabe and Ito, which colour-blind readers distinguish."""
 _COLUMNS = 115  # of a caption's line at its size
 _LINE = 0.132  # [in]
 
@@ -55,23 +45,20 @@ class Picture:
     @property
     def whose(self) -> str:
         """Whose parameters these are."""
-        return provenance(self.robot)
+        ours = any(self.robot.startswith(name) for name in ROBOTS)
+        return (
+            f"{self.robot}, this project's own; the paper gives none" if ours else f"{self.robot}, from its robot file"
+        )
 
     @property
     def caption(self) -> str:
         """The text under the figure."""
-        return caption(self.number, self.title, self.paper, self.ours, self.robot)
+        head = f"Fig. {self.number}. {self.title}. The paper shows {self.paper}."
+        return f"{head} Here: {self.ours}. Parameters: {self.whose}."
 
 
-def caption(number: int, title: str, paper: str, ours: str, robot: str) -> str:
-    """The end of every caption: the paper's figure, this one, and whose parameters these are."""
-    return f"Fig. {number}. {title}. The paper shows {paper}. Here: {ours}. Parameters: {provenance(robot)}."
-
-
-def provenance(robot: str) -> str:
-    """Whose parameters these are."""
-    ours = any(robot.startswith(name) for name in ROBOTS)
-    return f"{robot}, this project's own; the paper gives none" if ours else f"{robot}, from its robot file"
+Drawn = tuple[Figure, str, Mapping[str, Any]]
+"""The panels of a figure, what they show here, and the data."""
 
 
 def panels(rows: int, height: float, columns: int = 1, **how: Any) -> tuple[Figure, list[Axes]]:
@@ -81,31 +68,28 @@ def panels(rows: int, height: float, columns: int = 1, **how: Any) -> tuple[Figu
     return figure, list(figure.subplots(rows, columns, squeeze=False, **how).flat)
 
 
-def finished(
-    number: int, title: str, paper: str, ours: str, robot: str, figure: Figure, data: Mapping[str, Any]
-) -> Picture:
-    """The picture, its caption set under the panels."""
-    picture = Picture(number, title, paper, ours, robot, figure, data)
-    if not LOOK.get().with_caption:
+def finished(number: int, title: str, paper: str, robot: Robot, make: Callable[[Robot], Drawn]) -> Picture:
+    """The picture that is made of a robot, its caption set under the panels; a title may hold the robot's {name}."""
+    with house_style():
+        figure, ours, data = make(robot)
+        picture = Picture(number, title.format(name=name_of(robot)), paper, ours, named(robot), figure, data)
+        if LOOK.get().with_caption:
+            set_under(figure, picture.caption)
         figure.align_ylabels()
-        return picture
-    text = re.sub(
-        r"(\d) (?=(?:[cmk]?m|[mk]?[sV]|k?Hz|[AJN])\b)",
-        "\\1\N{NO-BREAK SPACE}",
-        picture.caption,
-    )
+    return picture
+
+
+def set_under(figure: Figure, caption: str) -> None:
+    """A text under the panels, whose numbers keep their units in the line."""
+    text = re.sub(r"(\d) (?=(?:[cmk]?m|[mk]?[sV]|k?Hz|[AJN])\b)", "\\1\N{NO-BREAK SPACE}", caption)
     lines = textwrap.wrap(text, round(_COLUMNS * LOOK.get().width / 6.4))
     width, height = (float(each) for each in figure.get_size_inches())
     foot = _LINE * len(lines) + 0.12
-    with house_style():
-        figure.set_size_inches(width, height + foot)
-        share = foot / (height + foot)
-        figure.set_layout_engine(ConstrainedLayoutEngine(rect=(0.0, share, 1.0, 1.0 - share), w_pad=0.06, h_pad=0.05))
-        figure.align_ylabels()
-        figure.text(
-            0.012, (foot - 0.06) / (height + foot), plain("\n".join(lines)), va="top", fontsize=7.2, linespacing=1.25
-        )
-    return picture
+    whole, words = height + foot, plain("\n".join(lines))
+    figure.set_size_inches(width, whole)
+    room = (0.0, foot / whole, 1.0, 1.0 - foot / whole)
+    figure.set_layout_engine(ConstrainedLayoutEngine(rect=room, w_pad=0.06, h_pad=0.05))
+    figure.text(0.012, (foot - 0.06) / whole, words, va="top", fontsize=7.2, linespacing=1.25)
 
 
 def legend(axes: Axes, columns: int = 3, **how: Any) -> None:

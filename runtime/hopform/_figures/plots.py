@@ -18,31 +18,25 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+import matplotlib.style
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hopform._batch import Batch
 from hopform._control.exact import Command
 from hopform._control.reach import Reachability
-from hopform._errors import HopformError, MissingExtra
+from hopform._errors import HopformError
 from hopform._flight import Flight
 from hopform._hopping.run import Hop, Run
 from hopform._sensitivities import Sensitivities
 from hopform._show import UNITS
 from hopform._stance import Phase, Stance, aed_at
 from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
-
-try:
-    import matplotlib.style
-    from matplotlib.axes import Axes
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
-except ModuleNotFoundError as error:
-    if error.name is None or error.name.partition(".")[0] != "matplotlib":
-        raise
-    raise MissingExtra("a plot", "plot") from None
 
 SUFFIXES = {
     ".svg": {"Date": None, "Creator": "hopform"},
@@ -52,6 +46,8 @@ SUFFIXES = {
 """Suffixes of files with their metadata, without date or version."""
 
 BLUE, PALE_BLUE, MAGENTA, GREY, BLACK = "#0072B2", "#8CC4E8", "#A6257A", "#666666", "#222222"
+ORANGE, GREEN, SKY = "#D55E00", "#009E73", "#56B4E9"
+"""Of the palette of Okabe and Ito, which colour-blind readers distinguish."""
 SHADES: dict[str, dict[str, Any]] = {
     "slips up": {"facecolor": "#CFE6F5", "edgecolor": "none"},
     "slips down": {"facecolor": "#FBE3C5", "edgecolor": "none"},
@@ -198,6 +194,12 @@ def draw_current(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     room_for_a_constant(axes, 0.5)
 
 
+def draw_currents(axes: Axes, moved: Run | Hop | Flight, t: Curve) -> None:
+    axes.plot(t, moved.current(t), color=BLUE, linewidth=1.4 if isinstance(moved, Flight) else 0.9)
+    axes.set_ylabel("current $u$ [A]")
+    room_for_a_constant(axes, 0.5)
+
+
 def room_for_a_constant(axes: Axes, least: float) -> None:
     """At least so much on the vertical axis, so that rounding does not look like motion."""
     low, high = axes.get_ylim()
@@ -272,9 +274,7 @@ def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t)
         draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), PREDICTED)
-        rows[3].plot(t, np.asarray(run.current(t)), color=BLUE, linewidth=0.9)
-        rows[3].set_ylabel("current $u$ [A]")
-        room_for_a_constant(rows[3], 0.5)
+        draw_currents(rows[3], run, t)
         for axes in rows:
             shade_stances(axes, run)
         named = [each for axes in (rows[0], rows[2]) for each in zip(*axes.get_legend_handles_labels(), strict=True)]
@@ -385,9 +385,7 @@ def plot_flight(flight: Flight, make: Make = Figure) -> Figure:
         flight_panel(rows[0], flight)
         rows[0].set_xlabel("")
         draw_strokes(rows[1], flight, t)
-        rows[2].plot(t, np.asarray(flight.current(t)), color=BLUE)
-        rows[2].set_ylabel("current $u$ [A]")
-        room_for_a_constant(rows[2], 0.5)
+        draw_currents(rows[2], flight, t)
         rows[2].set_xlabel("time since take-off [s]")
         figure.align_ylabels(rows)
         figure.suptitle(literal(name_of(flight.robot)) + plain(f": {flight.status} after {flight.duration:.4g} s"))
@@ -399,8 +397,7 @@ def flight_panel(axes: Axes, flight: Flight) -> None:
     t = np.linspace(0.0, flight.duration, SAMPLES)
     axes.plot(t, 100.0 * np.asarray(flight.at(t).x2), color=BLUE, label="body")
     axes.plot(t, 100.0 * np.asarray(flight.foot(t)), color=GREY, label="foot")
-    axes.set_ylabel("height [cm]")
-    axes.set_xlabel("time since take-off [s]")
+    axes.set(xlabel="time since take-off [s]", ylabel="height [cm]")
     axes.legend()
 
 
@@ -434,8 +431,7 @@ def sensitivities_panel(axes: Axes, found: Sensitivities) -> None:
     axes.imshow(share, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
     for (row, column), value in np.ndenumerate(found.matrix):
         axes.text(column, row, f"{value:.2g}", ha="center", va="center", fontsize=5.5, rotation=90)
-    axes.set_ylabel("derivative of")
-    axes.set_xlabel("by")
+    axes.set(xlabel="by", ylabel="derivative of")
     axes.set_xticks(range(len(found.columns)), [f"{name} [{UNITS[name]}]" for name in found.columns], rotation=90)
     axes.set_yticks(range(len(found.rows)), [f"{name} [{UNITS[name]}]" for name in found.rows])
 
@@ -477,8 +473,7 @@ def reach_panel(axes: Axes, found: Reachability) -> None:
         points = [100.0 * each.height for each in found.fixed_points if each.stable is stable and each.admissible]
         if points:
             axes.plot(points, points, marker, color=MAGENTA, markersize=4.0, label=f"fixed point, {words}")
-    axes.set_xlabel("apex [cm]")
-    axes.set_ylabel("next apex [cm]")
+    axes.set(xlabel="apex [cm]", ylabel="next apex [cm]")
 
 
 def limits(values: Curve) -> tuple[float, float]:
@@ -503,6 +498,5 @@ def command_panel(axes: Axes, found: Command) -> None:
     axes.axhline(100.0 * found.question.target[0], color=GREY, linestyle="--", linewidth=0.8, label="desired")
     if found.status != "no_takeoff":
         axes.plot([found.u], [100.0 * found.apex], "o", color=MAGENTA, label=found.status)
-    axes.set_xlabel("current [A]")
-    axes.set_ylabel("next apex [cm]")
+    axes.set(xlabel="current [A]", ylabel="next apex [cm]")
     axes.legend()

@@ -8,20 +8,10 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hopform._batch import Batch
 from hopform._checks import shown
-from hopform._control.exact import Command
-from hopform._control.reach import Reachability
 from hopform._errors import HopformError
 from hopform._figures import fits, plots
-from hopform._flight import Flight
-from hopform._hopping.run import Hop, Run
-from hopform._identify.fits import Fit
-from hopform._identify.ramp import Threshold
-from hopform._identify.recordings import Recording
-from hopform._sensitivities import Sensitivities
 from hopform._show import Shown
-from hopform._stance import Stance
 
 Whole = Callable[[Any, plots.Make], Figure]
 Panel = Callable[[Axes, Any], object]
@@ -40,18 +30,18 @@ def alone(panel: Panel, width: float, height: float) -> Whole:
     return whole
 
 
-PICTURES: dict[type[Shown], tuple[Whole, Panel]] = {
-    Stance: (plots.plot_stance, plots.stance_panel),
-    Flight: (plots.plot_flight, plots.flight_panel),
-    Hop: (plots.plot_run, plots.run_panel),
-    Run: (plots.plot_run, plots.run_panel),
-    Batch: (alone(plots.batch_panel, 6.0, 3.6), plots.batch_panel),
-    Sensitivities: (alone(plots.sensitivities_panel, 9.0, 3.6), plots.sensitivities_panel),
-    Reachability: (plots.plot_reach, plots.reach_panel),
-    Command: (plots.plot_command, plots.command_panel),
-    Recording: (fits.plot_recording, fits.recording_panel),
-    Fit: (fits.plot_fit, lambda axes, fit: fits.trace_panel(axes, fit.traces[0], fit.units)),
-    Threshold: (fits.plot_threshold, lambda axes, found: fits.rise_panel(axes, found.rises[0], found.units)),
+PICTURES: dict[str, tuple[Whole, Panel]] = {
+    "Stance": (plots.plot_stance, plots.stance_panel),
+    "Flight": (plots.plot_flight, plots.flight_panel),
+    "Hop": (plots.plot_run, plots.run_panel),
+    "Run": (plots.plot_run, plots.run_panel),
+    "Batch": (alone(plots.batch_panel, 6.0, 3.6), plots.batch_panel),
+    "Sensitivities": (alone(plots.sensitivities_panel, 9.0, 3.6), plots.sensitivities_panel),
+    "Reachability": (plots.plot_reach, plots.reach_panel),
+    "Command": (plots.plot_command, plots.command_panel),
+    "Recording": (fits.plot_recording, fits.recording_panel),
+    "Fit": (fits.plot_fit, lambda axes, fit: fits.trace_panel(axes, fit.traces[0], fit.units)),
+    "Threshold": (fits.plot_threshold, lambda axes, found: fits.rise_panel(axes, found.rises[0], found.units)),
 }
 
 
@@ -86,6 +76,7 @@ def drawn(result: Shown, axes: Axes | None) -> Axes:
 
 
 def _picture_of(result: Shown) -> tuple[Whole, Panel]:
-    if type(result) not in PICTURES:
-        raise HopformError(f"there is no plot of {type(result).__name__}; `to_xarray` has its numbers")
-    return PICTURES[type(result)]
+    name = type(result).__name__
+    if name not in PICTURES:
+        raise HopformError(f"there is no plot of {name}; `to_xarray` has its numbers")
+    return PICTURES[name]

@@ -13,30 +13,15 @@ from numpy.typing import NDArray
 from hopform._control.exact import choose_current
 from hopform._control.reach import Reachability, reachability
 from hopform._figures.first_controller import rms
-from hopform._figures.picture import (
-    ORANGE,
-    SKY,
-    Array,
-    Picture,
-    cm,
-    finished,
-    legend,
-    mm,
-    movable,
-    named,
-    panels,
-    scale,
-    volts,
-)  # fmt: skip
-from hopform._figures.plots import BLACK, BLUE, MAGENTA, house_style, limits
+from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, panels, scale, volts
+from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, limits
 from hopform._hopping.run import simulate
 from hopform._robots import Robot
-from hopform._words import name_of
 from hopform.controllers import Touchdown
 from hopform.terrain import flat
 
 
-def family_of_maps(robot: Robot) -> Picture:
+def family_of_maps(robot: Robot) -> Drawn:
     """Fig. 5: a family of return maps, one per control action."""
     currents = np.array([0.0, *np.linspace(0.5, 1.0, 6) * movable(robot).u_max])
     reach = reachability(robot, scale(robot) * np.linspace(0.02, 0.36, 171), currents)
@@ -44,21 +29,20 @@ def family_of_maps(robot: Robot) -> Picture:
     free = np.where(reach.admissible, 100 * reach.apex, np.nan)
     stopped = np.where(beside(reach.limited), 100 * reach.apex, np.nan)
     silent = reach.heights[np.isnan(reach.apex).any(axis=1)]
-    with house_style():
-        figure, (axes,) = panels(1, 4.3)
-        shade(axes, reach, "reachable by some input")
-        for column, colour in enumerate(map(colours.to_rgba, currents)):
-            axes.plot(100 * reach.heights, free[:, column], color=colour)
-            label = "" if column < currents.size - 1 else "actuator meets its stop"
-            axes.plot(100 * reach.heights, stopped[:, column], color=colour, linestyle=":", label=label)
-        for height, words in grouped(100 * reach.apex[-1], currents, 1.2):
-            end = (100 * reach.heights[-1], height)
-            label = f"{words} {volts(robot)}"
-            axes.annotate(label, end, (3, 0), textcoords="offset points", va="center", fontsize=8)
-        axes.figure.colorbar(colours, ax=axes, label=f"input [{volts(robot)}]", pad=0.08)
-        fixed_points(axes, reach)
-        diagonal(axes, reach)
-        legend(axes)
+    figure, (axes,) = panels(1, 4.3)
+    shade(axes, reach, "reachable by some input")
+    for column, colour in enumerate(map(colours.to_rgba, currents)):
+        axes.plot(100 * reach.heights, free[:, column], color=colour)
+        label = "" if column < currents.size - 1 else "actuator meets its stop"
+        axes.plot(100 * reach.heights, stopped[:, column], color=colour, linestyle=":", label=label)
+    for height, words in grouped(100 * reach.apex[-1], currents, 1.2):
+        end = (100 * reach.heights[-1], height)
+        label = f"{words} {volts(robot)}"
+        axes.annotate(label, end, (3, 0), textcoords="offset points", va="center", fontsize=8)
+    axes.figure.colorbar(colours, ax=axes, label=f"input [{volts(robot)}]", pad=0.08)
+    fixed_points(axes, reach)
+    diagonal(axes, reach)
+    legend(axes)
     half = 0.2 * scale(robot)
     points = "; ".join(
         f"{cm(each.height)} at {each.u:g} {volts(robot)} (multiplier {each.multiplier:.2f})"
@@ -71,12 +55,11 @@ def family_of_maps(robot: Robot) -> Picture:
         f"{cm(highest_held(reach))}. Up to {cm(float(silent.max(initial=0.0)))} some inputs lead to no take-off: "
         "their curves begin above that"
     )
-    paper = "overlaid return maps of Hopper B for different control actions, measured"
     data = {"reach": reach}
-    return finished(5, f"Apex reachability, {name_of(robot)}", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
-def bounds_of_map(robot: Robot) -> Picture:
+def bounds_of_map(robot: Robot) -> Drawn:
     """Fig. 11: what a current can reach, bounds from the closed form, markers from simulated hops with errors."""
     margin, noise = 0.015 * scale(movable(robot)), 0.003 * scale(robot)
     heights = scale(robot) * np.linspace(0.02, 0.40, 77)
@@ -91,23 +74,19 @@ def bounds_of_map(robot: Robot) -> Picture:
     misses = np.concatenate([
         least - np.interp(seen, reach.heights, reach.apex[:, 0]), most - np.interp(seen, reach.heights, reach.highest)
     ])  # fmt: skip
-    with house_style():
-        figure, (axes,) = panels(1, 4.3)
-        shade(axes, reach, "reachable")
-        axes.plot(100 * reach.heights, 100 * reach.highest, color=BLUE, label="highest, within the stroke's margin")
-        axes.plot(100 * reach.heights, 100 * reach.apex[:, 0], color=MAGENTA, linestyle="--", label="no actuation")
-        hollow: dict[str, Any] = {"markersize": 4.5, "markerfacecolor": "none"}
-        axes.plot(100 * seen, 100 * most, "^", color=BLUE, label="hops, most current", **hollow)
-        axes.plot(100 * seen, 100 * least, "v", color=MAGENTA, label="hops, no current", **hollow)
-        fixed_points(axes, reach)
-        diagonal(axes, reach)
-        legend(axes)
-    top = [point for point in reach.fixed_points if point.u == robot.u_max]
-    holds = (
-        f"at {robot.u_max:g} {volts(robot)} {cm(top[0].height)} is given back (multiplier {top[0].multiplier:.2f})"
-        if top
-        else "none is held"
-    )
+    figure, (axes,) = panels(1, 4.3)
+    shade(axes, reach, "reachable")
+    axes.plot(100 * reach.heights, 100 * reach.highest, color=BLUE, label="highest, within the stroke's margin")
+    axes.plot(100 * reach.heights, 100 * reach.apex[:, 0], color=MAGENTA, linestyle="--", label="no actuation")
+    hollow: dict[str, Any] = {"markersize": 4.5, "markerfacecolor": "none"}
+    axes.plot(100 * seen, 100 * most, "^", color=BLUE, label="hops, most current", **hollow)
+    axes.plot(100 * seen, 100 * least, "v", color=MAGENTA, label="hops, no current", **hollow)
+    fixed_points(axes, reach)
+    diagonal(axes, reach)
+    legend(axes)
+    top = next((point for point in reach.fixed_points if point.u == robot.u_max), None)
+    back = top and f"{cm(top.height)} is given back (multiplier {top.multiplier:.2f})"
+    holds = f"at {robot.u_max:g} {volts(robot)} {back}" if back else "none is held"
     half = 0.2 * scale(robot)
     row, below = int(np.abs(reach.heights - half).argmin()), reach.apex[:, 0] - reach.lowest
     ours = (
@@ -118,12 +97,8 @@ def bounds_of_map(robot: Robot) -> Picture:
         f"The stroke limits {int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: "
         f"simulated hops, {mm(noise)} noise on each height; rms distance to the curves {mm(rms(misses))}"
     )
-    paper = (
-        "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at "
-        "about the largest compression, x1 kept 1 to 2 cm off its end"
-    )
     data = {"reach": reach, "seen": seen, "least": least, "most": most, "misses": misses, "noise": noise}
-    return finished(11, f"Apex reachability, {name_of(robot)}", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
 def beside(which: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -181,5 +156,4 @@ def diagonal(axes: Axes, reach: Reachability) -> None:
     """The line of fixed points, and the axes' names."""
     ends = 100 * reach.heights[[0, -1]]
     axes.plot(ends, ends, color=BLACK, linestyle=":", linewidth=1.0, label="next = current")
-    axes.set_xlabel("current apex [cm]")
-    axes.set_ylabel("next apex [cm]")
+    axes.set(xlabel="current apex [cm]", ylabel="next apex [cm]")

@@ -6,20 +6,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from hopform._figures.picture import GREEN, ORANGE, Picture, cm, finished, named, panels
-from hopform._figures.plots import BLACK, BLUE, GREY, MAGENTA, house_style
+from hopform._figures.picture import Drawn, cm, panels
+from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, MAGENTA, ORANGE
 from hopform._robots import Robot
 
 LIFT, DOWN, PLATE, BODY = 0.10, 0.06, 0.045, 0.14
 """[m] of the drawing: x1, the spring's compression, thickness of plate and body."""
 
 
-def schematic(robot: Robot) -> Picture:
+def schematic(robot: Robot) -> Drawn:
     """Fig. 1: what x1, x2, L0, c, the spring force and the signs are."""
-    with house_style():
-        figure, axes = panels(1, 3.4, 2, width_ratios=[1.0, 1.0])
-        hopper(axes[0], 0.0, 0.0, "unloaded:\n$F = 0$, $x_1 = 0$, $x_2 = L_0 + c$")
-        hopper(axes[1], LIFT, DOWN, "in stance:\n$F = k\\,(x_1 - x_2 + L_0 + c) > 0$")
+    figure, axes = panels(1, 3.4, 2, width_ratios=[1.0, 1.0])
+    hopper(axes[0], 0.0, 0.0, "unloaded:\n$F = 0$, $x_1 = 0$, $x_2 = L_0 + c$")
+    hopper(axes[1], LIFT, DOWN, "in stance:\n$F = k\\,(x_1 - x_2 + L_0 + c) > 0$")
     sign = "a positive input lifts the body" if robot.gamma2 < 0.0 else "a positive input lowers the body"
     ours = (
         f"the foot stands on the ground and carries the spring, k = {robot.k:g} N/m; between spring and body the "
@@ -29,9 +28,8 @@ def schematic(robot: Robot) -> Picture:
         f"with gamma2 = {robot.gamma2:g} {sign}. The spring pushes body and actuator by F; the leg takes off where F "
         "= 0"
     )
-    paper = "photographs of Hoppers B and C, (a), (b), and the schematic of their model, (c)"
     lengths = {"x1": LIFT, "compression": DOWN}
-    return finished(1, "The model", paper, ours, named(robot), figure, {"drawn": lengths, "robot": robot})
+    return figure, ours, {"drawn": lengths, "robot": robot}
 
 
 def hopper(axes: Axes, x1: float, compression: float, title: str) -> None:

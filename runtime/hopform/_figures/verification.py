@@ -13,22 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hopform._figures.first_controller import rms
-from hopform._figures.picture import (
-    ORANGE,
-    Array,
-    Picture,
-    cm,
-    finished,
-    legend,
-    mm,
-    movable,
-    named,
-    panels,
-    scale,
-    standing,
-    volts,
-)
-from hopform._figures.plots import BLACK, BLUE, house_style
+from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, scale, standing, volts
+from hopform._figures.plots import BLACK, BLUE, ORANGE
 from hopform._hopping.run import simulate
 from hopform._robots import Robot
 from hopform._stance import solve_stance
@@ -49,15 +35,12 @@ class Recordings:
     x1: Array
 
 
-def initial_model(robot: Robot) -> Picture:
+def initial_model(robot: Robot) -> Drawn:
     """Fig. 4: (1), (2) cannot be fitted to a robot with dry friction."""
     u = 0.4 * movable(robot).u_max
     measured, fitted = measure(robot, u, 4), fit(robot, u, 4)
     model = recordings(fitted, u)
-    with house_style():
-        figure = drawn(
-            measured, {"model (1), (2), fitted": (model, ORANGE, "-")}, f"{u:g} {volts(robot)} for {PULSE:g} s"
-        )
+    figure = drawn(measured, {"model (1), (2), fitted": (model, ORANGE, "-")}, f"{u:g} {volts(robot)} for {PULSE:g} s")
     off_1, off_2 = measured.x1 - model.x1, measured.x2 - model.x2
     ours = (
         f"synthetic recordings of {named(robot)} with noise of {mm(NOISE)}: a step of {u:g} {volts(robot)} for "
@@ -66,23 +49,18 @@ def initial_model(robot: Robot) -> Picture:
         f"{robot.b1:g} and {robot.b2:g}), leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in x2; over the "
         f"last 0.5 s, where the recording rests, its body still oscillates over {mm(float(np.ptp(model.x2[-100:])))}"
     )
-    paper = (
-        "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small "
-        "hops and for x1"
-    )
     data = {"robot": robot, "fitted": fitted, "measured": measured, "model": model,
             "rms x1": rms(off_1), "rms x2": rms(off_2)}  # fmt: skip
-    return finished(4, "Initial model", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
-def improved_model(robot: Robot) -> Picture:
+def improved_model(robot: Robot) -> Drawn:
     """Fig. 10: (3), (4) with dry friction."""
     u = 0.5 * movable(robot).u_max
     measured, fitted = measure(robot, u, 10), fit(robot, u, 10)
     old, new = recordings(fitted, u), recordings(robot, u)
-    with house_style():
-        looks = {"model (3), (4)": (new, BLUE, "-"), "model (1), (2), fitted": (old, ORANGE, "--")}
-        figure = drawn(measured, looks, f"{u:g} {volts(robot)} for {PULSE:g} s")
+    looks = {"model (3), (4)": (new, BLUE, "-"), "model (1), (2), fitted": (old, ORANGE, "--")}
+    figure = drawn(measured, looks, f"{u:g} {volts(robot)} for {PULSE:g} s")
     left = {
         name: (rms(measured.x1 - model.x1), rms(measured.x2 - model.x2)) for name, model in (("old", old), ("new", new))
     }
@@ -93,12 +71,8 @@ def improved_model(robot: Robot) -> Picture:
         f"are this model's own. Without it, viscous friction fitted (b1 = {fitted.b1:.0f}, b2 = {fitted.b2:.1f} N "
         f"s/m), {mm(left['old'][0], 2)} and {mm(left['old'][1], 2)}"
     )
-    paper = (
-        "measured step responses (x1, top) and drop tests (x2, bottom) of Hopper C against the improved model: "
-        "transient and steady state are better than in Fig. 4"
-    )
     data = {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
-    return finished(10, "Improved model", paper, ours, named(robot), figure, data)
+    return figure, ours, data
 
 
 def recordings(robot: Robot, u: float) -> Recordings:
@@ -165,11 +139,8 @@ def drawn(measured: Recordings, models: dict[str, tuple[Recordings, str, str]], 
     for name, (model, colour, line) in models.items():
         top.plot(STEP_TIMES, 1e3 * model.x1, color=colour, linestyle=line, label=name)
         bottom.plot(DROP_TIMES, 1e2 * model.x2, color=colour, linestyle=line)
-    top.set_ylabel("actuator $x_1$ [mm]")
-    top.set_xlabel(f"time since the step [s], {pulse}")
-    bottom.set_ylabel("body $x_2$ [cm]")
-    bottom.set_xlabel("time since the drop [s]")
-    top.set_xlim(0.0, STEP_TIMES[-1] + STEP_TIMES[1])
-    bottom.set_xlim(0.0, DROP_TIMES[-1] + DROP_TIMES[1])
+    step, drop = (0.0, STEP_TIMES[-1] + STEP_TIMES[1]), (0.0, DROP_TIMES[-1] + DROP_TIMES[1])
+    top.set(xlabel=f"time since the step [s], {pulse}", ylabel="actuator $x_1$ [mm]", xlim=step)
+    bottom.set(xlabel="time since the drop [s]", ylabel="body $x_2$ [cm]", xlim=drop)
     legend(top)
     return figure

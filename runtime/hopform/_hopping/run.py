@@ -18,20 +18,8 @@ from typing import Any, Literal, SupportsFloat, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import (
-    count,
-    finite,
-    function,
-    is_scalar,
-    items,
-    keep,
-    nonnegative,
-    positive,
-    seeded,
-    shaped,
-    shown,
-    times_of,
-)
+import hopform._checks as checks
+from hopform._checks import finite, nonnegative, positive, shaped, shown, times_within
 from hopform._control.reach import home_of
 from hopform._errors import HopformError
 from hopform._files import path_of, write
@@ -39,13 +27,11 @@ from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, name_of, span
 from hopform._solver.package import Energy, Gains, formulas
-from hopform._stance import Real, Stance, State, aed_at, solve_stance, steps_of
+from hopform._stance import DOUBLE, Real, Stance, State, aed_at, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
 
 Array = NDArray[np.float64]
-Steps = tuple[tuple[float, float], ...]
-_DOUBLE = np.dtype(np.float64)
 EACH = 512  # [B] a time of a run
 MOST_TICKS = 1_000_000
 """Ticks of a sampled law in the longest stance."""
@@ -102,8 +88,8 @@ class Errors:
     def __post_init__(self) -> None:
         units = {"v1": "m/s", "v2": "m/s", "quantum": "s", "delay": "s"}
         for name in ("x1", "v1", "x2", "v2", "ground", "quantum", "delay"):
-            keep(self, **{name: nonnegative(name, getattr(self, name), units.get(name, "m"))})
-        keep(self, current_scale=positive("current_scale", self.current_scale, "of the current"))
+            checks.keep(self, **{name: nonnegative(name, getattr(self, name), units.get(name, "m"))})
+        checks.keep(self, current_scale=positive("current_scale", self.current_scale, "of the current"))
         if self.model is not None and not isinstance(self.model, Robot):
             raise HopformError(f"model must be a Robot, got {shown(self.model)}")
 
@@ -140,55 +126,49 @@ class _Legs(Motion):
         >>> print(round(float(run.at(0.0).x2), 9), round(float(run.at(0.3).x1), 4))
         0.6 0.0161
         """
-        legs, found = self._legs(t), np.empty((4, np.size(t)))
-        for leg, inside, times in legs:
+
+        def over_level(leg: _Leg, times: Array) -> State:
             state = leg.motion.at(times)
-            found[:, inside] = state
-            found[2, inside] += leg.ground
-        return State(*(shaped(column, t) for column in found))
+            return state._replace(x2=state.x2 + leg.ground)
+
+        return State(*self._from_legs(t, over_level, 4))
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
         spring.
         """
-        legs, found = self._legs(t), np.empty((2, np.size(t)))
-        for leg, inside, times in legs:
+
+        def from_level(leg: _Leg, times: Array) -> tuple[Real, Real]:
             energy, weight = leg.motion.energy(times), leg.motion.robot.m_s * leg.motion.robot.g
-            found[0, inside] = energy.body + weight * leg.ground
-            found[1, inside] = energy.total + weight * leg.ground
-        return Energy(*(shaped(column, t) for column in found))
+            return energy.body + weight * leg.ground, energy.total + weight * leg.ground
+
+        return Energy(*self._from_legs(t, from_level, 2))
 
     def aed(self, t: ArrayLike) -> Real:
         """The body's energy predicted [J]: that of the start, plus the AED (24), the impacts and the spring's
         coordinate.
         """
-        legs, found = self._legs(t), np.empty(np.size(t))
-        for leg, inside, times in legs:
-            found[inside] = leg.level
-            if isinstance(leg.motion, Stance):
-                found[inside] += aed_at(leg.motion, times)
-        return shaped(found, t)
+
+        def predicted(leg: _Leg, times: Array) -> Real:
+            return leg.level + (aed_at(leg.motion, times) if isinstance(leg.motion, Stance) else 0.0)
+
+        return self._from_legs(t, predicted)[0]
 
     def _ground(self, t: ArrayLike) -> Real:
         """Height [m] of the ground at times t [s], in t's shape; in flight that of the ground ahead."""
-        legs, found = self._legs(t), np.empty(np.size(t))
-        for leg, inside, _ in legs:
-            found[inside] = leg.ground
-        return shaped(found, t)
+        return self._from_legs(t, lambda leg, _: leg.ground)[0]
 
     def foot(self, t: ArrayLike) -> Real:
         """Height [m] of the foot over level 0 at times t [s], in t's shape; on the ground in stance."""
-        legs, found = self._legs(t), np.empty(np.size(t))
-        for leg, inside, times in legs:
-            found[inside] = leg.ground + (leg.motion.foot(times) if isinstance(leg.motion, Flight) else 0.0)
-        return shaped(found, t)
+
+        def height(leg: _Leg, times: Array) -> Real:
+            return leg.ground + (leg.motion.foot(times) if isinstance(leg.motion, Flight) else 0.0)
+
+        return self._from_legs(t, height)[0]
 
     def current(self, t: ArrayLike) -> Real:
         """Current [A] that is asked for at times t [s], in t's shape; in flight that of the return's law."""
-        legs, found = self._legs(t), np.empty(np.size(t))
-        for leg, inside, times in legs:
-            found[inside] = leg.motion.current(times)
-        return shaped(found, t)
+        return self._from_legs(t, lambda leg, times: leg.motion.current(times))[0]
 
     def _over(self, t: Array) -> dict[str, ArrayLike]:
         energy = self.energy(t)
@@ -197,27 +177,21 @@ class _Legs(Motion):
             "body_energy": energy.body, "total_energy": energy.total, "predicted_energy": self.aed(t),
         }  # fmt: skip
 
-    def _legs(self, t: ArrayLike) -> list[tuple[_Leg, NDArray[np.intp], Array]]:
-        """The flights and stances that times fall into, which times, and those since each began; a touchdown is in its
+    def _from_legs(self, t: ArrayLike, values: Callable[[_Leg, Array], Any], count: int = 1) -> list[Real]:
+        """Values, `count` each, at times in the flights and stances that they fall into; a touchdown is in its
         stance.
         """
-        asked = times_of(t, _DOUBLE)
-        good = (asked >= 0.0) & (asked <= self._length())
-        if not bool(np.all(good)):
-            raise HopformError(f"t must be 0 <= t <= {self._length()!r} s, got {float(asked[~good][0])!r}")
-        legs = self._all_legs
+        asked = times_within(t, DOUBLE, self._length())
+        legs, found = self._all_legs, np.empty((count, asked.size))
         begins = np.maximum.accumulate(
             [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
         )
         places = np.maximum(np.searchsorted(begins, asked, side="right") - 1, 0)
         order = np.argsort(places, kind="stable")
-        cuts = np.flatnonzero(np.diff(places[order])) + 1
-        groups = [group for group in np.split(order, cuts) if group.size]
-        found: list[tuple[_Leg, NDArray[np.intp], Array]] = []
-        for group in groups:
-            leg = legs[int(places[group[0]])]
-            found.append((leg, group, np.clip(asked[group] - leg.begin, 0.0, leg.motion.duration)))
-        return found
+        for inside in np.split(order, np.flatnonzero(np.diff(places[order])) + 1) if order.size else ():
+            leg = legs[int(places[inside[0]])]
+            found[:, inside] = values(leg, np.clip(asked[inside] - leg.begin, 0.0, leg.motion.duration))
+        return [shaped(column, t) for column in found]
 
 
 @dataclass(frozen=True, repr=False)
@@ -256,18 +230,14 @@ class Hop(_Legs):
         robot = self.robot
         level = float(self.flight.energy(0.0).body) + robot.m_s * robot.g * self.ground
         after = level + robot.k * float(self.touchdown.x1) ** 2 / 2.0 - self.energy_lost_at_impact
-        return [
-            _Leg(0.0, self.flight, self.ground, level),
-            _Leg(self.flight.duration, self.stance, self.ground, after),
-        ]
+        stance = _Leg(self.flight.duration, self.stance, self.ground, after)
+        return [_Leg(0.0, self.flight, self.ground, level), stance]
 
     def _card(self) -> Card:
         given = [("height", self.height), ("ground", self.ground), ("u", self.u)]
         found = [("apex", self.apex), ("v2", self.touchdown.v2), ("aed", self.stance.aed), ("stop hit", self.hits_stop)]
-        title = (
-            f"Hop {self.index} of {name_of(self.robot)}: {self.stance.status} {self.takeoff_time:.5g} s after the start"
-        )
-        return Card(title, given, found)
+        ends = f"{self.stance.status} {self.takeoff_time:.5g} s after the start"
+        return Card(f"Hop {self.index} of {name_of(self.robot)}: {ends}", given, found)
 
     def _arrays(self) -> Arrays:
         return {name: ((), getattr(self, name)) for name in ("height", "apex")} | {"status": ((), self.stance.status)}
@@ -297,11 +267,8 @@ class Hop(_Legs):
     @property
     def bottoms_out(self) -> bool:
         """Whether the actuator met its upper stop in the stance."""
-        if not any(event.kind == "x1_hits_stop" for event in self.stance.events):
-            return False
-        hits = {event.time for event in self.stance.events if event.kind == "x1_hits_stop"}
-        top = self.stance.robot.x1_max
-        return any(phase.start in hits and phase.state.x1 == top for phase in self.stance.phases)
+        hits, top = {each.time for each in self.stance.events if each.kind == "x1_hits_stop"}, self.robot.x1_max
+        return bool(hits) and any(phase.start in hits and phase.state.x1 == top for phase in self.stance.phases)
 
 
 @dataclass(frozen=True, repr=False)
@@ -339,16 +306,14 @@ class Run(_Legs):
     @property
     def backend(self) -> str:
         """The back end that solved it: "c" or "numpy"."""
-        return _first_flight(self).backend
+        return self._first_flight().backend
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings of its stances, each once."""
         return tuple(dict.fromkeys(warning for hop in self.hops for warning in hop.stance.warnings))
 
-    def ground(self, t: ArrayLike) -> Real:
-        """Height [m] of the ground at times t [s], in t's shape; in flight that of the ground ahead."""
-        return self._ground(t)
+    ground = _Legs._ground
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table, a line per hop; every number reads back to the same bits."""
@@ -368,30 +333,40 @@ class Run(_Legs):
         """table, terrain, and, at `times(samples)`, t, x1, v1, x2, v2, ground, foot, u, E, H (`energy`), AED
         (`aed`).
         """
-        t = self.times(samples)
-        energy = self.energy(t)
-        return {
-            "table": self.table, "terrain": np.array(self.terrain), "t": t, **self.at(t)._asdict(),
-            "ground": self.ground(t), "foot": self.foot(t), "u": self.current(t),
-            "E": energy.body, "H": energy.total, "AED": self.aed(t),
-        }  # fmt: skip
+        motion = motion_of(self, self.times(samples))
+        return {"table": self.table, "terrain": np.array(self.terrain), **motion}
 
     def times(self, samples: int) -> Array:
         """Uniform times over the run, and those of touchdowns and take-offs."""
         corners = [time for hop in self.hops for time in (hop.touchdown_time, hop.takeoff_time)]
-        uniform = np.linspace(0.0, self.duration, count("samples", samples, EACH))
+        uniform = np.linspace(0.0, self.duration, checks.count("samples", samples, EACH))
         return np.union1d(uniform, np.minimum(corners, self.duration))
 
+    def _first_flight(self) -> Flight:
+        first = self.hops[0].flight if self.hops else self.last
+        assert first is not None
+        return first
+
     def _chain(self) -> list[_Leg]:
-        return _legs_of(self)
+        """Flight, stance, flight, ...; the energies are those of Figs. 13, 14: start, impact, AED, spring coordinate,
+        and again.
+        """
+        k, first, ground = self.robot.k, self._first_flight(), self.terrain[0]
+        level = float(first.energy(0.0).body) + self.robot.m_s * self.robot.g * ground
+        legs = [_Leg(0.0, first, ground, level)]
+        flights = [*(hop.flight for hop in self.hops), self.last]
+        for hop, after in zip(self.hops, flights[1:], strict=True):
+            level += k * float(hop.touchdown.x1) ** 2 / 2.0 - hop.energy_lost_at_impact
+            legs.append(_Leg(hop.touchdown_time, hop.stance, hop.ground, level))
+            level += hop.stance.aed - k * float(hop.stance.end.x1) ** 2 / 2.0
+            if after is not None:
+                ahead = self.terrain[min(hop.index + 1, len(self.terrain) - 1)]
+                legs.append(_Leg(hop.takeoff_time, after, ahead, level, after_takeoff=True))
+        return legs
 
     def _card(self) -> Card:
-        currents = span([hop.u for hop in self.hops])
-        given = [
-            ("height", span([hop.height for hop in self.hops[:1]])),
-            ("terrain", span(self.terrain)),
-            ("u", currents),
-        ]
+        height, u = span([hop.height for hop in self.hops[:1]]), span([hop.u for hop in self.hops])
+        given = [("height", height), ("terrain", span(self.terrain)), ("u", u)]
         stops = sum(hop.hits_stop for hop in self.hops)
         found = [("apex", span([hop.apex for hop in self.hops])), ("hops that meet a stop", stops)]
         title = f"Run of {name_of(self.robot)}: {self.status} after {len(self.hops)} hops, {self.duration:.5g} s"
@@ -406,32 +381,6 @@ def _attrs(text: str) -> dict[str, str]:
     """Unit and meaning from the text of a column."""
     unit, _, meaning = text.rpartition("]")
     return {name: words for name, words in (("units", unit.removeprefix("[")), ("long_name", meaning.strip())) if words}
-
-
-def _first_flight(run: Run) -> Flight:
-    first = run.hops[0].flight if run.hops else run.last
-    assert first is not None
-    return first
-
-
-def _legs_of(run: Run) -> list[_Leg]:
-    """Flight, stance, flight, ...; the energies are those of Figs. 13, 14: start, impact, AED, spring coordinate, and
-    again.
-    """
-    robot, weight = run.robot, run.robot.m_s * run.robot.g
-    first = _first_flight(run)
-    ground = run.terrain[0]
-    level = float(first.energy(0.0).body) + weight * ground
-    legs = [_Leg(0.0, first, ground, level)]
-    flights = [*(hop.flight for hop in run.hops), run.last]
-    for hop, after in zip(run.hops, flights[1:], strict=True):
-        level += robot.k * float(hop.touchdown.x1) ** 2 / 2.0 - hop.energy_lost_at_impact
-        legs.append(_Leg(hop.touchdown_time, hop.stance, hop.ground, level))
-        level += hop.stance.aed - robot.k * float(hop.stance.end.x1) ** 2 / 2.0
-        if after is not None:
-            ahead = run.terrain[min(hop.index + 1, len(run.terrain) - 1)]
-            legs.append(_Leg(hop.takeoff_time, after, ahead, level, after_takeoff=True))
-    return legs
 
 
 def simulate(
@@ -467,8 +416,8 @@ def simulate(
     """
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
-    draw = seeded(seed)
-    function("progress", progress)
+    draw = checks.seeded(seed)
+    checks.function("progress", progress)
     if not isinstance(errors, Errors):
         raise HopformError(f"errors must be Errors, got {shown(errors)}")
     grounds = heights_of(terrain)
@@ -476,7 +425,7 @@ def simulate(
     plant = robot if errors.current_scale == 1.0 else replace(robot, gamma2=robot.gamma2 * errors.current_scale)
     model = robot if errors.model is None else errors.model
     first = _start(robot, height, start)
-    asked: Any = ConstantCurrent(finite("u", controller, "A")) if is_scalar(controller) else controller
+    asked: Any = ConstantCurrent(finite("u", controller, "A")) if checks.is_scalar(controller) else controller
     prepared: Any = asked.prepare(model, grounds) if getattr_static(asked, "prepare", None) else asked
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
@@ -514,12 +463,11 @@ class _Task:
 def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:
     """The state in the air, x2 over level 0."""
     if (height is None) == (start is None):
-        raise HopformError(
-            f"either height or start must be given, got height = {shown(height)}, start = {shown(start)}"
-        )
+        got = f"got height = {shown(height)}, start = {shown(start)}"
+        raise HopformError(f"either height or start must be given, {got}")
     if start is None:
         return State(home_of(robot), 0.0, finite("height", height, "m") + (robot.L0 + robot.c), 0.0)
-    entries = items("start", start, "a State of x1, v1, x2, v2", 4)
+    entries = checks.items("start", start, "a State of x1, v1, x2, v2", 4)
     if len(entries) != 4:
         raise HopformError(f"start must be a State of x1, v1, x2, v2, got {shown(start)}")
     names = (f"start.{name}" for name in State._fields)
@@ -608,10 +556,8 @@ def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Fli
     assert state is not None
     if isinstance(answer, Sampled):
         u: Any = _sampled(task, answer, ground, wait, state)
-    elif wait == 0.0:
-        u = answer
-    else:
-        u = _later(answer, wait)
+    else:  # none flows before the touchdown is seen
+        u = [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))] if wait else answer
     return solve_stance(
         task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u,
         horizon=task.horizon, max_phases=task.max_phases, backend=task.backend,
@@ -623,11 +569,6 @@ def _wait(errors: Errors, time: float) -> float:
     ticks = errors.quantum > math.ulp(time)  # a clock that is finer than the time's last digit makes no tick
     tick = math.ceil(time / errors.quantum) * errors.quantum - time if ticks else 0.0
     return max(tick, 0.0) + errors.delay
-
-
-def _later(answer: Any, wait: float) -> list[tuple[float, float]]:
-    """Steps of the current that begin when the touchdown is seen; none flows before."""
-    return [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))]
 
 
 def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: State) -> list[tuple[float, float]]:
@@ -661,12 +602,8 @@ def _measured(task: _Task, state: State, ground: float) -> State:
     if task.errors is NONE:
         return State(x1, v1, x2 + ground, v2)
     errors, noise = task.errors, task.draw.standard_normal(4).tolist()
-    return State(
-        x1 + errors.x1 * noise[0],
-        v1 + errors.v1 * noise[1],
-        x2 + ground + errors.x2 * noise[2],
-        v2 + errors.v2 * noise[3],
-    )
+    x1, v1, x2 = x1 + errors.x1 * noise[0], v1 + errors.v1 * noise[1], x2 + ground + errors.x2 * noise[2]
+    return State(x1, v1, x2, v2 + errors.v2 * noise[3])
 
 
 def _row(hop: Hop) -> tuple[Any, ...]:
@@ -688,6 +625,15 @@ def _mean(stance: Stance) -> float:
     t, u = (np.array(column) for column in zip(*stance.u, strict=True))
     lengths = np.diff(np.minimum([*t, stance.duration], stance.duration), append=stance.duration)[: u.size]
     return float(lengths @ u / stance.duration)
+
+
+def motion_of(run: Run, t: Array) -> dict[str, Any]:
+    """t, x1, v1, x2, v2, ground, foot, u, E, H, AED at times [s]."""
+    energy = run.energy(t)
+    return {
+        "t": t, **run.at(t)._asdict(), "ground": run.ground(t), "foot": run.foot(t), "u": run.current(t),
+        "E": energy.body, "H": energy.total, "AED": run.aed(t),
+    }  # fmt: skip
 
 
 def csv_of(table: NDArray[Any]) -> str:

@@ -74,10 +74,7 @@ class TouchdownDetector:
 
     def false_takeoff_rate(self, noise: SupportsFloat, level: SupportsFloat = 1.0) -> float:
         """Take-offs per second [1/s] that noise makes of a signal that stays at its level."""
-        deviation, height = (
-            positive("noise", noise, "units of the signal"),
-            finite("level", level, "units of the signal"),
-        )
+        deviation, height = _noise_and_level(noise, level)
         mirrored = TouchdownDetector(high=-self.low, low=-self.high, count=self.count, dt=self.dt)
         return 1.0 / (self.dt * mirrored._samples(deviation, -height))
 
@@ -85,10 +82,7 @@ class TouchdownDetector:
         """Mean time [s] from a touchdown to its detection, for a signal that steps to a level at any time between two
         samples.
         """
-        deviation, height = (
-            positive("noise", noise, "units of the signal"),
-            finite("level", level, "units of the signal"),
-        )
+        deviation, height = _noise_and_level(noise, level)
         return self.dt * (self._samples(deviation, height) - 0.5)
 
     def chances(self, noise: SupportsFloat, signal: Sequence[SupportsFloat]) -> NDArray[np.float64]:
@@ -117,10 +111,7 @@ class TouchdownDetector:
         """Delays [s] of touchdowns drawn with a seed: a step of the signal to a level at any time between two
         samples.
         """
-        deviation, height = (
-            positive("noise", noise, "units of the signal"),
-            finite("level", level, "units of the signal"),
-        )
+        deviation, height = _noise_and_level(noise, level)
         number, draw = count("trials", trials, _EACH), seeded(seed)
         mean = self._samples(deviation, height)
         if mean < math.inf and number * mean > MOST_DRAWN:
@@ -182,6 +173,10 @@ def delayed_apex(
     steps = [(0.0, early), (late, now)] if late > 0.0 else now
     apex = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=steps).apex
     return apex, apex - prompt
+
+
+def _noise_and_level(noise: SupportsFloat, level: SupportsFloat) -> tuple[float, float]:
+    return positive("noise", noise, "units of the signal"), finite("level", level, "units of the signal")
 
 
 def _above(threshold: float, mean: float, noise: float) -> float:

@@ -17,7 +17,7 @@ from hopform._identify.estimation import Estimate, Solution
 from hopform._identify.fits import blind
 from hopform._identify.joint import KINDS
 from hopform._identify.kinds import problem_of
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import Recording, gaps_of, noise_of, outliers, quantum_of
 from hopform._identify.search import Problem, follow
 from hopform._identify.units import HOPPER, Units
@@ -52,11 +52,7 @@ class Check(NamedTuple):
     units: Units = HOPPER
 
 
-def check(
-    of: Mapping[str, Sequence[Recording]],
-    known: Mapping[str, float] | None = None,
-    at: Mapping[str, float] | None = None,
-) -> Check:
+def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at: Values | None = None) -> Check:
     """What recordings, by their role (drop, free, decay, step, air, ramp), can tell of a robot; at: values of
     parameters at which that is asked; if none, where the first start of the search leads. Raises HopformError as
     `fit_robot` does.
@@ -87,7 +83,7 @@ _HELPS = {
 """The recording that tells a parameter."""
 
 
-def expected(problem: Problem, at: Mapping[str, float]) -> tuple[tuple[Estimate, ...], estimation.Spread]:
+def expected(problem: Problem, at: Values) -> tuple[tuple[Estimate, ...], estimation.Spread]:
     """The intervals that a problem's recordings would give, with the noise that their samples show."""
     values = {p.name: at.get(p.name, p.start) for p in problem.parameters}
     sigma = [each.noise or noise_level(each.measured) for each in problem.experiments]

@@ -8,7 +8,7 @@ that falls along a line is Coulomb's, one that falls exponentially is viscous.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple, Unpack
 
@@ -22,7 +22,7 @@ from hopform._identify.estimation import Parameter
 from hopform._identify.filtering import CUTOFFS, filtered_part, moving_rows
 from hopform._identify.fits import Fit, Options
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.recipe import fit
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import Kind as Rig
@@ -94,7 +94,7 @@ def fit_drop_test(
     *,
     attached: bool = False,
     free: bool = False,
-    known: Mapping[str, float] | None = None,
+    known: Values | None = None,
     **options: Unpack[Options],
 ) -> Fit:
     """Spring, mass and friction of a body from recordings of x2, by least squares on exact motions.
@@ -153,7 +153,7 @@ class _Body(Kind):
             tries += [first, *([each | other for each in first] for other in driven)]
         return tries
 
-    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
+    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
         """An actuator begins within its stops."""
         return _within(parameter, cut, known["x1_min"], known["x1_max"]) if letter in ("x1", "v1") else parameter
 
@@ -168,7 +168,7 @@ class _Body(Kind):
         return _pushed(tries) if self.driven and not seen else tries
 
 
-def _scale(known: Mapping[str, float], units: Units) -> tuple[Guess, list[str]]:
+def _scale(known: Values, units: Units) -> tuple[Guess, list[str]]:
     """The parameter that sets the scale of all forces; without one, m_s is 1 kg, or 1 kg m^2."""
     if "m_s" in known:
         return {}, []
@@ -203,12 +203,9 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     unit = recording.units("x2").position
     if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
         worst = int(np.abs(values - np.median(values)).argmax())
-        raise recording.error_of(
-            "x2",
-            f"moves over {np.ptp(values):.3g} {unit}; a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at "
-            "most: is its unit right?",
-            recording.line + worst,
-        )
+        most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
+        message = f"moves over {np.ptp(values):.3g} {unit}; {most}: is its unit right?"
+        raise recording.error_of("x2", message, recording.line + worst)
     clean = of_recordings.mended(values)
     spans = segments.decays(recording, clean) if rig == "attached" else segments.drops(recording, clean, rig == "free")
     driven = kind.driven and recording.has_current()
@@ -231,10 +228,15 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     return cuts
 
 
+def _lowest(x: Array) -> int:
+    """The lowest sample of a first fall."""
+    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
+    return int(x[: int(rises[0]) if rises.size else None].argmin())
+
+
 def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     """HopformError if a free fall does not show g: then the units of height or time cannot be right."""
-    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
-    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
+    lowest = _lowest(x)
     fallen = np.flatnonzero(x[:lowest] < x[0] - 0.4 * (x[0] - x[lowest]))
     count = int(fallen[0]) if fallen.size else lowest
     if count < 5:
@@ -246,13 +248,9 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     error = 2.0 * of_recordings.noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
     margin = 3.0 * error
     if not g / 3.0 - margin < found < 3.0 * g + margin:
-        raise recording.error_of(
-            "x2",
-            f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}: is its unit right, is "
-            "that of "
-            "time, is this the release?",
-            recording.line + line,
-        )
+        fall = f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}"
+        message = f"{fall}: is its unit right, is that of time, is this the release?"
+        raise recording.error_of("x2", message, recording.line + line)
 
 
 def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
@@ -301,8 +299,7 @@ def _seen_stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
     (4) with all stances.
     """
     time, x = cut.time, cut.x
-    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
-    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
+    lowest = _lowest(x)
     depth = float(x[0] - x[lowest])
     early = max(int(np.count_nonzero(x[:lowest] > x[0] - 0.3 * depth)), 5)
     v, start = np.polyfit(time[:early], x[:early] + 0.5 * g * time[:early] ** 2, 1)
@@ -325,9 +322,7 @@ def _seen_stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
     return Oscillation(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
 
 
-def _shared_starts(
-    known: Mapping[str, float], guesses: Sequence[Oscillation], added: Sequence[float], rig: Rig
-) -> list[Guess]:
+def _shared_starts(known: Values, guesses: Sequence[Oscillation], added: Sequence[float], rig: Rig) -> list[Guess]:
     """Where the letters of each motion start, from frequencies, envelopes and added masses."""
     square = np.array([guess.omega**2 for guess in guesses])
     extra = np.array(added)
@@ -354,9 +349,7 @@ def _shared_starts(
     ]
 
 
-def _driven_starts(
-    cuts: Sequence[Cut], guesses: Sequence[Oscillation], known: Mapping[str, float]
-) -> list[dict[str, float]]:
+def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Oscillation], known: Values) -> list[dict[str, float]]:
     """Least squares on (3) for an actuator whose x1 was recorded, through each filter: acceleration over v1, current
     and compression.
     """
@@ -367,7 +360,7 @@ def _driven_starts(
     ]  # fmt: skip
 
 
-def _driven_start(cut: Cut, guess: Oscillation, known: Mapping[str, float], cutoff: float) -> dict[str, float]:
+def _driven_start(cut: Cut, guess: Oscillation, known: Values, cutoff: float) -> dict[str, float]:
     x1 = cut.x if cut.x1 is None else cut.x1
     step = float(np.median(np.diff(cut.time)))
     cutoff = min(cutoff, 0.2 / step)
@@ -431,12 +424,7 @@ def _traded(first: Guess, rig: Rig) -> list[Guess]:
 def _pushed(tries: list[Guess]) -> list[Guess]:
     """Starts of an actuator of which nothing is seen."""
     first = tries[0]
-    changes: dict[str, tuple[float, ...]] = {
-        "m_eff": (0.4, 1.0, 2.5),
-        "b1": (0.25, 1.0),
-        "gamma2": (1.0, -1.0, 4.0, -4.0),
-    }
-    for name, factors in changes.items():
+    for name, factors in (("m_eff", (0.4, 1.0, 2.5)), ("b1", (0.25, 1.0)), ("gamma2", (1.0, -1.0, 4.0, -4.0))):
         if name in first:
             tries = [start | {name: factor * start[name]} for start in tries for factor in factors]
         if name == "m_eff" and "b1" in first and "m_eff" in first:  # b1/m_eff is kept

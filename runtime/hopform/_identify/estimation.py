@@ -11,14 +11,16 @@ interval ends where the sum of squares has grown by the factor 1 + t^2/(n - p).
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._errors import HopformError, MissingExtra
-from hopform._identify.motion import Array
+from hopform._errors import HopformError
+from hopform._identify.motion import Array, Values
 from hopform._identify.rigs import Experiment
+from hopform._show import of_extra
 
 Masks = Sequence[NDArray[np.bool_]]
 Fitted = TypeVar("Fitted")
@@ -86,32 +88,26 @@ class Solution:
     def freedom(self) -> int:
         return max(self.count - len(self.parameters), 1)
 
-
-def scipy_optimize() -> Any:
-    """scipy.optimize; MissingExtra without scipy."""
-    try:
-        from scipy import optimize
-    except ImportError:
-        raise MissingExtra("identification", "identify") from None
-    return optimize
+    @property
+    def noise(self) -> Array:
+        """Standard deviation of each sample."""
+        return np.repeat(self.sigma, [part.size for part in self.residuals])
 
 
-def _scipy_special() -> Any:
-    try:
-        from scipy import special
-    except ImportError:
-        raise MissingExtra("identification", "identify") from None
-    return special
+def of_scipy(module: str) -> Any:
+    """A module of scipy; MissingExtra without it."""
+    of_extra("scipy", "identify", "identification")
+    return import_module(f"scipy.{module}")
 
 
 def student(level: float, freedom: float) -> float:
     """The quantile of Student's t."""
-    return float(_scipy_special().stdtrit(freedom, level))
+    return float(of_scipy("special").stdtrit(freedom, level))
 
 
 def chi_square(level: float, freedom: float) -> float:
     """The quantile of chi square."""
-    return float(_scipy_special().chdtri(freedom, 1.0 - level))
+    return float(of_scipy("special").chdtri(freedom, 1.0 - level))
 
 
 _FAR = 14.0
@@ -136,7 +132,7 @@ class _Coordinates:
         ends = [_ends(p) for p in parameters]
         self.low, self.high = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
 
-    def into(self, values: Mapping[str, float]) -> Array:
+    def into(self, values: Values) -> Array:
         z = np.array([
             math.log(max(values[p.name], 1e-9 * p.scale)) if p.kind == "positive" else values[p.name] / p.scale
             for p in self.parameters
@@ -150,7 +146,7 @@ class _Coordinates:
             for p, value in zip(self.parameters, z.tolist(), strict=True)
         }
 
-    def slopes(self, values: Mapping[str, float]) -> Array:
+    def slopes(self, values: Values) -> Array:
         """d parameter / d coordinate."""
         return np.array([values[p.name] if p.kind == "positive" else p.scale for p in self.parameters])
 
@@ -163,7 +159,7 @@ def solve(
     parameters: Sequence[Parameter],
     *,
     sigma: Sequence[float] | None = None,
-    fixed: Mapping[str, float] | None = None,
+    fixed: Values | None = None,
     loss: str = "linear",
     most: int = 60,
     precision: float = 1e-9,
@@ -171,7 +167,7 @@ def solve(
     """The least squares from where the parameters start; experiments count by their sigma [m], all alike if not
     given.
     """
-    optimize = scipy_optimize()
+    optimize = of_scipy("optimize")
     held = dict(fixed or {})
     weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
     coordinates = _Coordinates(parameters)
@@ -266,16 +262,14 @@ def triangle(matrix: Array) -> Array:
 
 
 def residuals(
-    experiments: Sequence[Experiment], parameters: Sequence[Parameter], values: Mapping[str, float]
+    experiments: Sequence[Experiment], parameters: Sequence[Parameter], values: Values
 ) -> tuple[list[Array], Array]:
     """Predicted less measured [m] per experiment, and the derivatives of all of them by the parameters."""
     parts, rows = list[Array](), list[Array]()
     for experiment in experiments:
         try:
             predicted, by = experiment.predict(values)
-        except (
-            HopformError
-        ):  # a motion that the parameters cannot make: far from every measurement, so the step is refused
+        except HopformError:  # no motion of these parameters: far from every measurement, so the step is refused
             predicted, by = np.full_like(experiment.measured, 1e3), {}
         parts.append(predicted - experiment.measured)
         zero = np.zeros(experiment.time.size)
@@ -326,7 +320,7 @@ def influence(solution: Solution) -> Influence:
     minimum, its cost is mean(psi^2)/mean(psi') higher: the unit. Least squares have psi' = 1 and the variance of the
     residuals for both.
     """
-    psi = np.concatenate(solution.residuals) / np.repeat(solution.sigma, [part.size for part in solution.residuals])
+    psi = np.concatenate(solution.residuals) / solution.noise
     slope = 1.0
     if solution.loss != "linear":
         z = (psi / BEND) ** 2
@@ -340,6 +334,11 @@ def scale(residual: Array) -> float:
     move.
     """
     return 1.4826 * float(np.median(np.abs(residual)))
+
+
+def rms(residual: Array) -> float:
+    """Root of the mean square, 0 of none."""
+    return math.sqrt(float((residual**2).mean())) if residual.size else 0.0
 
 
 _HAMPEL = 3.0
@@ -380,9 +379,8 @@ class Spread(NamedTuple):
 def spread(solution: Solution) -> Spread:
     """The covariance of the parameters under the noise that the residuals show; infinite where the data do not identify
     one."""
-    sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
     scales = _Coordinates(solution.parameters).slopes(solution.values)
-    scaled = solution.jacobian * scales / sigma[:, np.newaxis]
+    scaled = solution.jacobian * scales / solution.noise[:, np.newaxis]
     norms = np.sqrt((scaled**2).sum(axis=0))
     alive = norms > 1e-9 * norms.max(initial=0.0)
     _, singular, directions = np.linalg.svd(triangle(scaled[:, alive] / norms[alive]))
@@ -552,9 +550,8 @@ def expected_decrease(solution: Solution) -> float:
     """
     if not solution.parameters:
         return 0.0
-    sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
     coordinates = _Coordinates(solution.parameters)
-    scaled = solution.jacobian * coordinates.slopes(solution.values) / sigma[:, np.newaxis]
+    scaled = solution.jacobian * coordinates.slopes(solution.values) / solution.noise[:, np.newaxis]
     left, slope, unit = influence(solution)
     at, downhill, end = coordinates.into(solution.values), -(left @ scaled), 1e-4
     shut = ((at <= coordinates.low + end) & (downhill < 0.0)) | ((at >= coordinates.high - end) & (downhill > 0.0))

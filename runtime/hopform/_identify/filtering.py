@@ -71,6 +71,11 @@ def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = 
         cut = 0.5 * cut
         long, spans = _spans(time, step, cut)
     parts = [filtered_part(time[a:b], x[a:b], u[a:b], step, cut) for a, b in sorted(long or spans[:1])]
+    return joined(parts)
+
+
+def joined(parts: Sequence[Filtered]) -> Filtered:
+    """Parts in a row as one."""
     return Filtered(*(np.concatenate([getattr(part, name) for part in parts]) for name in Filtered.__annotations__))
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify.estimation import Estimate, Progress, Solution, Tests
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import Diagnosis, said
 from hopform._identify.recordings import noise_of, quantum_of
 from hopform._identify.repeats import Repeat
@@ -88,7 +88,7 @@ class Fit(Shown):
 
     kind: str
     estimates: tuple[Estimate, ...]
-    known: Mapping[str, float]
+    known: Values
     correlations: Mapping[tuple[str, str], float]
     traces: tuple[Trace, ...]
     statements: tuple[str, ...]

@@ -23,9 +23,9 @@ from hopform._errors import HopformError
 from hopform._identify import motion
 from hopform._identify.motion import AT, FIRM, STATE, Array, Motion
 from hopform._sensitivities import COLUMNS
+from hopform._solver.columns import Steps
 from hopform._solver.package import records
 
-Steps = tuple[tuple[float, float], ...]
 _MOST_PIECES = 400
 _PLACES = 256
 """Places at which the foot is looked at for the touchdown, over a flight and over the first of it: one between may be

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from hopform._checks import items, mapping, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import Recording, independent, mended, read_recording, units_of
 from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.search import Problem
 from hopform._identify.units import HOPPER, Units
+from hopform._solver.columns import Steps
 
 File = str | Path
 Recordings = Sequence[Recording | File] | Recording | File
@@ -41,9 +42,9 @@ class Cut(NamedTuple):
     time: Array
     x: Array
     begin: float
-    steps: tuple[tuple[float, float], ...]
+    steps: Steps
     x1: Array | None = None
-    still: Mapping[str, float] = {}
+    still: Values = {}
 
     def mended(self) -> "Cut":
         """The motion without outliers, for the starts."""
@@ -69,7 +70,7 @@ class Group:
     kind: "Kind"
     recordings: Sequence[Recording]
     units: Units
-    known: Mapping[str, float]
+    known: Values
     statements: tuple[str, ...] = ()
     scale: bool = True
     cuts: Sequence[Cut] = ()
@@ -97,7 +98,7 @@ class Kind:
     position: Literal["x1", "x2"]
     letters: tuple[str, ...]
     given: tuple[str, ...] = ()
-    defaults: Mapping[str, float] = field(default_factory=dict[str, float])
+    defaults: Values = field(default_factory=dict[str, float])
     parts: tuple[float, ...] = (1.0,)
 
     @property
@@ -117,7 +118,7 @@ class Kind:
         """Where each motion starts, letter by letter: several guesses, the most trusted first."""
         return [[]]
 
-    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
+    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
         """A parameter within what is known of its motion."""
         return parameter
 
@@ -183,7 +184,7 @@ def read_some(recordings: Recordings) -> tuple[Recording, ...]:
 
 
 def check(
-    recordings: Mapping[Kind, Sequence[Recording]], known: Mapping[str, float] | None = None, loss: str = "linear"
+    recordings: Mapping[Kind, Sequence[Recording]], known: Values | None = None, loss: str = "linear"
 ) -> list[Group]:
     """Each kind with its units, with what is known of it, and with what fixes its scale. A spring that a body shows
     gives the scale of step responses against it.
@@ -224,9 +225,7 @@ def start(groups: Sequence[Group], backend: str | None = None, *, whole: bool = 
     return _merged(several) if whole else several[0]
 
 
-def problem_of(
-    given: Mapping[Kind, Recordings], known: Mapping[str, float] | None = None, backend: str | None = None
-) -> Problem:
+def problem_of(given: Mapping[Kind, Recordings], known: Values | None = None, backend: str | None = None) -> Problem:
     """The least-squares problem of recordings, to which the first stages lead."""
     return start(segment(check(read(given), known)), backend, whole=len(given) > 1)
 
@@ -302,7 +301,7 @@ def _merged(problems: Sequence[Problem]) -> Problem:
 
 
 def _experiments(
-    problems: Sequence[Problem], parameters: Mapping[str, Parameter], known: Mapping[str, float]
+    problems: Sequence[Problem], parameters: Mapping[str, Parameter], known: Values
 ) -> Iterator[Experiment]:
     """All of them; a threshold is one of parameters that others fit or know, and counts where friction is fitted."""
     for each in (each for problem in problems for each in problem.experiments):
@@ -313,7 +312,7 @@ def _experiments(
             yield replace(each, names=names, constants={name: known[name] for name in each.names if name not in names})
 
 
-def _missing(names: Iterable[str], known: Mapping[str, float]) -> list[str]:
+def _missing(names: Iterable[str], known: Values) -> list[str]:
     """Parameters that no recording identifies, with one that would."""
     has = {name.partition("@")[0] for name in names} | set(known)
     statements = list[str]()
@@ -329,7 +328,7 @@ def _missing(names: Iterable[str], known: Mapping[str, float]) -> list[str]:
     return statements
 
 
-def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
+def checked_known(known: Values | None, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
     """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
     values = dict[str, float]()
     for name, value in mapping("known", known).items():

@@ -9,7 +9,7 @@ y grows by P while both (3) and (4) stay as they are: k (x_2 - x_1 - L0) knows n
 m_s g. So a spring that pulls is one that is preloaded by more than it ever moves.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,18 +18,20 @@ from numpy.typing import NDArray
 
 from hopform._errors import HopformError
 from hopform._sensitivities import COLUMNS, in_height
-from hopform._solver.choice import DEFAULT
+from hopform._solver.choice import DEFAULT, SolvedStance
+from hopform._solver.columns import Steps
 from hopform._solver.package import ENDINGS, ROWS, records
-from hopform._solver.protocol import SolvedStance
+from hopform._stance import DOUBLE
 
 Array = NDArray[np.float64]
+Values = Mapping[str, float]
+"""Letters of a rig, or parameters, by their names."""
 STATE = ("x1", "v1", "x2", "v2")
 AT = {name: number for number, name in enumerate(COLUMNS)}
 """Where a derivative's column is: initial state x1, v1, x2, v2, the current u (all steps alike), the robot's fields."""
 MAX_PHASES = 200_000
 FIRM = 1e12
 """[m/s^2] friction under which no body ever moves: how a body is held."""
-_DOUBLE = np.dtype(np.float64)
 _LENGTHS = [AT["L0"], AT["c"]]
 
 
@@ -53,11 +55,7 @@ class Piece:
 
 
 def stance(
-    robot: records.Robot,
-    start: Sequence[float],
-    steps: tuple[tuple[float, float], ...],
-    times: Array,
-    backend: str | None = None,
+    robot: records.Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None
 ) -> Motion:
     """The motion from a state x1, v1, x2, v2 at t = 0 at times that do not decrease; HopformError if the leg takes off
     before.
@@ -69,11 +67,7 @@ def stance(
 
 
 def states(
-    robot: records.Robot,
-    start: Sequence[float],
-    steps: tuple[tuple[float, float], ...],
-    times: Array,
-    backend: str | None = None,
+    robot: records.Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None
 ) -> Array:
     """The states alone of such a motion, (times, 4), without their derivatives."""
     x1, v1, x2, v2 = start
@@ -84,14 +78,10 @@ def states(
 
 
 def solved(
-    robot: records.Robot,
-    state: records.LegState,
-    steps: tuple[tuple[float, float], ...],
-    horizon: float,
-    backend: str | None,
+    robot: records.Robot, state: records.LegState, steps: Steps, horizon: float, backend: str | None
 ) -> SolvedStance:
     """A stance as its back end has it; HopformError for more phases than any recording has."""
-    found = DEFAULT.back_end(backend).solve_stance(robot, state, steps, horizon, MAX_PHASES, _DOUBLE)
+    found = DEFAULT.back_end(backend).solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
     if ENDINGS[found.outcome()[0]] == "too_many_phases":
         raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a recording")
     return found
@@ -116,12 +106,7 @@ def _of_height(rows: NDArray[Any], given: bool) -> Array:
 
 
 def stance_piece(
-    robot: records.Robot,
-    start: Sequence[float],
-    steps: tuple[tuple[float, float], ...],
-    times: Array,
-    y: float | None,
-    backend: str | None,
+    robot: records.Robot, start: Sequence[float], steps: Steps, times: Array, y: float | None, backend: str | None
 ) -> Piece:
     """A stance of at most the given times; y is the compression at the start, from the state if None."""
     x1, v1, x2, v2 = start

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hopform._identify import estimation
 from hopform._identify.estimation import Parameter, Solution
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import outliers
 from hopform._identify.rigs import UNITS, Experiment
 from hopform._identify.search import Problem, bulk, follow, is_noise, selected
@@ -41,7 +41,7 @@ class Diagnosis(NamedTuple):
     """
 
     name: str
-    values: Mapping[str, float]
+    values: Values
     before: float
     after: float
     decrease: float
@@ -50,19 +50,16 @@ class Diagnosis(NamedTuple):
     def cause(self) -> str:
         """The cause with its size."""
         sizes = list(self.values.values())
-        if self.name == "delay":
-            late = ", ".join(f"{1e3 * each:.3g}" for each in sizes)
-            return f"a delay of {late} ms between current and position"
-        if self.name == "lag":
-            return f"a first-order lag of {', '.join(f'{1e3 * each:.3g}' for each in sizes)} ms"
-        if self.name == "gain":
-            return f"a sensor gain of {', '.join(f'{each:.4g}' for each in sizes)}"
-        if self.name == "clock":
-            fast = 100.0 * (sizes[0] - 1.0)
-            return f"a clock of the recording that is {abs(fast):.3g} % {'slow' if fast > 0.0 else 'fast'}"
-        if self.name == "outliers":
-            return f"leaving out {sizes[0]:.0f} samples"
-        return f"friction that is higher at rest, by about {100.0 * sizes[0]:.1g} % (Stribeck),"
+        in_ms = ", ".join(f"{1e3 * each:.3g}" for each in sizes)
+        fast = 100.0 * (sizes[0] - 1.0)
+        return {
+            "delay": f"a delay of {in_ms} ms between current and position",
+            "lag": f"a first-order lag of {in_ms} ms",
+            "gain": f"a sensor gain of {', '.join(f'{each:.4g}' for each in sizes)}",
+            "clock": f"a clock of the recording that is {abs(fast):.3g} % {'slow' if fast > 0.0 else 'fast'}",
+            "outliers": f"leaving out {sizes[0]:.0f} samples",
+            "Stribeck": f"friction that is higher at rest, by about {100.0 * sizes[0]:.1g} % (Stribeck),",
+        }[self.name]
 
 
 def said(found: Sequence[Diagnosis], shown: tuple[str, float]) -> list[str]:
@@ -157,7 +154,7 @@ def extended(problem: Problem, solution: Solution, loss: str) -> tuple[_Score, l
     return score, [*estimation.started(solution), *moved]
 
 
-def _whitened(problem: Problem, solution: Solution, values: Mapping[str, float], loss: str) -> tuple[Array, Array]:
+def _whitened(problem: Problem, solution: Solution, values: Values, loss: str) -> tuple[Array, Array]:
     """Residuals and their derivatives in standard deviations, samples that are outliers left out."""
     parts, rows = estimation.residuals(problem.experiments, problem.parameters, values)
     weight = _weights(solution, loss)
@@ -202,9 +199,7 @@ def _fitted(problem: Problem, solution: Solution, loss: str, letter: str) -> lis
     return _worth(letter, values, solution, again.residuals, loss)
 
 
-def _worth(
-    name: str, values: Mapping[str, float], solution: Solution, after: Sequence[Array], loss: str
-) -> list[Diagnosis]:
+def _worth(name: str, values: Values, solution: Solution, after: Sequence[Array], loss: str) -> list[Diagnosis]:
     """A diagnosis, if it explains more than noise would, of the samples that are no outliers after it."""
     chosen = [bulk(part, loss) for part in after]
     old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in (solution.residuals, after))
@@ -212,12 +207,7 @@ def _worth(
 
 
 def brought(
-    name: str,
-    values: Mapping[str, float],
-    old: Sequence[Array],
-    new: Sequence[Array],
-    sigma: Sequence[float],
-    free: int,
+    name: str, values: Values, old: Sequence[Array], new: Sequence[Array], sigma: Sequence[float], free: int
 ) -> list[Diagnosis]:
     """A diagnosis by the residuals of each recording without a cause and with it, if it explains more than noise would;
     sigma: the noise of each; free: how many parameters the fit without it has.
@@ -273,10 +263,10 @@ def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
     again = estimation.solve(some, estimation.started(solution), sigma=solution.sigma, most=25, precision=1e-6)
     whole = estimation.solve(problem.experiments, estimation.started(again), sigma=solution.sigma, most=1)
     pairs = zip(whole.residuals, again.residuals, strict=True)
-    off = sum(int((np.abs(part) > _OFF * _size(kept)).sum()) for part, kept in pairs)
+    off = sum(int((np.abs(part) > _OFF * estimation.rms(kept)).sum()) for part, kept in pairs)
     if not off:
         return []
-    before, after = (_size(np.concatenate(each.residuals)) for each in (solution, again))
+    before, after = (estimation.rms(np.concatenate(each.residuals)) for each in (solution, again))
     decrease = solution.count * ((before / max(after, 1e-300)) ** 2 - 1.0)
     found = Diagnosis("outliers", {"samples": off}, before, after, decrease, "--loss huber")
     return [found] if after < _SPOILT * before else []
@@ -286,7 +276,3 @@ _SPOILT = 0.8
 """Share of the rms that outliers must leave, to be named."""
 _OFF = 6.0
 """Times the rms of a fit without them that outliers are off it."""
-
-
-def _size(residual: Array) -> float:
-    return math.sqrt(float((residual**2).mean())) if residual.size else 0.0

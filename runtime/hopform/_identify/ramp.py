@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from hopform._checks import finite, flag
 from hopform._errors import HopformError
 from hopform._identify import recordings as of_recordings
-from hopform._identify.estimation import LEVEL, scipy_optimize, student
+from hopform._identify.estimation import LEVEL, of_scipy, student
 from hopform._identify.kinds import Group, Kind, Recordings, read_some
 from hopform._identify.motion import Array
 from hopform._identify.recipe import checked
@@ -358,7 +358,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
             return missed(begin, math.exp(float(logs[0])), math.exp(float(logs[1]))) / size
 
         def settled(start: Array) -> Any:
-            return scipy_optimize().least_squares(
+            return of_scipy("optimize").least_squares(
                 share, start, bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40
             )
 
@@ -385,7 +385,9 @@ def _least(cost: Callable[[float], float], low: float, high: float, places: int 
 
 def _between(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
     """Minimiser of a cost between a and b, to a width."""
-    return float(scipy_optimize().minimize_scalar(cost, bounds=(a, b), method="bounded", options={"xatol": width}).x)
+    return float(
+        of_scipy("optimize").minimize_scalar(cost, bounds=(a, b), method="bounded", options={"xatol": width}).x
+    )
 
 
 def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, step: float) -> float:
@@ -400,4 +402,4 @@ def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, 
         if reach >= abs(end - at):
             return end
         inside, reach = outside, 2.0 * reach
-    return float(scipy_optimize().brentq(surplus, inside, outside, xtol=1e-3 * step))
+    return float(of_scipy("optimize").brentq(surplus, inside, outside, xtol=1e-3 * step))

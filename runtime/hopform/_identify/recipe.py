@@ -14,13 +14,13 @@ from hopform._identify import estimation, kinds
 from hopform._identify.estimation import Progress, Solution
 from hopform._identify.fits import Fit, Minimum, Options, Trace, reported
 from hopform._identify.kinds import Kind, Recordings
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import NUISANCES, diagnose, extended, with_nuisances
 from hopform._identify.repeats import repeats_of
 from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
 
 
-def fit(given: Mapping[Kind, Recordings], known: Mapping[str, float] | None = None, **options: Unpack[Options]) -> Fit:
+def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options: Unpack[Options]) -> Fit:
     """The recipe. given: recordings, or their files, by their kind. Raises HopformError where one cannot be of its
     kind, MissingExtra without scipy.
     """
@@ -113,20 +113,14 @@ def _old(best: Minimum) -> dict[int, Array]:
     problem, solution, inliers, _ = best
     numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
     viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
-    starts = [
+    starts = tuple(
         solution.values
         | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
         for more in (1.0, 1.6, 3.0)
-    ]
-    without = replace(
-        problem,
-        experiments=selected([problem.experiments[n] for n in numbers], [inliers[n] for n in numbers]),
-        starts=tuple(starts),
-        parts=problem.parts[-2:],
     )
-    fixed = dict.fromkeys(problem.coulomb, 0.0)
-    found = least_squares(without, fixed)
-    whole = [problem.experiments[n] for n in numbers]
+    whole, fixed = [problem.experiments[n] for n in numbers], dict.fromkeys(problem.coulomb, 0.0)
+    some = selected(whole, [inliers[n] for n in numbers])
+    found = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)
     every = estimation.solve(whole, estimation.started(found), sigma=found.sigma, fixed=fixed, most=1)
     return dict(zip(numbers, every.residuals, strict=True))
 
@@ -147,7 +141,7 @@ def _holdout(best: Minimum, loss: str) -> list[float]:
         try:
             predicted, _ = whole.predict(fitted.values)
             rest = (predicted - whole.measured)[last]
-            errors.append(math.sqrt(float((rest**2).mean())) if rest.size else math.nan)
+            errors.append(estimation.rms(rest) if rest.size else math.nan)
         except HopformError:
             errors.append(math.nan)
     return errors

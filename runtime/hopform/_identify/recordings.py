@@ -19,6 +19,7 @@ from hopform._files import name_of, path_of, read_text, rows_of
 from hopform._identify.motion import Array
 from hopform._identify.units import COLUMNS, COUNTS, DRIVES, SI, Units, unit_of
 from hopform._show import Arrays, Card, Curve, Shown, span
+from hopform._solver.columns import Steps
 from hopform._solver.package import MOST_STEPS
 
 TIMES = ("time", "t")
@@ -36,6 +37,12 @@ _MOST_WAY = {"length": 10.0, "angle": 1e4}
 _LEAST_DRIVE = {"current": 0.01, "voltage": 0.01, "force": 0.01, "torque": 1e-5}
 _MOST_DRIVE = {"current": 300.0, "voltage": 1000.0, "force": 1e5, "torque": 1e4}
 """[A, V, N, N m] the same of what drives it."""
+
+
+def fault(source: str, message: str, line: int | None, column: str | None = None) -> HopformError:
+    """An error that says where it is."""
+    places = [source, *([f"line {line}"] if line else []), *([f"column {column!r}"] if column else [])]
+    return HopformError(f"{', '.join(places)}: {message}")
 
 
 class Column(NamedTuple):
@@ -90,12 +97,9 @@ class Recording(Shown):
         quantity, most = column.quantity, float(np.abs(column.values).max())
         if most > 0.0 and not _LEAST_DRIVE[quantity] <= most <= _MOST_DRIVE[quantity]:
             worst, unit = int(np.abs(column.values).argmax()), DRIVES[quantity]
-            raise self.error(
-                f"reaches {column.values[worst]:.6g} {unit}; what drives a hopper reaches {_LEAST_DRIVE[quantity]:g} "
-                f"to {_MOST_DRIVE[quantity]:g} {unit}: is its unit right?",
-                self.line + worst,
-                column,
-            )
+            allowed = f"{_LEAST_DRIVE[quantity]:g} to {_MOST_DRIVE[quantity]:g} {unit}"
+            message = f"reaches {column.values[worst]:.6g} {unit}; what drives a hopper reaches {allowed}"
+            raise self.error(f"{message}: is its unit right?", self.line + worst, column)
         return column.values
 
     def driving_current(self) -> Array:
@@ -132,8 +136,7 @@ class Recording(Shown):
 
     def error(self, message: str, line: int | None = None, column: Column | None = None) -> HopformError:
         """An error that says where it is."""
-        places = [self.source, *([f"line {line}"] if line else []), *([f"column {column.title!r}"] if column else [])]
-        return HopformError(f"{', '.join(places)}: {message}")
+        return fault(self.source, message, line, column.title if column else None)
 
     def error_of(self, of: str, message: str, line: int) -> HopformError:
         """An error about the measured x1 or x2."""
@@ -164,22 +167,14 @@ class Recording(Shown):
         allowed = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}"
         if float(np.abs(values).max()) > most:
             worst = int(np.abs(values).argmax())
-            raise self.error(
-                f"reaches {values[worst]:.6g} {unit}; a position of a hopper is within {most:g} {unit}: is its unit "
-                "right?",
-                self.line + worst,
-                column,
-            )
+            message = f"reaches {values[worst]:.6g} {unit}; a position of a hopper is within {most:g} {unit}"
+            raise self.error(f"{message}: is its unit right?", self.line + worst, column)
         if reach > most:
-            raise self.error(
-                f"moves by {reach:.3g} {unit} in all; a hopper moves by {allowed}: is its unit right?", self.line,
-                column,
-            )  # fmt: skip
+            message = f"moves by {reach:.3g} {unit} in all; a hopper moves by {allowed}: is its unit right?"
+            raise self.error(message, self.line, column)
         if reach < _LEAST_WAY:
-            raise self.error(
-                f"moves by {1e3 * reach:.2g} m{unit} in all; a fit can use {allowed}: is its unit right?", self.line,
-                column,
-            )  # fmt: skip
+            message = f"moves by {1e3 * reach:.2g} m{unit} in all; a fit can use {allowed}: is its unit right?"
+            raise self.error(message, self.line, column)
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
             raise self.error(
@@ -233,14 +228,10 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
     names = [name for name, _, _ in known]
     for n, name in enumerate(names):
         if name in names[:n]:
-            raise HopformError(
-                f"{source}, line {head_line}, column {titles[n]!r}: {titles[names.index(name)]!r} is named {name} too"
-            )
+            raise fault(source, f"{titles[names.index(name)]!r} is named {name} too", head_line, titles[n])
     table = np.array([_numbers(row, titles, source, number) for number, row in rows[1:]], dtype=float)
     if len(table) < FEWEST:
-        raise HopformError(
-            f"{source}, line {rows[-1][0]}: ends after {len(table)} samples, at least {FEWEST} are needed"
-        )
+        raise fault(source, f"ends after {len(table)} samples, at least {FEWEST} are needed", rows[-1][0])
     first = rows[1][0]
     columns = {
         name: Column(title, quantity, place + 1, table[:, place] * factor)
@@ -257,17 +248,14 @@ def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, fl
     name, _, unit = title.rpartition("_")
     apart = next((mark for mark in ";\t|" if mark in title), None)
     if apart is not None:
-        raise HopformError(
-            f"{source}, line {line}: columns must be separated by commas, got {apart!r} in {shown(title)}"
-        )
+        raise fault(source, f"columns must be separated by commas, got {apart!r} in {shown(title)}", line)
     found = unit_of(unit)
     if name.endswith("_counts") and COUNTS.fullmatch(unit):
         name = name.removesuffix("_counts")
     if not name or found is None:
         if not name and number_of(title) is not None:
-            raise HopformError(
-                f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {shown(title)}"
-            )
+            words = "the first line must name the columns, as in time_s,x2_mm"
+            raise fault(source, f"{words}, got {shown(title)}", line)
         if not {title.lower(), name.lower()} & _NAMED:
             return title.lower(), UNUSED, 1.0
         raise HopformError(
@@ -279,13 +267,13 @@ def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, fl
 
 def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[float]:
     if len(row) != len(titles):
-        raise HopformError(f"{source}, line {line}: has {len(row)} columns, the first line names {len(titles)}")
+        raise fault(source, f"has {len(row)} columns, the first line names {len(titles)}", line)
     numbers = list[float]()
     for title, cell in zip(titles, row, strict=True):
         number = number_of(cell)
         if number is None or not math.isfinite(number):
             wanted = "a number" if number is None else "finite"
-            raise HopformError(f"{source}, line {line}, column {title!r}: must be {wanted}, got {shown(cell.strip())}")
+            raise fault(source, f"must be {wanted}, got {shown(cell.strip())}", line, title)
         numbers.append(number)
     return numbers
 
@@ -293,31 +281,22 @@ def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[
 def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
     name = next((name for name in TIMES if name in columns), None)
     if name is None:
-        raise HopformError(
-            f"{source}, line 1: no column is the time: one must be named time or t, with its unit, as in time_s"
-        )
+        raise fault(source, "no column is the time: one must be named time or t, with its unit, as in time_s", 1)
     column = columns[name]
     if column.quantity != "time":
-        raise HopformError(
-            f"{source}, line 1, column {column.title!r}: is to be the time, but its unit is that of a {column.quantity}"
-        )
+        raise fault(source, f"is to be the time, but its unit is that of a {column.quantity}", 1, column.title)
     steps = np.diff(column.values)
     if not bool((steps > 0.0).all()):
         back = int(np.argmin(steps > 0.0)) + 1
         rising = [c.title for n, c in columns.items() if n != name and bool((np.diff(c.values) > 0.0).all())]
         hint = f"; column {rising[0]!r} does: are the two swapped?" if rising else ""
         went = "stands still" if steps[back - 1] == 0.0 else "goes back"
-        raise HopformError(
-            f"{source}, line {first + back}, column {column.title!r}: time {went}, from "
-            f"{float(column.values[back - 1])!r} to "
-            f"{float(column.values[back])!r} s; it must increase{hint}"
-        )
+        before, after = column.values[back - 1 : back + 1].tolist()
+        words = f"time {went}, from {before!r} to {after!r} s; it must increase{hint}"
+        raise fault(source, words, first + back, column.title)
     if not 2e-5 <= float(np.median(steps)) <= 0.5:
-        raise HopformError(
-            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s "
-            "apart, 2e-05 to "
-            "0.5 s are allowed: is its unit right?"
-        )
+        words = f"samples are {float(np.median(steps)):.3g} s apart, 2e-05 to 0.5 s are allowed: is its unit right?"
+        raise fault(source, words, first + 1, column.title)
     return column.values
 
 
@@ -437,16 +416,13 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> tuple[tuple[float, float], ...]:
+def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> Steps:
     """The measured current of samples start to end as steps from t = 0 on: one holds until the next; equal neighbours
     are one.
     """
     time, u = recording.time[start:end], recording.current()[start:end]
     if time.size > MOST_STEPS:
-        raise recording.error_of(
-            "x1",
-            f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate",
-            recording.line + MOST_STEPS,
-        )
+        message = f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate"
+        raise recording.error_of("x1", message, recording.line + MOST_STEPS)
     starts = np.concatenate([[True], u[1:] != u[:-1]])
     return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))

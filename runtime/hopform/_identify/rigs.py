@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import hopping, motion, sensors
-from hopform._identify.motion import AT, STATE, Array
-from hopform._identify.sensors import Moved, Sensor, Steps
+from hopform._identify.motion import AT, STATE, Array, Values
+from hopform._identify.sensors import Moved, Sensor
+from hopform._solver.columns import Steps
 from hopform._solver.package import records
 
 Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
@@ -29,11 +30,8 @@ Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
 LETTERS: dict[Kind, tuple[str, ...]] = {
     "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
     "ground": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "x", "v"),
-    "free": (
-        "m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min",
-        "x1_max",
-        "x", "v", "x1", "v1",
-    ),
+    "free": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min",
+             "x1_max", "x", "v", "x1", "v1"),
     "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
     "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
     "threshold": ("m_eff", "f1", "gamma2"),
@@ -68,8 +66,8 @@ class Experiment:
     time: Array
     measured: Array
     names: Mapping[str, str]
-    constants: Mapping[str, float]
-    steps: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
+    constants: Values
+    steps: Steps = ((0.0, 0.0),)
     added_mass: float = 0.0
     begin: float = 0.0
     backend: str | None = None
@@ -81,14 +79,14 @@ class Experiment:
         """Preload of a spring that pushes and pulls [m]."""
         return 4.0 * (float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01)
 
-    def letters(self, values: Mapping[str, float]) -> dict[str, float]:
+    def letters(self, values: Values) -> dict[str, float]:
         """The letters of the rig under values of the parameters."""
         return {
             letter: values[self.names[letter]] if letter in self.names else self.constants[letter]
             for letter in LETTERS[self.kind]
         }
 
-    def sensor(self, values: Mapping[str, float]) -> Sensor:
+    def sensor(self, values: Values) -> Sensor:
         """The letters of sensor, clock and logger under values of the parameters."""
         here = {name: self.names.get(name) for name in Sensor._fields}
         return Sensor(**{
@@ -96,7 +94,7 @@ class Experiment:
             for name, parameter in here.items()
         })  # fmt: skip
 
-    def predict(self, values: Mapping[str, float], time: Array | None = None) -> tuple[Array, dict[str, Array]]:
+    def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
         """The predicted measurement, and its derivatives by the parameters."""
         time, sensor, at = self.time if time is None else time, self.sensor(values), self.letters(values)
         here = sensors.in_recorded_time(at, sensor.clock)
@@ -117,7 +115,7 @@ class Experiment:
             found[name] = found.get(name, 0.0) + scale * by[letter][:, 0]
         return sensor.gain * states[:, 0], found
 
-    def response_to_stribeck(self, values: Mapping[str, float], shares: Sequence[float]) -> Array:
+    def response_to_stribeck(self, values: Values, shares: Sequence[float]) -> Array:
         """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level, a column
         for each v_s, a share of the largest velocity: of the actuator's friction where both masses move; 0 for a
         threshold.
@@ -133,7 +131,7 @@ class Experiment:
         )
         return np.asarray(sensor.gain * found[::4])
 
-    def _response(self, at: Mapping[str, float], steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
+    def _response(self, at: Values, steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
         """Of a body without a drive, which sticks once, at its end. With P(t) the derivatives of its state by that at
         the start it is P(t) int P(s)^-1 (0, e(s)) ds, through touchdowns and reversals, up to where it sticks.
         """
@@ -153,7 +151,7 @@ class Experiment:
             found[moves:, n] = found[moves - 1, n]
         return found
 
-    def _driven_response(self, at: Mapping[str, float], steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
+    def _driven_response(self, at: Values, steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
         """Of an actuator, which sticks at every turn of its drive: the difference that a small force makes, in what is
         measured."""
         begins, levels = np.array(steps).T
@@ -214,20 +212,25 @@ def _first_acceleration(pull: float, velocity: float, friction: float) -> float:
     return 0.0 if velocity == 0.0 and abs(pull) <= friction else pull - math.copysign(friction, side)
 
 
-def _rows(moved: motion.Motion, place: int, letters: Mapping[str, str]) -> Moved:
-    """Position and velocity of one mass, and their derivatives by letters."""
-    both = slice(place, place + 2)
-    return moved.states[:, both], {letter: moved.by[:, both, AT[field]] for letter, field in letters.items()}
+_OF_BODY = {"length": "L0", "x": "x2", "v": "v2", "offset": "u"}
+_OF_ACTUATOR = {"x": "x1", "v": "v1", "offset": "u"}
+"""Columns of derivatives by letters that are not named as they are."""
 
 
-def _attached(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
+def _rows(of: Experiment, moved: motion.Motion, place: int, names: Mapping[str, str]) -> Moved:
+    """Position and velocity of one mass, and their derivatives by the letters of its rig but a rest."""
+    both, letters = slice(place, place + 2), (letter for letter in LETTERS[of.kind] if letter != "rest")
+    return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
+
+
+def _attached(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     mass, preload = at["m_s"] + of.added_mass, of.preload + at["m_s"] * at["g"] / at["k"]
     robot = _robot(
         m_s=mass, k=at["k"], b2=at["b2"], f2=at["f2"], L0=at["rest"], c=preload, g=at["g"] + at["k"] * preload / mass,
         x1_min=0.0, x1_max=0.0,
     )  # fmt: skip
     moved = motion.stance(robot, (0.0, 0.0, at["x"], at["v"]), steps, time, of.backend)
-    states, by = _rows(moved, 2, {letter: field for letter, field in _BODY.items() if letter != "length"})
+    states, by = _rows(of, moved, 2, _OF_BODY)
     by["rest"] = moved.by[:, 2:4, AT["L0"]]
     # The preload is a number: it moves with nothing. The gravity that balances it does.
     by["k"] = by["k"] + by["g"] * preload / mass
@@ -236,26 +239,10 @@ def _attached(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array
     return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f2"])}
 
 
-_BODY = {"m_s": "m_s", "k": "k", "b2": "b2", "f2": "f2", "g": "g", "length": "L0", "x": "x2", "v": "v2"}
-_ACTUATOR = {
-    "m_eff": "m_eff", "k": "k", "b1": "b1", "f1": "f1", "gamma2": "gamma2", "offset": "u", "x": "x1", "v": "v1",
-}  # fmt: skip
-
-
-_LANDING = {**_BODY, "impact_loss": "impact_loss"}
-_FREE_LEG = {
-    **_LANDING, "m_eff": "m_eff", "b1": "b1", "f1": "f1", "gamma2": "gamma2", "offset": "u", "x1_min": "x1_min",
-    "x1_max": "x1_max", "x1": "x1", "v1": "v1",
-}  # fmt: skip
-
-
-def _ground(of: Experiment, at: Mapping[str, float], _: Steps, time: Array) -> tuple[Moved, Rates]:
-    robot = _robot(
-        m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
-        impact_loss=at["impact_loss"], x1_min=0.0, x1_max=0.0,
-    )  # fmt: skip
+def _ground(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
+    robot = _leg_robot(of, {**at, "x1_min": 0.0, "x1_max": 0.0})
     moved = hopping.drop(robot, (0.0, 0.0, at["x"], at["v"]), ((0.0, 0.0),), time, of.backend)
-    return _rows(moved, 2, _LANDING), {"x": at["v"], "v": -at["g"]}
+    return _rows(of, moved, 2, _OF_BODY), {"x": at["v"], "v": -at["g"]}
 
 
 @lru_cache(maxsize=2)
@@ -266,12 +253,12 @@ def _dropped(
     return hopping.drop(robot, start, steps, np.frombuffer(times), backend)
 
 
-def _leg_robot(of: Experiment, at: Mapping[str, float]) -> records.Robot:
-    letters = ("k", "b2", "f2", "g", "impact_loss", "m_eff", "b1", "f1", "gamma2", "x1_min", "x1_max")
-    return _robot(m_s=at["m_s"] + of.added_mass, L0=at["length"], **{letter: at[letter] for letter in letters})
+def _leg_robot(of: Experiment, at: Values) -> records.Robot:
+    own = {letter: value for letter, value in at.items() if letter in records.Robot._fields}
+    return _robot(**{**own, "m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
 
 
-def _free(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
+def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     robot = _leg_robot(of, at)
     steps = tuple((t, u + at["offset"]) for t, u in steps)
     moved = _dropped(robot, (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
@@ -281,28 +268,28 @@ def _free(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) ->
     )
     first = 0.0 if stopped else _first_acceleration(pull, at["v1"], at["f1"])
     rates = {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
-    return _rows(moved, STATE.index(of.of), _FREE_LEG), rates
+    return _rows(of, moved, STATE.index(of.of), _OF_BODY), rates
 
 
-def _actuator(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
+def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
     robot, offset = _actuator_robot(of, at), at.get("offset", 0.0)
     steps = tuple((t, u + offset) for t, u in steps) if offset else steps
     moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time, of.backend)
-    states, by = _rows(moved, 0, _ACTUATOR)
+    states, by = _rows(of, moved, 0, _OF_ACTUATOR)
     by["rest"] = -moved.by[:, 0:2, AT["L0"]]
     pull = (-robot.k * (robot.L0 + at["x"]) - at["b1"] * at["v"] - at["gamma2"] * steps[0][1]) / at["m_eff"]
     return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}
 
 
-def _actuator_robot(of: Experiment, at: Mapping[str, float]) -> records.Robot:
+def _actuator_robot(of: Experiment, at: Values) -> records.Robot:
     return _robot(
         m_eff=at["m_eff"], k=at.get("k", SOFT * at["m_eff"]), b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"],
         L0=-at.get("rest", 0.0), c=of.preload, f2=motion.FIRM,
     )  # fmt: skip
 
 
-def _threshold(of: Experiment, at: Mapping[str, float], _: Steps, time: Array) -> tuple[Moved, Rates]:
+def _threshold(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
     """The current of (5) in A, in place of a position."""
     u = at["m_eff"] * at["f1"] / abs(at["gamma2"])
     by = {"m_eff": u / at["m_eff"], "f1": at["m_eff"] / abs(at["gamma2"]), "gamma2": -u / at["gamma2"]}
@@ -310,7 +297,7 @@ def _threshold(of: Experiment, at: Mapping[str, float], _: Steps, time: Array) -
     return (u * row, {letter: value * row for letter, value in by.items()}), {}
 
 
-_PREDICT: Mapping[Kind, Callable[[Experiment, Mapping[str, float], Steps, Array], tuple[Moved, Rates]]] = {
+_PREDICT: Mapping[Kind, Callable[[Experiment, Values, Steps, Array], tuple[Moved, Rates]]] = {
     "attached": _attached, "ground": _ground, "free": _free, "held": _actuator, "air": _actuator,
     "threshold": _threshold,
 }  # fmt: skip

@@ -6,15 +6,16 @@ there is no better one. What leaves more is compared with the rest of them, and 
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import estimation
 from hopform._identify.estimation import Parameter, Solution
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import noise_of, outliers, quantum_of
 from hopform._identify.rigs import Experiment
 from hopform._identify.units import HOPPER, Units
@@ -28,8 +29,8 @@ class Problem:
     quantity: str
     experiments: tuple[Experiment, ...]
     parameters: tuple[Parameter, ...]
-    starts: tuple[Mapping[str, float], ...]
-    known: Mapping[str, float]
+    starts: tuple[Values, ...]
+    known: Values
     statements: tuple[str, ...]
     warnings: tuple[str, ...]
     parts: tuple[float, ...] = (1.0,)
@@ -64,7 +65,7 @@ def minimise(problem: Problem, loss: str) -> Solution:
     return _unstuck(problem, _traded(problem, least, loss), loss)
 
 
-def least_squares(problem: Problem, fixed: Mapping[str, float] | None = None) -> Solution:
+def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
     """The least sum of squares from all starts, where some parameters may be fixed."""
     found = _searched(problem, "linear", held := dict(fixed or {}))
     return found if held else _unstuck(problem, _traded(problem, found, "linear"), "linear")
@@ -79,7 +80,7 @@ def follow(problem: Problem, loss: str) -> Solution:
     return _weighed(problem, found, {}, loss)
 
 
-def _searched(problem: Problem, loss: str, held: Mapping[str, float], sigma: Sequence[float] | None = None) -> Solution:
+def _searched(problem: Problem, loss: str, held: Values, sigma: Sequence[float] | None = None) -> Solution:
     """The best minimum from a problem's starts: first over the beginning of each recording, the best of these over more
     and more.
 
@@ -119,7 +120,7 @@ def selected(several: Sequence[Experiment], masks: estimation.Masks) -> tuple[Ex
     return tuple(each.only(common(each)) for each in several)
 
 
-def _from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> list[Parameter]:
+def _from_start(parameters: Sequence[Parameter], start: Values) -> list[Parameter]:
     return [p._replace(start=start.get(p.name, p.start)) for p in parameters]
 
 
@@ -134,26 +135,24 @@ least.
 def _from(
     problem: Problem,
     loss: str,
-    held: Mapping[str, float],
+    held: Values,
     free: Sequence[Parameter],
-    starts: Sequence[Mapping[str, float]],
+    starts: Sequence[Values],
     sigma: Sequence[float] | None = None,
 ) -> Solution:
     first, *longer = ([_beginning(each, part) for each in problem.experiments] for part in problem.parts)
-    tried = [_from_start(free, start) for start in starts]
+    tried, solve = [_from_start(free, start) for start in starts], partial(estimation.solve, fixed=held, loss=loss)
     if len(tried) > _FINALISTS:
-        costs = [estimation.solve(first, each, sigma=sigma, fixed=held, loss=loss, most=1).cost for each in tried]
+        costs = [solve(first, each, sigma=sigma, most=1).cost for each in tried]
         order: list[int] = np.argsort(costs, kind="stable").tolist()
         tried = [tried[n] for n in order[:_FINALISTS]]
 
     def settled(part: Sequence[Experiment], start: Sequence[Parameter]) -> Solution:
         """Where a start comes to over a part; what comes near the noise is followed further."""
-        one = estimation.solve(part, start, sigma=sigma, fixed=held, loss=loss, most=8, precision=1e-3)
+        one = solve(part, start, sigma=sigma, most=8, precision=1e-3)
         if held or not 1.0 < _level(problem, one, loss) <= _NEAR:
             return one
-        return estimation.solve(
-            part, estimation.started(one), sigma=sigma, fixed=held, loss=loss, most=8, precision=1e-3
-        )
+        return solve(part, estimation.started(one), sigma=sigma, most=8, precision=1e-3)
 
     def followed(one: Solution) -> Solution:
         """Where it leads over more and more of the recordings."""
@@ -175,9 +174,7 @@ def _from(
         rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)
         ends += [followed(each) for each in rest[: max(_CONTENDERS - len(ends), 1)]]
     last = longer[-1] if longer else first
-    return estimation.solve(
-        last, estimation.started(estimation.best(ends)), sigma=sigma, fixed=held, loss=loss, most=25, precision=1e-5
-    )
+    return solve(last, estimation.started(estimation.best(ends)), sigma=sigma, most=25, precision=1e-5)
 
 
 _NEAR = 3.0
@@ -194,13 +191,9 @@ def is_noise(problem: Problem, found: Solution, loss: str) -> bool:
 def _level(problem: Problem, found: Solution, loss: str) -> float:
     """Residual of the worst recording, over the share that noise and the smallest errors of a model explain."""
     return max(
-        _size(rest[bulk(rest, loss)]) / _limit(each)
+        estimation.rms(rest[bulk(rest, loss)]) / _limit(each)
         for each, rest in zip(problem.experiments, found.residuals, strict=True)
     )
-
-
-def _size(residual: Array) -> float:
-    return math.sqrt(float((residual**2).mean())) if residual.size else 0.0
 
 
 def _limit(experiment: Experiment) -> float:
@@ -234,7 +227,7 @@ _SAME, _ALIKE = 1e-3, 1e-2
 Coulomb friction the sum of squares has no kinks, and what is alike is one, too."""
 
 
-def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> list[dict[str, float]]:
+def _further(parameters: Sequence[Parameter], found: Values) -> list[dict[str, float]]:
     """Starts all around: what is shared by factors of up to 2, friction from none to much, drawn alike every time."""
     rng = np.random.default_rng(len(parameters))
     starts = list[dict[str, float]]()
@@ -251,29 +244,22 @@ def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> lis
     return starts
 
 
-def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
+def _weighed(problem: Problem, found: Solution, fixed: Values, loss: str) -> Solution:
     """Of all samples, each recording counted by its own noise, until that no longer changes what counts how much.
 
     A common factor of all noises moves no least squares; a robust loss takes the noise itself.
     """
     rounds, precision = (1, 1e-6) if fixed else (3, 1e-8)
-    noise = found.sigma
+    noise, solve = found.sigma, partial(estimation.solve, problem.experiments, fixed=fixed, loss=loss)
     if len(problem.experiments) > 1 or loss != "linear":
-        seen = estimation.solve(
-            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=1
-        )
+        seen = solve(estimation.started(found), sigma=noise, most=1)
         noise = estimation.deviations(seen, problem.experiments, loss)
     for _ in range(rounds):
-        found = estimation.solve(
-            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20,
-            precision=precision
-        )  # fmt: skip
+        found = solve(estimation.started(found), sigma=noise, most=20, precision=precision)
         last, noise = noise, estimation.deviations(found, problem.experiments, loss)
         changes = np.array(noise) / np.array(last)
-        if (
-            float(changes.max() / changes.min() if loss == "linear" else np.exp(np.abs(np.log(changes)).max()))
-            < _STEADY
-        ):
+        change = changes.max() / changes.min() if loss == "linear" else np.exp(np.abs(np.log(changes)).max())
+        if float(change) < _STEADY:
             break
     return found
 
@@ -302,7 +288,7 @@ def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
         return found
     some = [_beginning(each, 1.0) for each in problem.experiments]
 
-    def least(start: Mapping[str, float]) -> Solution:
+    def least(start: Values) -> Solution:
         tried = _from_start(estimation.started(found), start)
         return estimation.solve(some, tried, sigma=found.sigma, loss=loss, most=6, precision=1e-4)
 

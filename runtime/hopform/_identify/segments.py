@@ -25,6 +25,9 @@ _HELD = 0.08
 """[s] over which a body that is held does not move; at an apex one moves by 8 mm in as long."""
 
 
+_TOO_SHORT = f"too short: {{}} samples follow the release, at least {FEWEST} are needed"
+
+
 def decays(recording: Recording, values: Array) -> list[Span]:
     """The free decays of a recording about its rest, in their order: the largest, and others of the same period."""
     main = _decay(recording, values, 0, values.size)
@@ -60,12 +63,8 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     half_periods = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
     at = recording.line + begin + start
     moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
-    if (
-        reach <= 10.0 * noise
-        or left.size <= FEWEST
-        or (half_periods < 2 and moves > 0.05)
-        or (half_periods < 3 and moves > 0.3)
-    ):
+    few = (half_periods < 2 and moves > 0.05) or (half_periods < 3 and moves > 0.3)
+    if few or reach <= 10.0 * noise or left.size <= FEWEST:
         raise recording.error_of("x2", "the release is not found: no decay follows the largest deviation", at)
     way = np.abs(left - left[0])
     turn = int((way >= float(way.max()) - 8.0 * noise).argmax())
@@ -76,9 +75,7 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     near = np.abs(left) >= reach - 8.0 * noise  # held, or about its turn: the last sample of it
     start = min(start + int(near[: edges[1]].nonzero()[0][-1]) + 1, last - 1)
     if last - start < FEWEST:
-        raise recording.error_of(
-            "x2", f"too short: {last - start} samples follow the release, at least {FEWEST} are needed", at
-        )
+        raise recording.error_of("x2", _TOO_SHORT.format(last - start), at)
     return begin + start, begin + last
 
 
@@ -163,11 +160,7 @@ def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float
     if higher.size and not driven:
         last = _taken(values, start, start + int(higher[0]), least)
     if last - start < FEWEST:
-        raise recording.error_of(
-            "x2",
-            f"too short: {last - start} samples follow the release, at least {FEWEST} are needed",
-            recording.line + begin + start,
-        )
+        raise recording.error_of("x2", _TOO_SHORT.format(last - start), recording.line + begin + start)
     return begin + start, begin + last
 
 

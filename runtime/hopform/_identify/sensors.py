@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
+from hopform._solver.columns import Steps
 
-Steps = tuple[tuple[float, float], ...]
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
 
@@ -38,12 +38,12 @@ class Sensor(NamedTuple):
     lag: float = 0.0
 
 
-def in_recorded_time(at: Mapping[str, float], clock: float) -> dict[str, float]:
+def in_recorded_time(at: Values, clock: float) -> dict[str, float]:
     """Letters of a rig in the time of the recording, of which true time is `clock` times as much."""
     return {name: value * clock ** _POWERS.get(name, 0) for name, value in at.items()}
 
 
-def by_clock(at: Mapping[str, float], by: Mapping[str, Array], clock: float) -> dict[str, Array]:
+def by_clock(at: Values, by: Mapping[str, Array], clock: float) -> dict[str, Array]:
     """Derivatives by the letters in true time, and by the clock, from those by letters in recorded time."""
     powers = {name: power for name, power in _POWERS.items() if name in by and name in at}
     found = {name: rows * clock ** powers.get(name, 0) for name, rows in by.items()}
@@ -109,8 +109,7 @@ class _Filter:
         rise, left, right = np.diff(x), h * v[:-1], h * v[1:]
         gain = x[:-1] * m0 + left * m1 + (3.0 * rise - 2.0 * left - right) * m2 + (left + right - 2.0 * rise) * m3
         start = x[0] - self.lag * v[0] if first is None else first
-        y = _recursion(self.decay, np.concatenate([[start], gain]))
-        return y
+        return _recursion(self.decay, np.concatenate([[start], gain]))
 
 
 def _recursion(decay: Array, gain: Array) -> Array:

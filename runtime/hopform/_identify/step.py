@@ -10,7 +10,7 @@ current depend on each other through the controller; an error of the current the
 
 import math
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Unpack
 
@@ -21,10 +21,10 @@ from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
-from hopform._identify.filtering import CUTOFFS, Filtered, filtered, moving_rows
+from hopform._identify.filtering import CUTOFFS, Filtered, filtered, joined, moving_rows
 from hopform._identify.fits import Fit, Options, Trace
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
 from hopform._identify.recipe import checked, fit
 from hopform._identify.recordings import Recording
@@ -34,11 +34,7 @@ from hopform._identify.units import Units
 
 
 def fit_step_response(
-    recordings: Recordings,
-    *,
-    spring: bool = True,
-    known: Mapping[str, float] | None = None,
-    **options: Unpack[Options],
+    recordings: Recordings, *, spring: bool = True, known: Values | None = None, **options: Unpack[Options]
 ) -> Fit:
     """Mass, friction and force constant of an actuator from recordings of x1 and the current.
 
@@ -79,7 +75,7 @@ class _Actuator(Kind):
         """Least squares on the equation through each filter."""
         return [[_regress(each, self.letters, group.known, cutoff) for each in group.recordings] for cutoff in CUTOFFS]
 
-    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
+    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
         """A recording that begins at rest begins within the noise of what is measured there."""
         return _near(parameter, cut.x) if letter == "x" and "v" in cut.still else parameter
 
@@ -108,9 +104,7 @@ def rests_at_first(x: Array) -> bool:
     return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
 
 
-def _regress(
-    recording: Recording, letters: Sequence[str], known: Mapping[str, float], cutoff: float
-) -> dict[str, float]:
+def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff: float) -> dict[str, float]:
     """A start from the filtered equation, a linear least squares per unit of m_eff, scaled by what is known."""
     x = of_recordings.mended(recording.position("x1"))
     rows = filtered(recording, cutoff, mend=True)
@@ -119,14 +113,8 @@ def _regress(
     found = moving_rows(rows, columns)
     b, f, gamma, constant = found[:4]
     k = max(found[4], 1e-3) if spring else 0.0
-    mass = next(
-        (
-            known[name] / per
-            for name, per in (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
-            if name in known and per != 0.0
-        ),
-        1.0,
-    )
+    scales = (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
+    mass = next((known[name] / per for name, per in scales if name in known and per != 0.0), 1.0)
     mass = mass if mass > 0.0 else 1.0
     start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass, "k": k * mass}
     start |= {"rest": constant / k if spring else 0.0, "offset": -constant / gamma if gamma else 0.0}
@@ -136,7 +124,7 @@ def _regress(
 def fit_force(
     recordings: Recordings,
     *,
-    known: Mapping[str, float],
+    known: Values,
     cutoff: float | None = None,
     position: bool = True,
     **options: Unpack[Options],
@@ -187,7 +175,7 @@ def fit_force(
         Trace(
             each.source, "force", part.time, scale * part.u, scale * part.u - rest,
             None if np.isnan(worse).any() else scale * part.u - worse, estimation.tests_of(rest),
-            math.sqrt(float((worse**2).mean())), error,
+            estimation.rms(worse), error,
         )
         for each, part, rest, worse, error in zip(
             several, parts, np.split(residual, sizes), np.split(old, sizes), left_out, strict=True
@@ -209,11 +197,7 @@ _Equation = tuple[list[str], Array, Array]
 
 
 def _sides(
-    recordings: Sequence[Recording],
-    known: Mapping[str, float],
-    cutoff: float | None,
-    loss: str,
-    delay: float | None = None,
+    recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str, delay: float | None = None
 ) -> tuple[float, list[Filtered], _Equation]:
     """Both sides of the equation, filtered; with a delay [s] of the position, the current comes as much later, and what
     is left of it is a coefficient.
@@ -224,7 +208,7 @@ def _sides(
 
 
 def _late(
-    recordings: Sequence[Recording], known: Mapping[str, float], cutoff: float | None, loss: str
+    recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str
 ) -> tuple[float, list[Filtered], _Equation]:
     """The delay, by Gauss and Newton, and the equation there."""
     delay = 0.0
@@ -241,27 +225,24 @@ _MOST_STEPS, _ALIKE, _LONGEST = 12, 1e-6, 0.1
 """Steps to a delay, and the last one's size [s]; the longest delay [s]."""
 
 
-def _delay_of(names: Sequence[str], found: Sequence[float], known: Mapping[str, float]) -> float:
+def _delay_of(names: Sequence[str], found: Sequence[float], known: Values) -> float:
     """The delay [s] by its coefficient, -gamma2 delay."""
     at = {name: n for n, name in enumerate(names)}
     return -found[at["late"]] / known.get("gamma2", found[at["gamma2"]] if "gamma2" in at else math.nan)
 
 
-def _force_equation(parts: Sequence[Filtered], known: Mapping[str, float], late: bool = False) -> _Equation:
-    rows = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("acceleration", "v", "side", "one", "u", "rate")
-    }
+def _force_equation(parts: Sequence[Filtered], known: Values, late: bool = False) -> _Equation:
+    rows = joined(parts)
     # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'.
-    common = [rows["v"], rows["side"], rows["one"], *([rows["rate"]] if late else [])]
+    common = [rows.v, rows.side, rows.one, *([rows.rate] if late else [])]
     names = ["b1", "coulomb", "constant", *(["late"] if late else [])]
     if "gamma2" in known:
-        return ["m_eff", *names], np.stack([rows["acceleration"], *common], axis=1), -known["gamma2"] * rows["u"]
-    return ["gamma2", *names], np.stack([rows["u"], *common], axis=1), -known["m_eff"] * rows["acceleration"]
+        return ["m_eff", *names], np.stack([rows.acceleration, *common], axis=1), -known["gamma2"] * rows.u
+    return ["gamma2", *names], np.stack([rows.u, *common], axis=1), -known["m_eff"] * rows.acceleration
 
 
 def _causes(
-    parts: Sequence[Filtered], equation: _Equation, known: Mapping[str, float], loss: str, step: float
+    parts: Sequence[Filtered], equation: _Equation, known: Values, loss: str, step: float
 ) -> tuple[Diagnosis, ...]:
     """A delay and friction that is higher at rest, as further columns, where they explain more than noise does.
 
@@ -285,7 +266,8 @@ def _causes(
         old, new = ([part[some] for part, some in zip(rest, chosen, strict=True)] for rest in (before, after))
         return brought(name, {"delay" if of_time else "level": value}, old, new, sigma, len(names))
 
-    side, v, rate = (np.concatenate([getattr(part, name) for part in parts]) for name in ("side", "v", "rate"))
+    rows = joined(parts)
+    side, v, rate = rows.side, rows.v, rows.rate
     # Between samples a current may be held or not, which is half a sample: no delay within one is named.
     late = [] if "late" in names else with_it("delay", rate)
     late = [each for each in late if abs(each.values["delay"]) > step]
@@ -315,7 +297,7 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
         def missed(p: Array) -> Array:
             return np.asarray((scaled @ p - b) / spread)
 
-        least = estimation.scipy_optimize().least_squares
+        least = estimation.of_scipy("optimize").least_squares
         tried = [least(missed, start, loss=loss, f_scale=estimation.BEND) for start in (found, trimmed)]
         found = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
@@ -347,7 +329,7 @@ def _force_estimates(
     names: Sequence[str],
     found: Sequence[float],
     covariance: Array,
-    known: Mapping[str, float],
+    known: Values,
     count: int,
     units: Units,
     delay: float,
@@ -402,7 +384,7 @@ def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str
     first = {p.name: force.values.get(p.name, p.start) for p in problem.parameters}
     solution = follow(replace(problem, starts=(first,), parts=(1.0,)), loss)
     rest = np.concatenate([each[bulk(each, loss)] for each in solution.residuals])
-    rms = math.sqrt(float((rest**2).mean()))
+    rms = estimation.rms(rest)
     found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in problem.parameters if not p.own)
     unit, factor = force.units.shown("x1")
     return (

@@ -13,6 +13,7 @@ from hopform._identify import rigs
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Column, Recording
 from hopform._robots import Robot, checked_robot
+from hopform._solver.columns import Steps
 from hopform._solver.package import MOST_STEPS
 
 Test = Literal["drop", "free", "decay", "step", "air", "ramp"]
@@ -136,14 +137,11 @@ def _body(
     robot: Robot, test: str, time: Array, height: float, still: float, added: float, u: Array
 ) -> tuple[Array, Array]:
     """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the oscillation."""
-    body = {"m_s": robot.m_s, "k": robot.k, "b2": robot.b2, "f2": robot.f2}
+    values = robot.parameters._asdict() | {"v": 0.0, "length": robot.L0 + robot.c}
     if test == "decay":
-        values = {**body, "g": 0.0, "rest": 0.0, "x": -height, "v": 0.0}
+        values |= {"g": 0.0, "rest": 0.0, "x": -height}
         return _of("attached", values, time, added), np.zeros(time.size)
-    values = {
-        **body, "g": robot.g, "length": robot.L0 + robot.c, "impact_loss": robot.impact_loss,
-        "x": robot.L0 + robot.c + height, "v": 0.0,
-    }  # fmt: skip
+    values["x"] = values["length"] + height
     falls = time >= still
     x, x1 = np.full(time.size, values["x"]), np.zeros(time.size)
     since = time[falls] - still
@@ -151,14 +149,11 @@ def _body(
         x[falls] = _of("ground", values, since, added)
         return x, x1
     values |= {
-        "m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2,
-        "offset": -robot.k * robot.c / robot.gamma2,
-        "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0), "x1": 0.0, "v1": 0.0,
+        "offset": -robot.k * robot.c / robot.gamma2, "x1": 0.0, "v1": 0.0,
+        "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0),
     }  # fmt: skip
-    steps = (
-        (0.0, 0.0),
-        *((since[0] + t, each) for t, each in _steps(since, u[falls])),
-    )  # a sample holds until the next
+    # A sample holds until the next.
+    steps = ((0.0, 0.0), *((since[0] + t, each) for t, each in _steps(since, u[falls])))
     x[falls], x1[falls] = (_of("free", values, since, added, steps, which) for which in ("x2", "x1"))
     return x, x1
 
@@ -174,17 +169,13 @@ def _again(x: Array, repeats: int, rate: float) -> tuple[Array, Array]:
     return whole, np.arange(whole.size) / rate
 
 
-def _steps(time: Array, u: Array) -> tuple[tuple[float, float], ...]:
+def _steps(time: Array, u: Array) -> Steps:
     starts = np.concatenate([[True], u[1:] != u[:-1]])
     return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))
 
 
 def _actuator(robot: Robot, kind: Literal["held", "air"], time: Array, u: Array) -> Array:
-    values = {
-        "m_eff": robot.m_eff, "k": robot.k, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "rest": 0.0,
-        "offset": 0.0,
-        "x": 0.0, "v": 0.0,
-    }  # fmt: skip
+    values = robot.parameters._asdict() | {"rest": 0.0, "offset": 0.0, "x": 0.0, "v": 0.0}
     return _of(kind, values, time, 0.0, _steps(time, u))
 
 
@@ -193,7 +184,7 @@ def _of(
     values: dict[str, float],
     time: Array,
     added: float,
-    steps: tuple[tuple[float, float], ...] = ((0.0, 0.0),),
+    steps: Steps = ((0.0, 0.0),),
     which: Literal["x1", "x2"] = "x2",
 ) -> Array:
     reach = np.array([0.0, abs(values["x"]) + 1.0])

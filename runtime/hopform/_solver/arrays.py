@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._errors import HopformError
-from hopform._solver.columns import CODES, RESULTS, Columns, Events
+from hopform._solver.columns import CODES, RESULTS, Columns, Events, FlightRow, Steps, Target
 from hopform._solver.library import Backend
 from hopform._solver.package import REFUSALS, Energy, FlightLedger, Gains, Ledger, Package, records
-from hopform._solver.protocol import FlightRow, Steps, Target
 
 
 @dataclass(frozen=True)
@@ -200,24 +199,19 @@ class OnArrays:
         results[-1][...] = np.bincount(lane, minlength=size)
         return [(lane, t, kind)]
 
-    def differentiate_columns(
-        self, columns: Columns, matrices: NDArray[Any], status: NDArray[Any], max_phases: int
+    def read_columns(
+        self, name: str, columns: Columns, results: NDArray[Any], status: NDArray[Any], max_phases: int
     ) -> None:
-        """Put the derivatives of stances, rows times columns, into an array."""
-        matrices[...] = np.nan
+        """Put the `sensitivities`, rows times columns, or the largest `compressions` of stances into an array, NaN
+        where there are none; `status` is that of `solve_columns`."""
+        package = self.package
+        of = {"sensitivities": package.sensitivity.sensitivities_of, "compressions": package.extrema.compressions}
+        results[...] = np.nan
         sound = np.flatnonzero(status >= 0)
         if sound.size:
-            solution = self._solved(columns, sound, status.size, max_phases, matrices.dtype)
-            matrices[sound] = self.package.sensitivity.sensitivities_of(solution)
-
-    def compress_columns(self, columns: Columns, most: NDArray[Any], status: NDArray[Any], max_phases: int) -> None:
-        """Put the largest compressions of stances into an array, NaN where there is none."""
-        most[...] = np.nan
-        sound = np.flatnonzero(status >= 0)
-        if sound.size:
-            solution = self._solved(columns, sound, status.size, max_phases, most.dtype)
+            solution = self._solved(columns, sound, status.size, max_phases, results.dtype)
             with np.errstate(all="ignore"):
-                most[sound] = self.package.extrema.compressions(solution)
+                results[sound] = of[name](solution)
 
     def _solved(
         self, columns: Columns, lanes: NDArray[np.intp], size: int, max_phases: int, real: np.dtype[Any]

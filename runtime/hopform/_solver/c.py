@@ -63,19 +63,17 @@ class Library:
         self._handle = opened(path, prefix, package.name, self.source)
         self._prefix, self.package = prefix, package
         self._types: dict[str, Types] = {}
-        self._functions: dict[tuple[str, str], Any] = {}
         self._buffers: dict[str, Buffers] = {}
-
-    def _function(self, name: str, result: Any = ctypes.c_int32) -> Any:
-        function = getattr(self._handle, f"{self._prefix}_{name}")
-        function.restype = result
-        return function
 
     def address(self, name: str) -> int:
         """Address of a function of the library."""
-        address = ctypes.cast(self._function(name), ctypes.c_void_p).value
+        address = ctypes.cast(getattr(self._handle, f"{self._prefix}_{name}"), ctypes.c_void_p).value
         assert address is not None
         return address
+
+    def function(self, name: str, types: Types) -> Any:
+        """A function in one precision, which returns a status."""
+        return getattr(self._handle, f"{self._prefix}_{name}_{types.suffix}")
 
     def types(self, dtype: np.dtype[Any]) -> Types:
         suffix = {np.dtype(np.float32): "f32", np.dtype(np.float64): "f64"}[dtype]
@@ -84,10 +82,7 @@ class Library:
         return self._types[suffix]
 
     def call(self, name: str, types: Types, *arguments: Any) -> int:
-        key = name, types.suffix
-        if key not in self._functions:
-            self._functions[key] = self._function(f"{name}_{types.suffix}")
-        status: int = self._functions[key](*arguments)
+        status: int = self.function(name, types)(*arguments)
         if status < 0:
             raise refusal(name, status)
         return status
@@ -98,10 +93,6 @@ class Library:
             return self._buffers[dtype.char]
         except KeyError:
             return self._buffers.setdefault(dtype.char, Buffers(self, self.types(dtype)))
-
-    def function(self, name: str, types: Types) -> Any:
-        """A function in one precision, which returns a status."""
-        return self._function(f"{name}_{types.suffix}")
 
 
 def refusal(name: str, status: int) -> HopformError:

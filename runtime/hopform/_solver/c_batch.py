@@ -74,22 +74,11 @@ def solve_columns(
     return [(lanes[order], t[order], kind[order])]
 
 
-def differentiate_columns(
-    solver: Compiled, columns: Columns, matrices: NDArray[Any], status: NDArray[Any], max_phases: int
+def read_columns(
+    solver: Compiled, name: str, columns: Columns, results: NDArray[Any], status: NDArray[Any], max_phases: int
 ) -> None:
-    """Put the derivatives of stances, rows times columns, into an array."""
-    _read_columns(solver, "stances_sensitivities", columns, matrices, max_phases)
-
-
-def compress_columns(
-    solver: Compiled, columns: Columns, most: NDArray[Any], status: NDArray[Any], max_phases: int
-) -> None:
-    """Put the largest compressions of stances into an array, NaN where there is none."""
-    _read_columns(solver, "stances_compressions", columns, most, max_phases)
-
-
-def _read_columns(solver: Compiled, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:
-    """What a function says of each stance, into an array; with more room for phases where they were not kept."""
+    """Put the `sensitivities` or the `compressions` of stances into an array, NaN where there are none; with more room
+    for phases where they were not kept."""
     lanes, room = np.arange(len(results)), _FIRST_PHASES
     while lanes.size:
         chosen = [column if column.shape == () else column[lanes] for column in columns]
@@ -98,7 +87,7 @@ def _read_columns(solver: Compiled, name: str, columns: Columns, results: NDArra
         types = solver.library.types(results.dtype)
         phases = (types.Phase * room)()
         solver.library.call(
-            name, types, ctypes.c_int64(lanes.size),
+            f"stances_{name}", types, ctypes.c_int64(lanes.size),
             ctypes.byref(_arguments(types, chosen, max_phases)), phases, room, pointer(found), pointer(state),
         )  # fmt: skip
         results[lanes] = found

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._solver import c as native
+from hopform._solver.columns import Target
 from hopform._solver.package import records
-from hopform._solver.protocol import Target
 
 FIRST_CAPACITY = 64
 """Phases that the buffer holds at first; hardly any stance has more."""

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from hopform._errors import BackendError
 from hopform._solver import c as native
+from hopform._solver.columns import FlightRow
 from hopform._solver.package import Energy, FlightLedger, Gains, records
-from hopform._solver.protocol import FlightRow
 
 _CAPACITY = 32
 

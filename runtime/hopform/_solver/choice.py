@@ -2,13 +2,13 @@
 
 import warnings
 from collections.abc import Callable
+from typing import TypeAlias
 
 from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
 from hopform._solver import c, c_batch, c_control, c_flight
-from hopform._solver.arrays import OnArrays
+from hopform._solver.arrays import ArrayFlight, OnArrays, Solved
 from hopform._solver.package import OURS, Package
-from hopform._solver.protocol import BackEnd
 
 
 class C(c.Compiled):
@@ -19,8 +19,14 @@ class C(c.Compiled):
     choose_current = c_control.choose_current
     apexes = c_control.apexes
     solve_columns = c_batch.solve_columns
-    differentiate_columns = c_batch.differentiate_columns
-    compress_columns = c_batch.compress_columns
+    read_columns = c_batch.read_columns
+
+
+BackEnd: TypeAlias = C | OnArrays
+"""A generated package at work."""
+SolvedStance: TypeAlias = c.Solved | Solved
+SolvedFlight: TypeAlias = c_flight.NativeFlight | ArrayFlight
+"""A stance and a flight as their back end keeps them; arrays of times have one dimension."""
 
 
 class Solver:

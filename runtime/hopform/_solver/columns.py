@@ -1,7 +1,7 @@
-"""Stances in columns: an array or a number for each input, an array for each result."""
+"""What back ends take and give. Stances in columns: an array or a number for each input, an array for each result."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,23 @@ Columns = Sequence[NDArray[Any]]
 """The states, u, horizon, then the robot's fields: numbers (without a dimension) or arrays of one length."""
 Events = list[tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]]
 """Stance, time and kind of events, in the order of the stances."""
+Steps = tuple[tuple[float, float], ...]
+"""Steps of the current [s, A]."""
+Target = tuple[float, float, float, float]
+"""h_des, datum, stop_margin [m], horizon [s]."""
+
+
+class FlightRow(NamedTuple):
+    """A phase: when and where it starts, the sign of v_1, that of the pull at its limit, and the event that starts
+    it.
+    """
+
+    t: float
+    x1: float
+    v1: float
+    side: int
+    limit: int
+    event: int
 
 
 def results_like(shape: int | tuple[int, ...], real: np.dtype[Any]) -> tuple[NDArray[Any], ...]:
