@@ -29,4 +29,9 @@ echo "setting up .venv with hopform[$extras] ..."
 [ -z "$clear" ] || "$python" -m venv --clear .venv
 # The library is for tools/build_library.py: it stops at an error, which here would hide in pip's output.
 HOPFORM_REQUIRE_C='' .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable ".[$extras]"
+case "$extras" in
+dev | bench | wheels | docs) # without what it requires, which is for modes that tests/mutation does not use
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps universalmutator==1.14.1
+    ;;
+esac
 echo "$current" >".venv/with-$extras"
