@@ -1,12 +1,12 @@
 #!/bin/sh
 # Make .venv, or bring it up to date: `sh tools/venv.sh dev` installs this checkout, editable, with its extra `dev`.
-# A stamp, written last, says for which checkout and which pyproject.toml; a moved, copied or half-made .venv is made
+# A stamp, written last, says for which checkout, pyproject.toml and script; a moved, copied or half-made .venv is made
 # anew.
 set -eu
 extras=$1
 cd "$(dirname "$0")/.."
 here=$(pwd)
-current="$here $(cksum <pyproject.toml)"
+current="$here $(cat pyproject.toml tools/venv.sh | cksum)"
 
 clear=--clear
 if [ -x .venv/bin/python ]; then

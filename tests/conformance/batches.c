@@ -197,6 +197,17 @@ static void answers_alone(void)
     }
 }
 
+/* Some stances end exactly at their first event, or as the robot takes off. */
+static void end_at_events(void)
+{
+    for (int i = 0; i < COUNT; i++) {
+        const answer *a = &alone[i];
+        if (roll() % 5 == 0 && a->status == HOPFORM_ENDING_TAKEOFF) {
+            read_from[i][ROBOT + 5] = roll() % 2 == 0 && a->event_count > 0 ? a->event_time[0] : a->numbers[0];
+        }
+    }
+}
+
 /* ---- together ---- */
 
 static OF(output) column(void *first)
@@ -313,6 +324,8 @@ int main(int argc, char **argv)
     int32_t seen = 0;
     for (batch = 0; batch < BATCHES; batch++) {
         draw();
+        answers_alone();
+        end_at_events();
         answers_alone();
         for (int32_t variant = -1; variant <= HOPFORM_VARIANT_AVX512; variant++) {
             if (variant < 0 || OF(has_variant)(variant)) {

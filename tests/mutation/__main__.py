@@ -25,7 +25,7 @@ from tests.mutation.judge import Bench, Stillborn
 
 SEED, COUNT, LEAST = 20261123, 400, 0.90
 PAGE = ROOT / "docs" / "evidence" / "c-mutants.md"
-MEASURED = "## Measured\n"
+MEASURED = "## Measured\n\n"
 """What follows in the page is written by --report."""
 SELFTEST = "c/selftest_real.c"
 """Its digest judges: any change of it is noticed."""
@@ -74,25 +74,18 @@ def verdicts(seed: int, count: int, texts: dict[str, str], folder: Path, jobs: i
                 yield verdict
 
 
-def report(found: list[Verdict], seed: int, seconds: float) -> str:
+def report(found: list[Verdict], seed: int) -> str:
     """The measured part of the page: who killed how many, of which files, and the survivors."""
     killers = Counter(verdict.killer or "nothing: survives" for verdict in found)
     files = Counter(verdict.mutant.file for verdict in found)
     survivors = [verdict.mutant for verdict in found if verdict.killer is None]
     killed = len(found) - len(survivors)
-    rows = [
-        f"Seed {seed}: {len(found)} mutants, {killed} killed ({killed / len(found):.1%}), {seconds / 60:.0f} min.",
-        "",
-    ]
-    rows += [
-        "| killed by | mutants |",
-        "| --- | --: |",
-        *(f"| {name} | {n} |" for name, n in killers.most_common()),
-        "",
-    ]
-    rows += ["| file of `runtime/engine` | mutants | survive |", "| --- | --: | --: |"]
+    rows = [f"Seed {seed}, {len(found)} mutants: {killed} killed ({killed / max(len(found), 1):.1%}).", ""]
+    rows += ["| killed by | mutants |", "| --- | --: |"]
+    rows += [f"| {name} | {n} |" for name, n in killers.most_common()]
+    rows += ["", "| file of `runtime/engine` | mutants | survive |", "| --- | --: | --: |"]
     rows += [f"| `{file}` | {n} | {sum(each.file == file for each in survivors)} |" for file, n in files.most_common()]
-    return "\n".join([*rows, "", "Survivors:", "", "```diff", *map(str, survivors), "```", ""])
+    return "\n".join([*rows, "", "Survivors:", "", "```text", *map(str, survivors), "```", ""])
 
 
 def main() -> int:
@@ -109,10 +102,10 @@ def main() -> int:
         for verdict in verdicts(chosen.seed, chosen.count, sources(chosen.files), Path(folder), chosen.jobs):
             found.append(verdict)
             print(f"{verdict.killer or 'SURVIVES'}: {verdict.mutant}", flush=True)
-    text = report(found, chosen.seed, time.monotonic() - began)
-    print(text.partition("Survivors:")[0])
+    text = report(found, chosen.seed)
+    print(f"{text.partition('Survivors:')[0]}{time.monotonic() - began:.0f} s")
     if chosen.report:
-        PAGE.write_text(PAGE.read_text("utf-8").partition(MEASURED)[0] + f"{MEASURED}\n{text}", "utf-8")
+        PAGE.write_text(PAGE.read_text("utf-8").partition(MEASURED)[0] + MEASURED + text, "utf-8")
     killed = sum(verdict.killer is not None for verdict in found)
     return 0 if found and killed >= chosen.least * len(found) else 1
 

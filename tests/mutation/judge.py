@@ -27,7 +27,8 @@ SLOWER, SLOWEST = 3.0, 2.0
 """[s] of a processor: for a program on the engine; a mutant's may take SLOWER times what it took, and SLOWEST more."""
 NO_C = ("int-conversion", "incompatible-pointer-types", "implicit-function-declaration", "return-type")
 """Warnings that make a mutant no C."""
-JUDGED, OPTIMISED = ("-O0", "-fPIC", "-fsanitize-coverage=trace-pc"), ("-O2", "-fno-guess-branch-probability")
+JUDGED = ("-O0", "-fPIC", "-fsanitize=bounds", "-fsanitize-undefined-trap-on-error", "-fsanitize-coverage=trace-pc")
+OPTIMISED = ("-O2", "-fno-guess-branch-probability")
 GROWTH, MORE, SOME = 1.02, 1.1, 50
 """Blocks that the calls of a kind may take together, over what they took; blocks that one call may take, and more."""
 
