@@ -87,9 +87,9 @@ coverage-c: compiler venv-dev ## count the branches of the C that the tests take
 	$(PY) -m tests.repository.branch_coverage
 
 MUTANTS = 400
-LEAST = 0.9
+TO_KILL = $(if $(LEAST),--least $(LEAST))
 mutants-c: compiler venv-dev ## change MUTANTS (400) lines of the engine's C at random, see tests in C fail; needs gcc
-	$(PY) -m tests.mutation --count $(MUTANTS) --least $(LEAST)
+	$(PY) -m tests.mutation --count $(MUTANTS) $(TO_KILL)
 
 frama-c: venv-dev ## Frama-C's Eva on the library for firmware, any bits as inputs; needs frama-c-base of Debian 12
 	$(PY) -m tests.conformance.firmware.eva
@@ -152,7 +152,7 @@ wheels: compiler venv-wheels ## the sdist and a wheel for each of PLATFORMS (all
 
 COUNT = 60
 mutants: compiler venv-dev ## change COUNT (60) places of the package at random, see tests fail
-	$(PY) -m tests.mutation.python --count $(COUNT)
+	$(PY) -m tests.mutation.python --count $(COUNT) $(TO_KILL)
 
 mutants-all: compiler venv-dev ## 400 places of the package, and mutants-c
 	$(PY) -m tests.mutation.python --count 400
