@@ -87,8 +87,9 @@ coverage-c: compiler venv-dev ## count the branches of the C that the tests take
 	$(PY) -m tests.repository.branch_coverage
 
 MUTANTS = 400
-mutants-c: compiler venv-dev ## break the C in MUTANTS (400) random places, see tests in C fail; quicker with tcc
-	$(PY) -m tests.mutation.c --count $(MUTANTS)
+TO_KILL = $(if $(LEAST),--least $(LEAST))
+mutants-c: compiler venv-dev ## change MUTANTS (400) lines of the engine's C at random, see tests in C fail; needs gcc
+	$(PY) -m tests.mutation --count $(MUTANTS) $(TO_KILL)
 
 frama-c: venv-dev ## Frama-C's Eva on the library for firmware, any bits as inputs; needs frama-c-base of Debian 12
 	$(PY) -m tests.conformance.firmware.eva
@@ -150,13 +151,12 @@ wheels: compiler venv-wheels ## the sdist and a wheel for each of PLATFORMS (all
 	.venv/bin/check-wheel-contents dist
 
 COUNT = 60
-mutants: compiler venv-dev ## change COUNT (60) places of the package at random and two of the engine, see tests fail
-	$(PY) -m tests.mutation.python --count $(COUNT)
-	$(PY) -m tests.mutation "stale library" "reversal"
+mutants: compiler venv-dev ## change COUNT (60) places of the package at random, see tests fail
+	$(PY) -m tests.mutation.python --count $(COUNT) $(TO_KILL)
 
-mutants-all: compiler venv-dev ## 400 places of the package and every mutant of the engine that tests/mutation knows
+mutants-all: compiler venv-dev ## 400 places of the package, and mutants-c
 	$(PY) -m tests.mutation.python --count 400
-	$(PY) -m tests.mutation
+	$(PY) -m tests.mutation --count $(MUTANTS)
 
 test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
 	$(PY) tools/determinism.py

@@ -1,12 +1,12 @@
 #!/bin/sh
 # Make .venv, or bring it up to date: `sh tools/venv.sh dev` installs this checkout, editable, with its extra `dev`.
-# A stamp, written last, says for which checkout and which pyproject.toml; a moved, copied or half-made .venv is made
+# A stamp, written last, says for which checkout, pyproject.toml and script; a moved, copied or half-made .venv is made
 # anew.
 set -eu
 extras=$1
 cd "$(dirname "$0")/.."
 here=$(pwd)
-current="$here $(cksum <pyproject.toml)"
+current="$here $(cat pyproject.toml tools/venv.sh | cksum)"
 
 clear=--clear
 if [ -x .venv/bin/python ]; then
@@ -29,4 +29,9 @@ echo "setting up .venv with hopform[$extras] ..."
 [ -z "$clear" ] || "$python" -m venv --clear .venv
 # The library is for tools/build_library.py: it stops at an error, which here would hide in pip's output.
 HOPFORM_REQUIRE_C='' .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable ".[$extras]"
+case "$extras" in
+dev | bench | wheels | docs) # without what it requires, which is for modes that tests/mutation does not use
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps universalmutator==1.14.1
+    ;;
+esac
 echo "$current" >".venv/with-$extras"

@@ -12,13 +12,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.conformance.firmware import vectors
 from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, sources
 from tests.conformance.test_selftest import CC, COMPILERS
-from tests.mutation.c import vectors
 from tests.objects import compiled
 
 FUZZ = ROOT / "tests" / "fuzz"
-MUTANTS = ROOT / "tests" / "mutation" / "c"
 CHECKS = (
     "-O1",
     "-g1",
@@ -66,14 +65,6 @@ def built(folder: Path, name: str, own: list[Path], compiler: list[str], precisi
     return image
 
 
-def linked(store: Path, image: Path, own: Path, compiler: list[str], without: str = "") -> Path:
-    """A judge of mutants with the library in double precision, optimised, but for the unit that it includes."""
-    command = (*compiler, "-O2", *COMMON)
-    library = [compiled(store, command, path) for path in sources(("f64",)) if path.stem != f"{without}_f64"]
-    run_compiler(*command, "-D_GNU_SOURCE", DEFINE["f64"], *INCLUDE, "-I", MUTANTS, own, *library, "-o", image, "-lm")
-    return image
-
-
 def output_of(image: Path, *arguments: str) -> str:
     done = subprocess.run([image, *arguments], capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -88,7 +79,7 @@ def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(folder, program, p
 
 
 @pytest.mark.parametrize("precision", DEFINE)
-def test_batches_refuse_pointers_that_are_null_or_overlap(folder, precision):
+def test_batches_keep_their_contract_and_give_the_bits_of_stances_one_by_one(folder, precision):
     """Lanes, which see no batch of three stances, are compiled without optimisation, the rest under the sanitizers."""
     made = []
     units = ("batch", "readings_of_many", "lanes_baseline", "lanes_avx2", "lanes_avx512")
@@ -96,15 +87,9 @@ def test_batches_refuse_pointers_that_are_null_or_overlap(folder, precision):
         made.append(folder / f"{unit}_{precision}_{CC[0]}.o")
         flags = ("-O0",) if unit.startswith("lanes") else CHECKS
         run_compiler(*CC, *COMMON, *flags, *INCLUDE, "-c", C / "src" / f"{unit}_{precision}.c", "-o", made[-1])
-    image = built(
-        folder,
-        "contract_batches",
-        [ROOT / "tests" / "conformance" / "contract_batches.c", *made],
-        CC,
-        precision,
-        *CHECKS,
-    )
-    assert output_of(image).endswith("wrong 0\n")
+    for program in ("contract_batches", "batches"):
+        own = [ROOT / "tests" / "conformance" / f"{program}.c", *made]
+        assert output_of(built(folder, program, own, CC, precision, *CHECKS)).endswith("wrong 0\n")
 
 
 def test_the_programs_about_pointers_call_every_public_function():
@@ -117,20 +102,14 @@ def test_the_programs_about_pointers_call_every_public_function():
 
 
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
-@pytest.mark.parametrize("program", ["answers", "parts"])
-def test_the_tests_of_mutants_find_nothing_wrong_in_what_is_not_broken(store, tmp_path, program, compiler):
-    image = linked(store, tmp_path / program, MUTANTS / f"{program}.c", compiler)
-    assert output_of(image, "aloud").endswith("wrong 0\n")
+def test_answers_are_those_of_the_reference_and_obey_what_any_must(store, tmp_path, compiler):
+    command = (*compiler, "-O2", *COMMON)
+    library = [compiled(store, command, path) for path in sources(("f64",))]
+    run_compiler(*command, "-D_GNU_SOURCE", *INCLUDE, HERE / "answers.c", *library, "-o", tmp_path / "answers", "-lm")
+    assert output_of(tmp_path / "answers", "aloud").endswith("wrong 0\n")
 
 
-@pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
-@pytest.mark.parametrize("unit", ["flight", "control"])
-def test_the_judges_of_inner_functions_find_nothing_wrong_in_what_is_not_broken(store, tmp_path, unit, compiler):
-    image = linked(store, tmp_path / unit, MUTANTS / f"inside_{unit}.c", compiler, without=unit)
-    assert output_of(image, "aloud").endswith("wrong 0\n")
-
-
-def test_the_judge_finds_a_constant_that_is_off(tmp_path):
+def test_answers_notice_a_constant_that_is_off(tmp_path):
     """It can fail: the Coulomb friction of the body counts a hundred-thousandth more."""
     shutil.copytree(C / "src", tmp_path / "src")
     formulas = tmp_path / "src" / "formulas_f64.h"
@@ -141,7 +120,7 @@ def test_the_judge_finds_a_constant_that_is_off(tmp_path):
     include = ["-I", str(C / "include"), "-I", str(tmp_path / "src")]
     image = tmp_path / "answers"
     subprocess.run(
-        [*CC, *COMMON, "-O1", *include, str(MUTANTS / "answers.c"), *files, "-o", str(image), "-lm"], check=True
+        [*CC, *COMMON, "-O1", *include, str(HERE / "answers.c"), *files, "-o", str(image), "-lm"], check=True
     )
     assert subprocess.run([image], check=False, timeout=60).returncode == 1
 
@@ -158,7 +137,7 @@ def test_arbitrary_inputs_get_answers_within_bounds(folder, entry, precision):
 
 
 def test_the_vectors_are_those_of_the_reference():
-    """The first rows anew, to the last digit; `python -m tests.mutation.c.vectors` writes them all."""
+    """The first rows anew, to the last digit; `python -m tests.conformance.firmware.vectors` writes them all."""
     text = vectors.HEADER.read_text("utf-8")
     for robot, start in vectors.stance_inputs()[:2]:
         assert vectors.line(vectors.stance_row, robot, start) in text

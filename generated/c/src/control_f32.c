@@ -115,6 +115,9 @@ static float share_of_minimum_f32(const curve_f32 *c)
         return -1.0f;
     }
     const float root = sqrt_f32(radicand);
+    if (half >= 0.0f && !(fabs_f32(lean_f32(c)) > 0.0f)) {
+        return -1.0f; /* the parabola falls for good */
+    }
     const float share = half < 0.0f ? c->from_rate / (half - root) : (half + root) / (3.0f * lean_f32(c));
     return share > 0.0f && share < 1.0f ? share : -1.0f;
 }

@@ -115,6 +115,9 @@ static double share_of_minimum_f64(const curve_f64 *c)
         return -1.0;
     }
     const double root = sqrt_f64(radicand);
+    if (half >= 0.0 && !(fabs_f64(lean_f64(c)) > 0.0)) {
+        return -1.0; /* the parabola falls for good */
+    }
     const double share = half < 0.0 ? c->from_rate / (half - root) : (half + root) / (3.0 * lean_f64(c));
     return share > 0.0 && share < 1.0 ? share : -1.0;
 }

@@ -115,6 +115,9 @@ static real share_of_minimum_real(const curve_real *c)
         return -1.0;
     }
     const real root = sqrt_real(radicand);
+    if (half >= 0.0 && !(fabs_real(lean_real(c)) > 0.0)) {
+        return -1.0; /* the parabola falls for good */
+    }
     const real share = half < 0.0 ? c->from_rate / (half - root) : (half + root) / (3.0 * lean_real(c));
     return share > 0.0 && share < 1.0 ? share : -1.0;
 }

@@ -130,6 +130,17 @@ static void robots(void)
 #endif
     IS(OF(plan_init)(&made, &robot), HOPFORM_ERROR_NUMBERS); /* their product is 0 */
     robot = sound;
+    robot.b1 = 0.0f;
+    robot.gamma2 = 0.0f;
+#ifdef DOUBLE
+    robot.k = 1e-160;
+    robot.m_eff = 1e-165;
+#else
+    robot.k = 1e-20f;
+    robot.m_eff = 1e-24f;
+#endif
+    IS(OF(plan_init)(&made, &robot), HOPFORM_ERROR_NUMBERS); /* its square is 0, and nothing is infinite */
+    robot = sound;
 #ifdef DOUBLE
     robot.k = 1e300;
     robot.m_eff = 1e-10;

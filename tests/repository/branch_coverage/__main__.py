@@ -24,6 +24,8 @@ OUT = ROOT / "out" / "coverage"
 LEAST = 95.0
 INPUTS = 20_000
 """Pseudorandom inputs for each fuzzing target."""
+MANY = ("-DDIGEST_ROBOTS=2500", "-DDIGEST_COMMANDS=500", "-DDIGEST_SAMPLES=4500")
+"""Random robots, commands and contact samples of the digest."""
 
 TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "false_root", "flight", "grid", "hopping",
          "lanes", "properties", "reachability", "selftest", "sensitivities", "single_precision_control", "stance",
@@ -51,12 +53,12 @@ class Program:
 
 
 def programs() -> list[Program]:
-    """The selftest, the golden vectors, garbage, refusals, pointers, the judges of mutants,
-    fuzzing targets on fixed inputs.
+    """The selftest, the golden vectors, answers and their digests, garbage, refusals, pointers, fuzzing targets on
+    fixed inputs.
     """
     board, fuzz = BOARDS / "board.c", ROOT / "tests" / "fuzz"
     found = [Program(name, (HERE / f"{name}.c", board)) for name in ("selftest", "golden")]
-    found += [Program(name, (ROOT / "tests" / "mutation" / "c" / f"{name}.c",)) for name in ("answers", "parts")]
+    found += [Program("answers", (HERE / "answers.c",)), Program("digests", (HERE / "digests.c", board), MANY)]
     inputs = (str(INPUTS), *map(str, sorted((fuzz / "found").iterdir())))
     for suffix, double, single in (("f32", (), ("-DSINGLE",)), ("f64", ("-DDOUBLE",), ())):
         for name in ("garbage", "refusals", "contract"):

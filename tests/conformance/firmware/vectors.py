@@ -1,5 +1,5 @@
 """Stances and flights of the 50-digit reference, commands of the NumPy back end:
-`python -m tests.mutation.c.vectors` writes them.
+`python -m tests.conformance.firmware.vectors` writes them.
 
 A row of numbers each, one behind the other, as answers.c reads them: what goes in, what must come out, and the
 condition number by which an error may grow. Random robots are those of tests/conformance/random_stances.py and
@@ -149,7 +149,7 @@ def text() -> str:
         flown = list(pool.map(partial(line, flight_row), range(FLIGHTS)))
     commands = [line(list, row) for row in command_rows()]
     body = "\n".join(filter(None, (*stances, *flown, *commands)))
-    return f"""/* Written by `python -m tests.mutation.c.vectors`. Do not edit. */
+    return f"""/* Written by `python -m tests.conformance.firmware.vectors`. Do not edit. */
 #ifndef VECTORS_H
 #define VECTORS_H
 

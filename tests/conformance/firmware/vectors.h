@@ -1,4 +1,4 @@
-/* Written by `python -m tests.mutation.c.vectors`. Do not edit. */
+/* Written by `python -m tests.conformance.firmware.vectors`. Do not edit. */
 #ifndef VECTORS_H
 #define VECTORS_H
 

@@ -1,1 +1,0 @@
-"""Mutants of the generated C, and their tests in C."""
