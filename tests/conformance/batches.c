@@ -197,13 +197,14 @@ static void answers_alone(void)
     }
 }
 
-/* Some stances end exactly at their first event, or as the robot takes off. */
+/* Some stances end exactly at one of their events, or at their end. */
 static void end_at_events(void)
 {
     for (int i = 0; i < COUNT; i++) {
         const answer *a = &alone[i];
-        if (roll() % 5 == 0 && a->status == HOPFORM_ENDING_TAKEOFF) {
-            read_from[i][ROBOT + 5] = roll() % 2 == 0 && a->event_count > 0 ? a->event_time[0] : a->numbers[0];
+        if (roll() % 5 == 0 && a->status > 0) {
+            const uint32_t n = roll() % (EVENTS + 1u);
+            read_from[i][ROBOT + 5] = n < EVENTS && !isnan(a->event_time[n]) ? a->event_time[n] : a->numbers[0];
         }
     }
 }
