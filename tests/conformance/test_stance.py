@@ -112,6 +112,15 @@ def test_a_leg_at_rest_stays_down_until_the_next_current(hopper_c, backend):
     assert stance.status == "horizon"
 
 
+def test_a_leg_that_rings_about_zero_takes_off_after_a_quarter_of_a_period(hopper_c, backend):
+    """With the body held and no force on the actuator but the spring y is a cosine."""
+    robot = dataclasses.replace(hopper_c, f1=0.0, b1=0.0, f2=30.0, c=0.0, x1_min=-1.0, x1_max=1.0)
+    stance = hopform.solve_stance(robot, v2=0.0, x2=robot.L0 - 0.005, u=0.0, backend=backend)
+    assert stance.status == "takeoff"
+    assert not stance.events
+    assert stance.duration == pytest.approx(0.5 * math.pi * math.sqrt(robot.m_eff / robot.k), rel=1e-15)
+
+
 def test_states_in_between_agree_with_the_reference(hopper_c, backend):
     v2 = hopform.touchdown_velocity(hopper_c, 0.2)
     exact, _ = reference_for(hopper_c, v2=v2, u=3.0)
