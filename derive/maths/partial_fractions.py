@@ -46,8 +46,6 @@ SHIFTED_SERIES = Record(
 Vdd, Vd, V, decay = SHIFTED_SERIES.symbols
 RESPONSE = Record("Response", "W and its first two derivatives.", BASIS.quantities[:3])
 INTEGRALS = Record("Integrals", "The two integrals of W.", BASIS.quantities[3:])
-DEFLATED_DERIVATIVE = scalar("m", "1/s^2", "A R' + B R")
-m = DEFLATED_DERIVATIVE.symbol
 
 
 @function(takes=(POLES,), returns=CHI)
@@ -172,31 +170,4 @@ def deflated_numerator() -> tuple[Step, ...]:
     return (
         Step(A, H2 - p * H3, "(18) terms in s, pole a removed"),
         Step(B, H1 - q * H3, "(18) constant terms, pole a removed"),
-    )
-
-
-@function(takes=(POLES, PAIR_NUMERATOR, BASIS), returns=DEFLATED_DERIVATIVE)
-def deflated_derivative() -> tuple[Step, ...]:
-    """Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone.
-
-    (d/dt + a) h' = A R' + B R at one time, with R = (d/dt + a) W.
-    """
-    return (
-        Step(R, Wd + a * W, "(18) pair from all poles"),
-        Step(Rd, Wdd + a * Wd, "(19) pair from all poles"),
-        Step(m, A * Rd + B * R, "(18) pole a removed, over time"),
-    )
-
-
-@function(takes=(POLES, CHI, NUMERATOR, DECAY), returns=RINGING)
-def ringing_at() -> tuple[Step, ...]:
-    """A function of time as a slow part and an oscillation.
-
-    h - h(0) = slow + X R' + Y R: what oscillates and what does not, chi and q not small.
-    """
-    rest = p - a
-    return (
-        Step(slow, (H1 * (e1 - rest / q) + (H2 - a * H3) * e) / chi, "(18) without the pair"),
-        Step(X, (H1 * rest / q - H2 + a * H3) / chi, "(18) pair, share of R'"),
-        Step(Y, (H1 * (rest * p / q - 1) - H2 * rest + H3 * q) / chi, "(18) pair, share of R"),
     )

@@ -197,17 +197,6 @@ FREE = Record(
 )
 free_1, free_2 = FREE.symbols
 
-RINGING = Record(
-    "Ringing",
-    "A function of time as a slow part and an oscillation X R' + Y R, away from multiple poles.",
-    (
-        Quantity("slow", r"S", "1", "what the function is without the oscillation"),
-        Quantity("X", r"X", "1", "share of R'"),
-        Quantity("Y", r"Y", "1/s", "share of R"),
-    ),
-)
-slow, X, Y = RINGING.symbols
-
 PAIR_NUMERATOR = Record(
     "PairNumerator",
     "Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q.",

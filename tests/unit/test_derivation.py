@@ -461,16 +461,6 @@ def test_deflation_leaves_a_numerator_over_the_pair_alone():
     assert is_zero((s + Q.a) * MOTION_OF_H - Q.H3 - (known[Q.A] * s + known[Q.B]) / D)
 
 
-def test_slow_part_and_ringing_are_the_whole():
-    known = values((partial_fractions.residue()[0],), partial_fractions.ringing_at())
-    whole = known[Q.slow] + known[Q.X] * Q.Rd + known[Q.Y] * Q.R
-    assert is_zero(transformed(whole) - MOTION_OF_H / s)
-
-
-def test_the_slow_part_does_not_ring():
-    assert not values(partial_fractions.ringing_at())[Q.slow].free_symbols & set(Q.PAIR.symbols)
-
-
 # ---- (18): the paper's coefficients where they exist ----
 
 

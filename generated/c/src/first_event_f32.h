@@ -336,7 +336,9 @@ static inline bool has_no_root_by_pair_f32(const hopform_poles_f32 *poles, const
     const float ww = poles->q - mu * mu;
     const float R = end->basis.Wd + poles->a * end->basis.W;
     const float C = end->basis.Wdd + poles->a * end->basis.Wd + mu * R;
-    const float wt = ww * R / (sqrt_f32(ww * R * R + C * C) + C); /* w tan(w h/2) */
+    const float below = sqrt_f32(ww * R * R + C * C) + C;
+    const bool decided = below > 0.0f;                 /* else nothing is left of the pair */
+    const float wt = ww * R / (decided ? below : 1.0f); /* w tan(w h/2) */
     const hopform_numerator_f32 *h = &g->numerator;
     const bool e_is_negative = h->H1 - poles->a * (h->H2 - poles->a * h->H3) < 0.0f;
     const bool falls = from->rate < 0.0f;
@@ -345,7 +347,7 @@ static inline bool has_no_root_by_pair_f32(const hopform_poles_f32 *poles, const
     const bool f_is_negative_then = to->curvature + (wt + mu) * to->rate < 0.0f;
     const bool with_positive = (!(falls | f_is_negative)) | falls_then | f_is_negative_then;
     const bool with_negative = (!falls) | f_is_negative | (falls_then & !f_is_negative_then);
-    return e_is_negative ? with_negative : with_positive;
+    return decided & (e_is_negative ? with_negative : with_positive);
 }
 
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */

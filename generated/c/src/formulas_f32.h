@@ -83,13 +83,6 @@ typedef struct {
     float free_2;  /* [m/s^2] free acceleration of the body */
 } hopform_free_f32;
 
-/* A function of time as a slow part and an oscillation X R' + Y R, away from multiple poles. */
-typedef struct {
-    float slow;  /* [1] what the function is without the oscillation */
-    float X;     /* [1] share of R' */
-    float Y;     /* [1/s] share of R */
-} hopform_ringing_f32;
-
 /* Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q. */
 typedef struct {
     float A;  /* [1/s^2] terms in s */
@@ -535,31 +528,6 @@ static inline hopform_pair_numerator_f32 hopform_deflated_numerator_f32(const ho
     const float A = H2 - H3*p;  /* (18) terms in s, pole a removed */
     const float B = H1 - H3*q;  /* (18) constant terms, pole a removed */
     const hopform_pair_numerator_f32 result = {A, B};
-    return result;
-}
-
-/* Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone. */
-static inline float hopform_deflated_derivative_f32(const hopform_poles_f32 *poles, const hopform_pair_numerator_f32 *pair_numerator, const hopform_basis_f32 *basis)
-{
-    const float a = poles->a;
-    const float A = pair_numerator->A, B = pair_numerator->B;
-    const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
-    const float R = Wd + W*a;     /* (18) pair from all poles */
-    const float Rd = Wdd + Wd*a;  /* (19) pair from all poles */
-    const float m = A*Rd + B*R;   /* (18) pole a removed, over time */
-    return m;
-}
-
-/* A function of time as a slow part and an oscillation. */
-static inline hopform_ringing_f32 hopform_ringing_at_f32(const hopform_poles_f32 *poles, float chi, const hopform_numerator_f32 *numerator, const hopform_decay_f32 *decay)
-{
-    const float a = poles->a, p = poles->p, q = poles->q;
-    const float H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
-    const float e = decay->e, e1 = decay->e1;
-    const float slow = (e*(H2 - H3*a) + H1*(e1 - (p - a)/q))/chi;      /* (18) without the pair */
-    const float X = (H3*a + H1*(p - a)/q - H2)/chi;                    /* (18) pair, share of R' */
-    const float Y = (H3*q + H1*(p*(p - a)/q - 1.0f) - H2*(p - a))/chi;  /* (18) pair, share of R */
-    const hopform_ringing_f32 result = {slow, X, Y};
     return result;
 }
 

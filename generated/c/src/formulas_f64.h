@@ -83,13 +83,6 @@ typedef struct {
     double free_2;  /* [m/s^2] free acceleration of the body */
 } hopform_free_f64;
 
-/* A function of time as a slow part and an oscillation X R' + Y R, away from multiple poles. */
-typedef struct {
-    double slow;  /* [1] what the function is without the oscillation */
-    double X;     /* [1] share of R' */
-    double Y;     /* [1/s] share of R */
-} hopform_ringing_f64;
-
 /* Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q. */
 typedef struct {
     double A;  /* [1/s^2] terms in s */
@@ -535,31 +528,6 @@ static inline hopform_pair_numerator_f64 hopform_deflated_numerator_f64(const ho
     const double A = H2 - H3*p;  /* (18) terms in s, pole a removed */
     const double B = H1 - H3*q;  /* (18) constant terms, pole a removed */
     const hopform_pair_numerator_f64 result = {A, B};
-    return result;
-}
-
-/* Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone. */
-static inline double hopform_deflated_derivative_f64(const hopform_poles_f64 *poles, const hopform_pair_numerator_f64 *pair_numerator, const hopform_basis_f64 *basis)
-{
-    const double a = poles->a;
-    const double A = pair_numerator->A, B = pair_numerator->B;
-    const double Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
-    const double R = Wd + W*a;     /* (18) pair from all poles */
-    const double Rd = Wdd + Wd*a;  /* (19) pair from all poles */
-    const double m = A*Rd + B*R;   /* (18) pole a removed, over time */
-    return m;
-}
-
-/* A function of time as a slow part and an oscillation. */
-static inline hopform_ringing_f64 hopform_ringing_at_f64(const hopform_poles_f64 *poles, double chi, const hopform_numerator_f64 *numerator, const hopform_decay_f64 *decay)
-{
-    const double a = poles->a, p = poles->p, q = poles->q;
-    const double H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
-    const double e = decay->e, e1 = decay->e1;
-    const double slow = (e*(H2 - H3*a) + H1*(e1 - (p - a)/q))/chi;      /* (18) without the pair */
-    const double X = (H3*a + H1*(p - a)/q - H2)/chi;                    /* (18) pair, share of R' */
-    const double Y = (H3*q + H1*(p*(p - a)/q - 1.0) - H2*(p - a))/chi;  /* (18) pair, share of R */
-    const hopform_ringing_f64 result = {slow, X, Y};
     return result;
 }
 

@@ -38,7 +38,6 @@ from hopform_solver.records import (
     Rates,
     Real,
     Response,
-    Ringing,
     Rise,
     Robot,
     RobotChange,
@@ -322,34 +321,6 @@ def deflated_numerator(poles: Poles, numerator: Numerator) -> PairNumerator:
     A = H2 - H3*p  # (18) terms in s, pole a removed
     B = H1 - H3*q  # (18) constant terms, pole a removed
     return PairNumerator(A, B)
-
-
-def deflated_derivative(poles: Poles, pair_numerator: PairNumerator, basis: Basis) -> Real:
-    """Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone.
-
-    Returns m [1/s^2], A R' + B R.
-    """
-    a = poles.a
-    A, B = pair_numerator.A, pair_numerator.B
-    Wdd, Wd, W = basis.Wdd, basis.Wd, basis.W
-    R = Wd + W*a     # (18) pair from all poles
-    Rd = Wdd + Wd*a  # (19) pair from all poles
-    m = A*Rd + B*R   # (18) pole a removed, over time
-    return m
-
-
-def ringing_at(poles: Poles, chi: Real, numerator: Numerator, decay: Decay) -> Ringing:
-    """A function of time as a slow part and an oscillation.
-
-    chi [1/s^2] s^2 + p s + q at s = -a: what (18) divides by.
-    """
-    a, p, q = poles.a, poles.p, poles.q
-    H3, H2, H1 = numerator.H3, numerator.H2, numerator.H1
-    e, e1 = decay.e, decay.e1
-    slow = (e*(H2 - H3*a) + H1*(e1 - (p - a)/q))/chi      # (18) without the pair
-    X = (H3*a + H1*(p - a)/q - H2)/chi                    # (18) pair, share of R'
-    Y = (H3*q + H1*(p*(p - a)/q - 1.0) - H2*(p - a))/chi  # (18) pair, share of R
-    return Ringing(slow, X, Y)
 
 
 def step_response(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:

@@ -473,17 +473,6 @@ class Free(NamedTuple):
     """[m/s^2] free acceleration of the body"""
 
 
-class Ringing(NamedTuple):
-    """A function of time as a slow part and an oscillation X R' + Y R, away from multiple poles."""
-
-    slow: Real
-    """[1] what the function is without the oscillation"""
-    X: Real
-    """[1] share of R'"""
-    Y: Real
-    """[1/s] share of R"""
-
-
 class PairNumerator(NamedTuple):
     """Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q."""
 

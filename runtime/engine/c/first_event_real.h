@@ -336,7 +336,9 @@ static inline bool has_no_root_by_pair_real(const hopform_poles_real *poles, con
     const real ww = poles->q - mu * mu;
     const real R = end->basis.Wd + poles->a * end->basis.W;
     const real C = end->basis.Wdd + poles->a * end->basis.Wd + mu * R;
-    const real wt = ww * R / (sqrt_real(ww * R * R + C * C) + C); /* w tan(w h/2) */
+    const real below = sqrt_real(ww * R * R + C * C) + C;
+    const bool decided = below > 0.0;                 /* else nothing is left of the pair */
+    const real wt = ww * R / (decided ? below : 1.0); /* w tan(w h/2) */
     const hopform_numerator_real *h = &g->numerator;
     const bool e_is_negative = h->H1 - poles->a * (h->H2 - poles->a * h->H3) < 0.0;
     const bool falls = from->rate < 0.0;
@@ -345,7 +347,7 @@ static inline bool has_no_root_by_pair_real(const hopform_poles_real *poles, con
     const bool f_is_negative_then = to->curvature + (wt + mu) * to->rate < 0.0;
     const bool with_positive = (!(falls | f_is_negative)) | falls_then | f_is_negative_then;
     const bool with_negative = (!falls) | f_is_negative | (falls_then & !f_is_negative_then);
-    return e_is_negative ? with_negative : with_positive;
+    return decided & (e_is_negative ? with_negative : with_positive);
 }
 
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
