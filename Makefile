@@ -42,7 +42,7 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 wit
 test-slices: compiler venv-dev ## the slower tests, with some robots of each count of test-exhaustive-identification
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile \
-	    tests/conformance tests/unit
+	    tests/conformance tests/unit tests/repository/test_house.py
 
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
 	$(PY) tools/build_library.py

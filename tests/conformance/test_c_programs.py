@@ -72,12 +72,13 @@ def output_of(image: Path, *arguments: str) -> str:
 
 
 @pytest.mark.parametrize("precision", DEFINE)
-@pytest.mark.parametrize("program", ["refusals", "garbage", "contract"])
+@pytest.mark.parametrize("program", [pytest.param("refusals", marks=pytest.mark.sliced), "garbage", "contract"])
 def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(folder, program, precision):
     image = built(folder, program, [HERE / f"{program}.c", BOARDS / "board.c"], CC, precision, *CHECKS)
     assert output_of(image).endswith("wrong 0\n")
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("precision", DEFINE)
 def test_batches_keep_their_contract_and_give_the_bits_of_stances_one_by_one(folder, precision):
     """Lanes, which see no batch of three stances, are compiled without optimisation, the rest under the sanitizers."""
@@ -101,6 +102,7 @@ def test_the_programs_about_pointers_call_every_public_function():
     assert functions - called == {"has_variant"}, "which takes no pointer"
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
 def test_answers_are_those_of_the_reference_and_obey_what_any_must(store, tmp_path, compiler):
     command = (*compiler, "-O2", *COMMON)

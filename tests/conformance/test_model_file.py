@@ -425,11 +425,9 @@ def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(tmp_path, 
 def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
     """Under the prefix hopform it stands in for hopform_solver:
     fields, ledger and AED have the term wherever they are shown.
-
-    A term with a share in the energy of the body is refused in a model file, so it is handed to the renderer.
     """
     drag = Quantity("d2", "d_2", "N s/m", "drag of the body", "nonnegative", 0.0)
-    write(render(Options(Model((Term("drag", 0, -drag.symbol * v2),), (drag,)))), tmp_path)
+    write(render(Options(Model((Term("drag", 0, -drag.symbol * v2, acts="stance"),), (drag,)))), tmp_path)
     code = """
 import csv, dataclasses, io
 import numpy as np
@@ -718,6 +716,7 @@ def odd_package(odd) -> Any:
         sys.path.remove(str(odd / "python"))
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package, hopper_c, dtype):
     """The hopper with the same b1 and c, to rounding;

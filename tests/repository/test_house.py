@@ -360,6 +360,7 @@ def symbols(path: Path) -> list[tuple[str, str]]:
 each_compiler = pytest.mark.parametrize("compiler", the_first(installed("gcc", "clang") or ["cc"]))
 
 
+@pytest.mark.sliced
 @each_compiler
 def test_the_library_compiles_as_c99_without_a_warning(folder, compiler):
     assert installed(compiler) or not os.environ.get("HOPFORM_REQUIRE_C"), "there is no C compiler"
