@@ -133,7 +133,8 @@ def in_one_interval(u: float) -> tuple[Any, Any, Any, Any]:
     H3, H2, H1 = (value[0] for value in numerator)
     g = y + H3 * w.Wd + H2 * w.W + H1 * w.W1
     rate = H3 * w.Wdd + H2 * w.Wd + H1 * w.W
-    d = formulas.deflated_derivative(lanes, formulas.deflated_numerator(poles, numerator), w)
+    left = formulas.deflated_numerator(poles, numerator)
+    d = left.A * (w.Wdd + poles.a * w.Wd) + left.B * (w.Wd + poles.a * w.W)
     return t, g, rate, d
 
 

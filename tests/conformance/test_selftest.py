@@ -57,6 +57,7 @@ def output_of(image: Path) -> str:
 COMPILERS = [CC, *([["clang"]] if shutil.which("clang") else [])]
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("level", the_first(["-O2", "-O0"]))
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
 def test_the_library_of_python_returns_the_digest_of_every_compiler(tmp_path, library, compiler, level):

@@ -17,7 +17,7 @@ import sympy as sp
 
 from derive.emit.ir import Function, Quantity, Record
 from derive.emit.program import program
-from derive.maths import partial_fractions, time_domain
+from derive.maths import time_domain
 from derive.model import quantities as Q
 from hopform_solver import formulas, records
 from hopform_solver.kernels import basis_at, decay_at, factor_cubic
@@ -38,9 +38,9 @@ NONE: Unit = (sp.S.Zero,) * 4
 
 # A numerator is that of a function of any unit; H_3 is its rate. Here that unit is A, which nothing else brings.
 GENERIC = {
-    Q.H3: "A/s", Q.H2: "A/s^2", Q.H1: "A/s^3", Q.A: "A/s^2", Q.B: "A/s^3", Q.slow: "A", Q.X: "A", Q.Y: "A/s",
+    Q.H3: "A/s", Q.H2: "A/s^2", Q.H1: "A/s^3", Q.A: "A/s^2", Q.B: "A/s^3",
     time_domain.rise: "A", time_domain.rise_rate: "A/s", time_domain.rise_curvature: "A/s^2",
-    time_domain.rise_third: "A/s^3", partial_fractions.m: "A/s^2", Q.residual_0: "A", time_domain.residual: "A",
+    time_domain.rise_third: "A/s^3", Q.residual_0: "A", time_domain.residual: "A",
 }  # fmt: skip
 
 

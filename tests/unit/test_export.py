@@ -69,6 +69,7 @@ def test_the_prefix_of_an_export_is_that_of_the_generator(tmp_path):
 STANDARDS = [["-std=c99"], ["-std=c11"], ["-x", "c++", "-std=c++17", "-Wno-missing-field-initializers"]]
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("standard", STANDARDS, ids=lambda flags: flags[-1] if len(flags) == 1 else "c++17")
 @pytest.mark.parametrize("prefix", ["hopform", "gait"])
 def test_the_amalgamated_pair_compiles(tmp_path, standard, prefix):
