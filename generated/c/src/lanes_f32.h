@@ -585,8 +585,9 @@ LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict 
         const float rounding = rounding_of_f32(&g, &at, to.rate);
         const bool ties =
             (w->found[l] > (float)s) & is_tie_f32(&to, rounding, at.t, find->found_rate[l], find->found_rounding[l]);
-        const bool above = is_above_zero_f32(&to, rounding) | (is(w->found[l], s) > 0.0f);
-        leaves[l] = w->on[s][l] * flag((at.t > fades) | ties | !above);
+        const bool is_found = is(w->found[l], s) > 0.0f;
+        const bool above = is_above_zero_f32(&to, rounding);
+        leaves[l] = w->on[s][l] * flag((at.t > fades) | ties | !(above | is_found));
         open[l] = w->turn[l] * w->on[s][l] * (1.0f - flag(has_no_root_f32(&from, d, &to, d_then)));
     }
     leave(w, leaves);

@@ -585,8 +585,9 @@ LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict 
         const double rounding = rounding_of_f64(&g, &at, to.rate);
         const bool ties =
             (w->found[l] > (double)s) & is_tie_f64(&to, rounding, at.t, find->found_rate[l], find->found_rounding[l]);
-        const bool above = is_above_zero_f64(&to, rounding) | (is(w->found[l], s) > 0.0);
-        leaves[l] = w->on[s][l] * flag((at.t > fades) | ties | !above);
+        const bool is_found = is(w->found[l], s) > 0.0;
+        const bool above = is_above_zero_f64(&to, rounding);
+        leaves[l] = w->on[s][l] * flag((at.t > fades) | ties | !(above | is_found));
         open[l] = w->turn[l] * w->on[s][l] * (1.0 - flag(has_no_root_f64(&from, d, &to, d_then)));
     }
     leave(w, leaves);

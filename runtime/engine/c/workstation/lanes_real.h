@@ -585,8 +585,9 @@ LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict 
         const real rounding = rounding_of_real(&g, &at, to.rate);
         const bool ties =
             (w->found[l] > (real)s) & is_tie_real(&to, rounding, at.t, find->found_rate[l], find->found_rounding[l]);
-        const bool above = is_above_zero_real(&to, rounding) | (is(w->found[l], s) > 0.0);
-        leaves[l] = w->on[s][l] * flag((at.t > fades) | ties | !above);
+        const bool is_found = is(w->found[l], s) > 0.0;
+        const bool above = is_above_zero_real(&to, rounding);
+        leaves[l] = w->on[s][l] * flag((at.t > fades) | ties | !(above | is_found));
         open[l] = w->turn[l] * w->on[s][l] * (1.0 - flag(has_no_root_real(&from, d, &to, d_then)));
     }
     leave(w, leaves);
