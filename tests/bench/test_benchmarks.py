@@ -148,7 +148,7 @@ def test_the_closed_form_by_hand_is_right_where_its_sequence_is():
     try:
         library = native.by_hand()
     except native.NotBuilt as reason:
-        pytest.skip(f"the peer by hand is C++, which only the benchmarks need: {reason}")
+        pytest.skip(f"no C++ compiler, which only this peer of the benchmarks needs: {reason}")
     library.prepare(of)
     verdict = assess(of, library.function("by_hand", of)(1), exact)
     assert verdict.wrong == 0

@@ -1,8 +1,8 @@
 """Break the engine's C on purpose, one line at a time, and see a test fail: `python -m tests.mutation`.
 
 Mutants are drawn by a seed (draw.py), instantiated, compiled without optimisation and with a count of basic blocks, and
-judged by tests in C (judge.py), in double precision, then in single, up to the first that fails. A mutant counts for
-nothing if it does not compile, or if -O2 makes the engine's objects of it: then the next mutant of its line follows.
+run against tests in C (evaluate.py), in double precision, then in single, up to the first that fails. A mutant counts
+for nothing if it does not compile, or if -O2 makes the engine's objects of it: then the next mutant of its line follows.
 Exit code 1 if fewer than --least are killed.
 """
 
@@ -21,22 +21,22 @@ from queue import Queue
 from derive.emit.render import engine
 from tests.conformance.firmware.targets import ROOT
 from tests.mutation.draw import Mutant, drawn
-from tests.mutation.judge import Bench, Stillborn
+from tests.mutation.evaluate import Bench, InvalidMutant
 
 SEED, COUNT, LEAST = 20261123, 400, 0.90
 PAGE = ROOT / "docs" / "evidence" / "c-mutants.md"
 MEASURED = "## Measured\n\n"
 """What follows in the page is written by --report."""
 SELFTEST = "c/selftest_real.c"
-"""Its digest judges: any change of it is noticed."""
+"""Its digest is compared: any change of it is noticed."""
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Result:
     """A mutant, and the test that killed it, in a precision; None if it survives."""
 
     mutant: Mutant
-    killer: str | None
+    killed_by: str | None
 
 
 def sources(names: list[str]) -> dict[str, str]:
@@ -45,21 +45,21 @@ def sources(names: list[str]) -> dict[str, str]:
     return {name: text for name, text in found.items() if not names or name.endswith(tuple(names))}
 
 
-def verdicts(seed: int, count: int, texts: dict[str, str], folder: Path, jobs: int) -> Iterator[Verdict]:
-    """One verdict for each of so many lines."""
+def results(seed: int, count: int, texts: dict[str, str], folder: Path, jobs: int) -> Iterator[Result]:
+    """One result for each of so many lines."""
     benches = [Bench(folder / "0")]
-    benches += [benches[0].twin(folder / str(job)) for job in range(1, jobs)]
+    benches += [benches[0].duplicate(folder / str(job)) for job in range(1, jobs)]
     free = Queue[Bench]()
     for bench in benches:
         free.put(bench)
 
-    def judged(mutants: list[Mutant]) -> Verdict | None:
+    def evaluated(mutants: list[Mutant]) -> Result | None:
         bench = free.get()
         try:
             for mutant in mutants:
                 try:
-                    return Verdict(mutant, bench.killer(mutant.file, mutant.apply(texts[mutant.file])))
-                except Stillborn:
+                    return Result(mutant, bench.killed_by(mutant.file, mutant.apply(texts[mutant.file])))
+                except InvalidMutant:
                     continue
             return None
         finally:
@@ -69,20 +69,20 @@ def verdicts(seed: int, count: int, texts: dict[str, str], folder: Path, jobs: i
     with ThreadPoolExecutor(jobs) as pool:
         while count > 0 and lines:
             some, lines = lines[:count], lines[count:]
-            for verdict in filter(None, pool.map(judged, some)):
+            for result in filter(None, pool.map(evaluated, some)):
                 count -= 1
-                yield verdict
+                yield result
 
 
-def report(found: list[Verdict], seed: int) -> str:
+def report(found: list[Result], seed: int) -> str:
     """The measured part of the page: who killed how many, of which files, and the survivors."""
-    killers = Counter(verdict.killer or "nothing: survives" for verdict in found)
-    files = Counter(verdict.mutant.file for verdict in found)
-    survivors = [verdict.mutant for verdict in found if verdict.killer is None]
+    causes = Counter(result.killed_by or "nothing: survives" for result in found)
+    files = Counter(result.mutant.file for result in found)
+    survivors = [result.mutant for result in found if result.killed_by is None]
     killed = len(found) - len(survivors)
     rows = [f"Seed {seed}, {len(found)} mutants: {killed} killed ({killed / max(len(found), 1):.1%}).", ""]
     rows += ["| killed by | mutants |", "| --- | --: |"]
-    rows += [f"| {name} | {n} |" for name, n in killers.most_common()]
+    rows += [f"| {name} | {n} |" for name, n in causes.most_common()]
     rows += ["", "| file of `runtime/engine` | mutants | survive |", "| --- | --: | --: |"]
     rows += [f"| `{file}` | {n} | {sum(each.file == file for each in survivors)} |" for file, n in files.most_common()]
     return "\n".join([*rows, "", "Survivors:", "", "```text", *map(str, survivors), "```", ""])
@@ -97,16 +97,16 @@ def main() -> int:
     parser.add_argument("--report", action="store_true", help=f"write {PAGE.relative_to(ROOT)}")
     parser.add_argument("files", nargs="*", help="ends of paths in runtime/engine (default: all of its C)")
     chosen = parser.parse_args()
-    began, found = time.monotonic(), list[Verdict]()
+    began, found = time.monotonic(), list[Result]()
     with tempfile.TemporaryDirectory(prefix="hopform-mutants-") as folder:
-        for verdict in verdicts(chosen.seed, chosen.count, sources(chosen.files), Path(folder), chosen.jobs):
-            found.append(verdict)
-            print(f"{verdict.killer or 'SURVIVES'}: {verdict.mutant}", flush=True)
+        for result in results(chosen.seed, chosen.count, sources(chosen.files), Path(folder), chosen.jobs):
+            found.append(result)
+            print(f"{result.killed_by or 'SURVIVES'}: {result.mutant}", flush=True)
     text = report(found, chosen.seed)
     print(f"{text.partition('Survivors:')[0]}{time.monotonic() - began:.0f} s")
     if chosen.report:
         PAGE.write_text(PAGE.read_text("utf-8").partition(MEASURED)[0] + MEASURED + text, "utf-8")
-    killed = sum(verdict.killer is not None for verdict in found)
+    killed = sum(result.killed_by is not None for result in found)
     return 0 if found and killed >= chosen.least * len(found) else 1
 
 

@@ -19,7 +19,7 @@ TIME_LIMIT = 600
 TIMED_OUT = -1
 
 
-class Stillborn(Exception):
+class CopyFailed(Exception):
     """Nothing to test: the unbroken copy is red, a mutant's place is not there, or nothing compiles from it."""
 
 
@@ -35,7 +35,7 @@ def copied(tree: Path) -> Path:
 def run(tree: Path, *command: str) -> None:
     done = python(tree, *command)
     if done.returncode != 0:
-        raise Stillborn(f"python {' '.join(command)} fails:\n{done.stdout}{done.stderr}")
+        raise CopyFailed(f"python {' '.join(command)} fails:\n{done.stdout}{done.stderr}")
 
 
 def tests(tree: Path, files: tuple[str, ...], limit: int = TIME_LIMIT) -> subprocess.CompletedProcess[str]:
@@ -52,7 +52,7 @@ def killed_by(done: subprocess.CompletedProcess[str]) -> str | None:
         return "no answer in time"
     failed = re.findall(r"^(?:FAILED|ERROR) (?:tests/)?(.+?)(?: - .*)?$", done.stdout, flags=re.MULTILINE)
     if done.returncode not in (1, 2) or not failed:
-        raise Stillborn(f"pytest ends with {done.returncode}:\n{done.stdout}{done.stderr}")
+        raise CopyFailed(f"pytest ends with {done.returncode}:\n{done.stdout}{done.stderr}")
     return str(failed[0])
 
 
@@ -79,4 +79,4 @@ def assert_imports_the_copy(tree: Path) -> None:
     )
     files = python(tree, "-c", where).stdout.splitlines()
     if len(files) != 3 or not all(Path(file).resolve().is_relative_to(tree.resolve()) for file in files):
-        raise Stillborn(f"the copy in {tree} is not what is imported: {files}")
+        raise CopyFailed(f"the copy in {tree} is not what is imported: {files}")

@@ -27,7 +27,7 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
 
-from tests.mutation.copies import ROOT, Stillborn, copied, killed_by, python, tests
+from tests.mutation.copies import ROOT, CopyFailed, copied, killed_by, python, tests
 
 LEAST = 0.80
 """Share of the mutants that a test must notice."""
@@ -214,7 +214,7 @@ def main() -> int:
         trees = [copied(Path(folder, str(n))) for n in range(os.cpu_count() or 1)]
         needed = tuple(dict.fromkeys(file for module in modules for file in NEAREST[module]))
         if (red := killed_by(tests(trees[0], needed, 10 * TIME_LIMIT))) is not None:
-            raise Stillborn(f"the copy is red before anything is changed: {red}")
+            raise CopyFailed(f"the copy is red before anything is changed: {red}")
         for mutant, test in outcomes(drawn(chosen.seed, modules), chosen.count, trees):
             made[mutant.module] += 1
             if test is None:
@@ -235,5 +235,5 @@ def main() -> int:
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except Stillborn as error:
+    except CopyFailed as error:
         sys.exit(f"hopform: {error}")

@@ -10,7 +10,6 @@ import json
 import os
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 from functools import cache
@@ -197,8 +196,6 @@ def test_the_controllers_of_the_page_on_hopping_have_the_defaults_that_it_names(
 
 
 def test_make_shows_a_dozen_targets_and_help_all_the_rest():
-    if shutil.which("make") is None:
-        pytest.skip("make is absent, and what it lists is tested here")
     few, all_of_them = (
         subprocess.run(["make", "-s", target], cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
         for target in ("help", "help-all")

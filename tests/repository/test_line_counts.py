@@ -26,6 +26,6 @@ def test_what_counts_is_neither_blank_nor_comment_nor_docstring(name):
 def test_each_file_has_one_room():
     assert [room_of(f"{room}/a.py") for room in PRODUCT] == list(PRODUCT)
     assert room_of("tests/conformance/test_stance.py") == "tests"
-    assert room_of("tests/fuzz/source.h") == room_of("tests/mutation/judge.py") == "tests' tools"
+    assert room_of("tests/fuzz/source.h") == room_of("tests/mutation/evaluate.py") == "tests' tools"
     for name in ("generated/c/src/stance_f32.c", "docs/a.md", "tests/bench/truth.json", "tests/fuzz/found/a_f32"):
         assert room_of(name) is None

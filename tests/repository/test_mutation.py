@@ -6,7 +6,7 @@ import pytest
 
 from derive.emit.render import engine
 from tests.mutation import python
-from tests.mutation.judge import takes_longer
+from tests.mutation.evaluate import takes_longer
 from tests.mutation.python import NEAREST, QUICK, ROOT, SEED, drawn
 
 lines = pytest.importorskip("tests.mutation.draw", reason="universalmutator is absent (`sh tools/venv.sh dev` adds it)")

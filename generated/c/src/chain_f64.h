@@ -504,7 +504,7 @@ static inline void next_step_f64(stance_chain_f64 *chain)
 }
 
 /* An actuator without any friction that stops while the forces on it cancel to all digits of the state: what is left of
- * them is its acceleration before, told by the motion where that has faded.
+ * them is its acceleration before, known from the motion where that has faded.
  */
 static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const hopform_motion_f64 *motion,
                                                 const hopform_basis_f64 *basis)

@@ -504,7 +504,7 @@ static inline void next_step_real(stance_chain_real *chain)
 }
 
 /* An actuator without any friction that stops while the forces on it cancel to all digits of the state: what is left of
- * them is its acceleration before, told by the motion where that has faded.
+ * them is its acceleration before, known from the motion where that has faded.
  */
 static inline void keep_faint_acceleration_real(stance_chain_real *chain, const hopform_motion_real *motion,
                                                 const hopform_basis_real *basis)

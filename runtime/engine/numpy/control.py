@@ -28,7 +28,7 @@ LANES = 192
 WAVES = 60
 """How often all cells are split at most."""
 CLUSTER = (-(2.0**-5), -(2.0**-12), 0.0, 2.0**-12, 2.0**-5)
-"""Where currents are tried around a foretold one, as shares of the cell."""
+"""Where currents are tried around a predicted one, as shares of the cell."""
 WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.25, 0.0625, 1.0 / 256.0, 1.0 / 64.0
 """How wide a cell may be, as a share of u_max, to be judged by its ends: where the events are the same at both, where
 not, where neither takes off, where one does, and where x_1 reaches its limit.
@@ -289,7 +289,7 @@ class _Cells:
         return np.asarray((promise > search.worth) | np.isinf(promise))
 
     @property
-    def foretold(self) -> Array:
+    def predicted(self) -> Array:
         """Where to split each cell, as a share of it; not between 0 and 1 where the ends do not foretell it."""
         search, from_, to, gap = self.search, self.from_, self.to, self.gap
         in_from, in_to = search.admits(from_), search.admits(to)
@@ -310,7 +310,7 @@ class _Cells:
         number = min(max(LANES // self.width.size, 1), 31)
         even = np.arange(1, number + 1) / (number + 1.0)
         shares = np.concatenate(
-            [np.broadcast_to(even, (self.width.size, number)), self.foretold[:, None] + np.array(CLUSTER)], axis=1
+            [np.broadcast_to(even, (self.width.size, number)), self.predicted[:, None] + np.array(CLUSTER)], axis=1
         )
         root = self.smooth & (self.gap.from_ * self.gap.to < 0.0)
         shares[root, :number] = 0.5

@@ -535,7 +535,7 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, basis: Basis, end: _
 def _keep_faint_accelerations(chain: _Chain, motion: Motion, basis: Basis, end: _End) -> None:
     """An actuator without any friction that stops while the forces on it cancel to all digits of the state.
 
-    What is left of them is its acceleration before, told by the motion where that has faded.
+    What is left of them is its acceleration before, known from the motion where that has faded.
     """
     rates = chain.plan.rates
     slides = ((end.kind == VELOCITY_1) | (end.kind == STOP)) & (chain.side.first != 0.0) & (chain.side.second != 0.0)

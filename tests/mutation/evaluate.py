@@ -1,4 +1,4 @@
-"""The tests in C that judge a mutant of the engine, on a library that differs in one line."""
+"""The tests in C that are run on a mutant of the engine: on a library that differs in one line."""
 
 import re
 import resource
@@ -23,17 +23,17 @@ INPUTS, BATCHES = "1500", "300"
 SIZES = ("-DDIGEST_ROBOTS=1250", "-DDIGEST_COMMANDS=250", "-DDIGEST_SAMPLES=2250")
 DEFINE = {F32: ("-DSINGLE",), F64: ("-DDOUBLE", "-DDOUBLE_ALONE")}
 LIMIT = 60.0
-SLOWER, SLOWEST = 3.0, 2.0
-"""[s] of a processor: for a program on the engine; a mutant's may take SLOWER times what it took, and SLOWEST more."""
+TIME_FACTOR, TIME_ALLOWANCE = 3.0, 2.0
+"""[s] of a processor: for a program on the engine. A mutant's may take so many times that, and so much more."""
 NO_C = ("int-conversion", "incompatible-pointer-types", "implicit-function-declaration", "return-type")
 """Warnings that make a mutant no C."""
-JUDGED = ("-O0", "-fPIC", "-fsanitize=bounds", "-fsanitize-undefined-trap-on-error", "-fsanitize-coverage=trace-pc")
+EVALUATED = ("-O0", "-fPIC", "-fsanitize=bounds", "-fsanitize-undefined-trap-on-error", "-fsanitize-coverage=trace-pc")
 OPTIMISED = ("-O2", "-fno-guess-branch-probability")
-GROWTH, MORE, SOME = 1.02, 1.1, 50
+GROWTH_OF_KIND, GROWTH_OF_CALL, BLOCKS_ALLOWED = 1.02, 1.1, 50
 """Blocks that the calls of a kind may take together, over what they took; blocks that one call may take, and more."""
 
 
-class Stillborn(Exception):
+class InvalidMutant(Exception):
     """A mutant that does not compile, or is equivalent."""
 
 
@@ -77,10 +77,10 @@ class Bench:
             self._compiled(unit, "o")
         self.optimised = dict[str, bytes]()
         self._link()
-        self.usual, self.limits = dict[str, str](), dict[str, float]()
+        self.expected, self.limits = dict[str, str](), dict[str, float]()
         self.programs = {precision: self._linked(precision) for precision in (F64, F32)}
 
-    def twin(self, folder: Path) -> "Bench":
+    def duplicate(self, folder: Path) -> "Bench":
         """Another one, without making all that again."""
         shutil.copytree(self.folder, folder)
         other = copy(self)
@@ -99,9 +99,9 @@ class Bench:
                  *map(str, program.sources), f"-L{self.folder}", "-lhopform", "-Wl,-rpath,$ORIGIN", "-lm",
                  "-o", str(self.folder / image)])  # fmt: skip
             images[image] = program
-            began = spent()
-            self.usual[image] = self._output(image, program, LIMIT)
-            self.limits[image] = SLOWER * (spent() - began) + SLOWEST
+            began = processor_time()
+            self.expected[image] = self._output(image, program, LIMIT)
+            self.limits[image] = TIME_FACTOR * (processor_time() - began) + TIME_ALLOWANCE
         return images
 
     def _output(self, image: str, program: Program, limit: float) -> str:
@@ -111,15 +111,15 @@ class Bench:
         """The names of the files that a unit is made of."""
         return frozenset(Path(each).name for each in run(["gcc", "-MM", f"-I{C / 'include'}", str(unit)]).split())
 
-    def _compiled(self, unit: str, suffix: str, flags: tuple[str, ...] = JUDGED) -> Path:
-        """The object of a unit, by default as it is judged."""
+    def _compiled(self, unit: str, suffix: str, flags: tuple[str, ...] = EVALUATED) -> Path:
+        """The object of a unit, by default with the flags of the tests."""
         target = self.folder / f"{unit}.{suffix}"
         errors = [f"-Werror={name}" for name in NO_C]
         source = self.folder / "src" / unit
         try:
             run(["gcc", *COMMON, "-w", *errors, *flags, f"-I{C / 'include'}", "-c", str(source), "-o", str(target)])
         except Failed as error:
-            raise Stillborn(str(error)) from None
+            raise InvalidMutant(str(error)) from None
         return target
 
     def _link(self, broken: Collection[str] = ()) -> None:
@@ -131,25 +131,25 @@ class Bench:
         path = self.folder / "src" / Path(instance(file)).name.replace("_real", f"_{precision.name}")
         return path, [unit for unit, names in self.includes.items() if path.name in names]
 
-    def killer(self, file: str, text: str) -> str | None:
+    def killed_by(self, file: str, text: str) -> str | None:
         """The program that fails where a source of the engine has this text; `work` if its calls take longer."""
         for precision, programs in self.programs.items():
             path, units = self._units(file, precision)
-            with holding(path, spelled(file, text, precision)):
+            with replaced(path, instance_of(file, text, precision)):
                 for unit in units:
                     self._compiled(unit, "broken")
             self._link(units)
             now = dict[str, str]()
             for image, program in programs.items():
                 if program is ANSWERS and self._is_same(file, text):  # before what takes seconds
-                    raise Stillborn(f"{file}: the same objects")
+                    raise InvalidMutant(f"{file}: the same objects")
                 try:
                     now[image] = self._output(image, program, self.limits[image])
                 except Failed as error:
                     return f"{image}, too slow" if error.code == 124 else image
-                if program.is_digest and now[image] != self.usual[image]:
+                if program.is_digest and now[image] != self.expected[image]:
                     return image
-            if any(takes_longer(calls(now[image]), calls(self.usual[image])) for image in now):
+            if any(takes_longer(calls(now[image]), calls(self.expected[image])) for image in now):
                 return "work"
         return None
 
@@ -160,19 +160,19 @@ class Bench:
             for unit in units:
                 if unit not in self.optimised:
                     self.optimised[unit] = self._compiled(unit, "fast", OPTIMISED).read_bytes()
-                with holding(path, spelled(file, text, precision)):
+                with replaced(path, instance_of(file, text, precision)):
                     if self._compiled(unit, "fast", OPTIMISED).read_bytes() != self.optimised[unit]:
                         return False
         return True
 
 
-def spelled(file: str, text: str, precision: Precision) -> str:
+def instance_of(file: str, text: str, precision: Precision) -> str:
     """A source of the engine as C."""
     return instantiate(text, precision) if "_real" in file else text
 
 
 @contextmanager
-def holding(path: Path, text: str) -> Iterator[None]:
+def replaced(path: Path, text: str) -> Iterator[None]:
     """A file with another text, for a while."""
     kept = path.read_bytes()
     path.write_text(text, "utf-8")
@@ -182,7 +182,7 @@ def holding(path: Path, text: str) -> Iterator[None]:
         path.write_bytes(kept)
 
 
-def spent() -> float:
+def processor_time() -> float:
     """[s] of a processor that finished children have taken."""
     taken = resource.getrusage(resource.RUSAGE_CHILDREN)
     return taken.ru_utime + taken.ru_stime
@@ -197,7 +197,8 @@ def calls(printed: str) -> Calls:
 
 
 def takes_longer(now: Calls, before: Calls) -> bool:
-    """Whether the calls of a kind take more than GROWTH times what they took, or one of them more than MORE.
+    """Whether the calls of a kind take more than they may by GROWTH_OF_KIND, or one of them by
+    GROWTH_OF_CALL.
 
     Other calls than before say nothing.
     """
@@ -205,8 +206,8 @@ def takes_longer(now: Calls, before: Calls) -> bool:
         return False
     sums, usual = Counter[str](), Counter[str]()
     for (kind, count), (_, least) in zip(now, before, strict=True):
-        if count > MORE * least + SOME:
+        if count > GROWTH_OF_CALL * least + BLOCKS_ALLOWED:
             return True
         sums[kind] += count
         usual[kind] += least
-    return any(sums[kind] > GROWTH * usual[kind] for kind in usual)
+    return any(sums[kind] > GROWTH_OF_KIND * usual[kind] for kind in usual)
