@@ -2,7 +2,7 @@
 
 Mutants are drawn by a seed (draw.py), instantiated, compiled without optimisation and with a count of basic blocks, and
 run against tests in C (evaluate.py), in double precision, then in single, up to the first that fails. A mutant counts
-for nothing if it does not compile, or if -O2 makes the engine's objects of it: then the next mutant of its line follows.
+for nothing if it does not compile, or if -O2 makes the engine's objects of it; then the next one of its line follows.
 Exit code 1 if fewer than --least are killed.
 """
 
