@@ -993,6 +993,56 @@ static void leaving(void)
          "the third derivative stays");
 }
 
+/* An actuator that meets its upper stop just when the forces on it at rest
+ * cancel: with friction it is held there, without any the last digits of the
+ * current decide. */
+static void cancelling(void)
+{
+    T(robot) r = usual;
+    problem p;
+    T(stance) stance;
+    for (row = 960; row < 963; row++) {
+        r.f1 = row == 960 ? 0.78 : 0.0;
+        r.b1 = row == 960 ? 150.0 : 0.0;
+        const T(state) start = {0.079, 0.3, -0.2, 0.05};
+        must(T(plan_init)(&p.plan, &r) == HOPFORM_OK, "no plan");
+        p.start = start;
+        p.step_count = 1;
+        p.steps[0].t = 0.0;
+        p.steps[0].u = 0.9;
+        p.horizon = 1.0;
+        for (int n = 0; n < 60; n++) {
+            must(solve(&p, &stance) >= 0 && phases[1].event == HOPFORM_EVENT_X1_HITS_STOP, "no stop");
+            p.steps[0].u = -r.k * phases[1].y / r.gamma2;
+        }
+        p.steps[0].u *= 1.0 + (row == 961 ? 24.0 : (row == 962 ? -24.0 : 0.0)) * 2.220446049250313e-16;
+        must(solve(&p, &stance) >= 0 && phases[1].mode / 3 == (row == 962 ? 0 : 1), "forces that cancel");
+    }
+}
+
+/* So little weight that the apex's derivative by it is no number any more. */
+static void out_of_range(void)
+{
+    static double matrix[ROWS * COLUMNS];
+    T(robot) r = usual;
+    problem p;
+    T(stance) stance;
+    r.g = 1e-152;
+    const T(state) start = {0.0, 0.0, -1.9, 0.0};
+    must(T(plan_init)(&p.plan, &r) == HOPFORM_OK, "no plan");
+    p.start = start;
+    p.step_count = 1;
+    p.steps[0].t = 0.0;
+    p.steps[0].u = 0.0;
+    p.horizon = 2.0;
+    must(solve(&p, &stance) >= 0 && stance.ending == HOPFORM_ENDING_TAKEOFF, "no take-off");
+    must(T(stance_sensitivities)(&p.plan, p.steps, phases, &stance, matrix) == HOPFORM_NO_DERIVATIVE,
+         "derivatives out of range");
+    for (int n = 0; n < ROWS * COLUMNS; n++) {
+        must(!(fabs(matrix[n]) > 0.0), "derivatives out of range, and not 0");
+    }
+}
+
 static void ties(void)
 {
     T(stance) stance;
@@ -1153,6 +1203,10 @@ static void tried(const problem *p, const T(stance) * stance)
         must(trial.largest_x1 >= peak - 1e-15 - 1e-5 * larger(peak - p->plan.robot.x1_max, 0.0)
                  && trial.largest_x1 <= peak + 1e-4 * (fabs(peak) + 0.01),
              "the largest x_1");
+        double most;
+        must(T(stance_compression)(&p->plan, p->steps, kept, stance, &most) == HOPFORM_OK
+                 && most >= size * (1.0 - 1e-12) && most <= size * 1.002 + 1e-12,
+             "the largest compression");
         must(trial.minima >= seen.dips || size < 1e-12, "a rebound that is not seen");
         must(trial.least_contact <= seen.least + 1e-5 * size
                  && (seen.all == 0 || trial.minima > seen.all || trial.least_contact >= seen.lowest - 1e-3 * size),
@@ -1205,6 +1259,32 @@ static problem ringing(void)
     p.steps[1].u = uniform(-1.0, 1.0) * r.m_s * r.g / fabs(r.gamma2);
     p.horizon = larger(0.05, over(30.0, 1500.0) / w);
     must(T(plan_init)(&p.plan, &r) == HOPFORM_OK, "no plan");
+    return p;
+}
+
+/* Three poles that nearly coincide, for a long time. */
+static problem nearly_triple(void)
+{
+    problem p;
+    T(robot) r = usual;
+    const double rate = over(3.0, 30.0);
+    r.m_eff = over(0.1, 10.0);
+    r.m_s = 8.0 * r.m_eff;
+    r.b1 = 3.0 * r.m_eff * rate;
+    r.b2 = 0.0;
+    r.k = r.m_s * rate * rate / 3.0 * (1.0 + mostly(uniform(-0.1, 0.1), 0.3));
+    r.f1 = mostly(over(1e-3, 0.3), 0.5);
+    r.f2 = mostly(over(1e-3, 0.3), 0.5);
+    r.x1_min = -INFINITY;
+    r.x1_max = INFINITY;
+    const T(state) start = {0.01, uniform(-1.0, 1.0), uniform(-2.0, 0.0), over(0.01, 0.3)};
+    must(T(plan_init)(&p.plan, &r) == HOPFORM_OK, "no plan");
+    p.start = start;
+    p.step_count = 1;
+    p.steps[0].t = 0.0;
+    p.steps[0].u = uniform(-1.0, 1.0) * r.m_s * r.g / fabs(r.gamma2);
+    p.steps[1].t = 100.0;
+    p.horizon = 1.0;
     return p;
 }
 
@@ -1492,12 +1572,17 @@ int main(int argc, char **argv)
     }
     limits();
     leaving();
+    cancelling();
+    out_of_range();
     ties();
     for (row = 1000; row < 1600; row++) {
         any_stance(falling());
     }
     for (row = 1600; row < 1800; row++) {
         any_stance(ringing());
+    }
+    for (row = 1800; row < 1900; row++) {
+        any_stance(nearly_triple());
     }
     for (row = 2000; row < 3000; row++) {
         any_flight();
