@@ -741,8 +741,7 @@ int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopfo
     if (compression_max == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_memory_f32 none = {NULL, 0};
-    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, none, NULL, 0);
+    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, NULL, NULL, 0);
     float most = status < 0 ? 0.0f : stance->end.y;
     for (int32_t n = 0; status >= 0 && n < stance->phases_kept; n++) {
         const hopform_phase_f32 *phase = &phases[n];

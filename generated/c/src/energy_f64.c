@@ -7,24 +7,14 @@
 #include "facts.h"
 #include "ledger_f64.h"
 
-static void energy_add_f64(hopform_ledger_f64 *ledger, const hopform_ledger_f64 *part)
+/* Add the work of the first t of a phase to a ledger. */
+static void energy_add_f64(hopform_ledger_f64 *ledger, const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
+                            double u, double t)
 {
-#define ADD_ENTRY(name, domain) ledger->name += part->name;
+    const hopform_ledger_f64 part = hopform_ledger_in_phase_f64(plan, phase, u, t);
+#define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
-}
-
-/* Energy lost at the stop that phase n begins with, negative; 0 if it begins with something else. */
-static double energy_loss_before_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                    const hopform_phase_f64 *phases, int32_t n)
-{
-    if (phases[n].event != HOPFORM_EVENT_X1_HITS_STOP) {
-        return 0.0;
-    }
-    const hopform_phase_f64 *before = &phases[n - 1];
-    const hopform_state_f64 hit =
-        hopform_state_in_phase_f64(plan, before, steps[before->step].u, phases[n].t - before->t);
-    return -0.5 * plan->robot.m_eff * hit.v1 * hit.v1;
 }
 
 int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
@@ -39,12 +29,13 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
         hopform_array_f64(stop_losses, count, sizeof *stop_losses),
     };
     const hopform_memory_f64 read_times = hopform_array_f64(times, count, sizeof *times);
-    int32_t reading = HOPFORM_ERROR_NULL;
-    if (times != NULL && (ledgers == NULL) == (stop_losses == NULL)) {
-        reading = hopform_reading_status_f64(plan, steps, phases, stance, read_times, arrays, wanted ? 3 : 1);
+    if ((ledgers == NULL) != (stop_losses == NULL)) {
+        return hopform_refuse_f64(HOPFORM_ERROR_NULL, arrays, 3);
     }
+    const int32_t reading =
+        hopform_reading_status_f64(plan, steps, phases, stance, &read_times, arrays, wanted ? 3 : 1);
     if (reading < 0) {
-        return hopform_refuse_f64(reading, arrays, 3);
+        return reading;
     }
     hopform_ledger_f64 sum = {0};
     double loss = stance->start_loss;
@@ -61,17 +52,18 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
         }
         const double t = hopform_lesser_f64(times[i], stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
-            const hopform_ledger_f64 whole =
-                hopform_ledger_in_phase_f64(plan, &phases[n], steps[phases[n].step].u, phases[n + 1].t - phases[n].t);
-            energy_add_f64(&sum, &whole);
-            loss += energy_loss_before_f64(plan, steps, phases, n + 1);
+            const double length = phases[n + 1].t - phases[n].t;
+            const double u = steps[phases[n].step].u;
+            energy_add_f64(&sum, plan, &phases[n], u, length);
+            if (phases[n + 1].event == HOPFORM_EVENT_X1_HITS_STOP) {
+                const double v1 = hopform_state_in_phase_f64(plan, &phases[n], u, length).v1;
+                loss -= 0.5 * plan->robot.m_eff * v1 * v1;
+            }
         }
         ledgers[i] = sum;
         stop_losses[i] = loss;
         if (t > phases[n].t) {
-            const hopform_ledger_f64 part =
-                hopform_ledger_in_phase_f64(plan, &phases[n], steps[phases[n].step].u, t - phases[n].t);
-            energy_add_f64(&ledgers[i], &part);
+            energy_add_f64(&ledgers[i], plan, &phases[n], steps[phases[n].step].u, t - phases[n].t);
         }
     }
     return HOPFORM_OK;

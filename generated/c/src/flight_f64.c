@@ -25,7 +25,7 @@ typedef enum {
 } flight_end_kind_f64;
 
 /* What has a root. */
-typedef enum { WAY_f64, PULL_f64, FOOT_CURVATURE_f64, FOOT_RATE_f64, FOOT_f64 } function_of_time_f64;
+typedef enum { FOOT_f64, FOOT_RATE_f64, FOOT_CURVATURE_f64, WAY_f64, PULL_f64 } function_of_time_f64;
 
 /* Everything at one time of a phase. */
 typedef struct {
@@ -35,8 +35,7 @@ typedef struct {
     hopform_foot_at_f64 foot;
 } instant_f64;
 
-/* What is kept of an instant where there are many: the foot there, or the pull. The whole of it is looked up again by
- * its time. */
+/* What is kept of an instant where there are many: the foot there. The whole of it is looked up again by its time. */
 typedef struct {
     double t;
     double foot;
@@ -44,12 +43,6 @@ typedef struct {
     double curvature;
     double moved;
 } foot_point_f64;
-
-typedef struct {
-    double t;
-    double pull;
-    double noise;
-} pull_point_f64;
 
 typedef struct {
     instant_f64 at;
@@ -169,31 +162,21 @@ static approach_f64 sample_of_f64(const flight_chain_f64 *chain, const instant_f
     const double q = chain->poles.q;
     const double snap = -p * x->jerk1_t - q * x->acc1_t;
     const double crackle = -p * snap - q * x->jerk1_t;
-    const double pull_third = -p * pull->pull_curvature - q * pull->pull_rate;
-    switch (function) {
-    case WAY_f64: {
+    if (function == WAY_f64) {
         const approach_f64 way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
         return way;
     }
-    case PULL_f64: {
-        const approach_f64 force = {{pull->pull, pull->pull_rate, pull->pull_curvature, pull_third},
-                                     -p * pull_third - q * pull->pull_curvature};
+    if (function == PULL_f64) {
+        const double third = -p * pull->pull_curvature - q * pull->pull_rate;
+        const approach_f64 force = {{pull->pull, pull->pull_rate, pull->pull_curvature, third},
+                                     -p * third - q * pull->pull_curvature};
         return force;
     }
-    case FOOT_CURVATURE_f64: {
-        const approach_f64 bend = {{foot->foot_curvature, -x->jerk1_t, -snap, -crackle}, p * crackle + q * snap};
-        return bend;
-    }
-    case FOOT_RATE_f64: {
-        const approach_f64 rate = {{foot->foot_rate, foot->foot_curvature, -x->jerk1_t, -snap}, -crackle};
-        return rate;
-    }
-    case FOOT_f64:
-    default: {
-        const approach_f64 height = {{foot->foot_t, foot->foot_rate, foot->foot_curvature, -x->jerk1_t}, -snap};
-        return height;
-    }
-    }
+    const double derivatives[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
+                                -snap,        -crackle,        p * crackle + q * snap};
+    const double *from = &derivatives[function]; /* the foot's rate and curvature come behind the foot */
+    const approach_f64 of_foot = {{from[0], from[1], from[2], from[3]}, from[4]};
+    return of_foot;
 }
 
 /* ---- roots ---- */
@@ -324,26 +307,20 @@ static double noise_of_pull_f64(const flight_chain_f64 *chain, const instant_f64
               + chain->gains.Kd * (fabs_f64(chain->actuator.v1) + fabs_f64(at->actuator.v1_t)));
 }
 
-static pull_point_f64 pull_point_of_f64(const flight_chain_f64 *chain, const instant_f64 *at)
-{
-    const pull_point_f64 point = {at->t, at->pull.pull, noise_of_pull_f64(chain, at)};
-    return point;
-}
-
 /* Where the pull passes the motor's limit of a side, outwards if that is the limit from there on, on pieces on which
  * the pull is monotone; a touch is none. */
-static void watch_level_f64(const flight_chain_f64 *chain, const pull_point_f64 *points, int count, int side,
-                             int limit, flight_phase_end_f64 *end)
+static void watch_level_f64(const flight_chain_f64 *chain, const instant_f64 *points, int count, int side, int limit,
+                             flight_phase_end_f64 *end)
 {
     const double sign = (double)(limit != 0 ? side : -side);
     const double level = (double)side * chain->largest;
     for (int n = 1; n < count; n++) {
-        const double before = sign * (level - points[n - 1].pull);
-        const double after = sign * (level - points[n].pull);
-        if (after < -points[n].noise) {
-            const instant_f64 to = look_f64(chain, before > 0.0 ? points[n].t : points[n - 1].t);
+        const instant_f64 *from = &points[n - 1];
+        const bool crosses = sign * (level - from->pull.pull) > 0.0;
+        const double after = sign * (level - points[n].pull.pull);
+        if (after < -noise_of_pull_f64(chain, &points[n])) {
             const instant_f64 root =
-                before > 0.0 ? root_between_f64(chain, PULL_f64, -sign, level, points[n - 1].t, &to) : to;
+                crosses ? root_between_f64(chain, PULL_f64, -sign, level, from->t, &points[n]) : *from;
             if (root.t < end->at.t) {
                 end->at = root;
                 end->kind = END_PULL_f64;
@@ -360,16 +337,15 @@ static void watch_pull_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *
     if (!(chain->gains.Kp > 0.0 || chain->gains.Kd > 0.0)) {
         return;
     }
-    pull_point_f64 points[MOST_TURNS_f64] = {0};
+    instant_f64 points[MOST_TURNS_f64];
     int count = 0;
-    points[count++] = pull_point_of_f64(chain, &chain->first);
+    points[count++] = chain->first;
     const hopform_pull_f64 *pull = &chain->first.pull;
     const double turn = zero_of_pair_f64(&chain->poles, pull->pull_rate, pull->pull_curvature);
     if (turn < end->at.t) {
-        const instant_f64 there = look_f64(chain, turn);
-        points[count++] = pull_point_of_f64(chain, &there);
+        points[count++] = look_f64(chain, turn);
     }
-    points[count++] = pull_point_of_f64(chain, &end->at);
+    points[count++] = end->at;
     if (chain->limit == 0) {
         watch_level_f64(chain, points, count, 1, 1, end);
         watch_level_f64(chain, points, count, -1, -1, end);
@@ -866,24 +842,15 @@ static hopform_actuator_at_f64 actuator_in_phase_f64(const hopform_flight_rates_
     return move_f64(&start, &poles, phase->side, t);
 }
 
-static bool can_be_read_f64(const hopform_plan_f64 *plan, const hopform_flight_f64 *flight, const double *times,
-                             int32_t count)
-{
-    bool sound =
-        plan->made == HOPFORM_PLAN_MADE && flight->phases_kept >= flight->phase_count && flight->phase_count > 0;
-    for (int32_t n = 0; n < count; n++) {
-        sound = sound && times[n] >= 0.0 && times[n] <= flight->duration;
-    }
-    return sound;
-}
-
 /* Status of a call that reads a solved flight, and times, into arrays, all of which are given: HOPFORM_OK if it can. */
 static int32_t reading_status_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                    const hopform_flight_f64 *flight, const double *times, int32_t count,
                                    const hopform_memory_f64 *arrays, int array_count)
 {
-    if (!can_be_read_f64(plan, flight, times, count)) {
-        return HOPFORM_ERROR_TIME;
+    bool sound =
+        plan->made == HOPFORM_PLAN_MADE && flight->phases_kept >= flight->phase_count && flight->phase_count > 0;
+    for (int32_t n = 0; n < count; n++) {
+        sound = sound && times[n] >= 0.0 && times[n] <= flight->duration;
     }
     const hopform_memory_f64 read[] = {
         hopform_array_f64(plan, 1, sizeof *plan),
@@ -891,6 +858,9 @@ static int32_t reading_status_f64(const hopform_plan_f64 *plan, const hopform_fl
         hopform_array_f64(flight, 1, sizeof *flight),
         hopform_array_f64(times, count, sizeof *times),
     };
+    if (!sound) {
+        return HOPFORM_ERROR_TIME;
+    }
     return hopform_overlap_f64(arrays, array_count, read, 4) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
 }
 
@@ -990,46 +960,21 @@ static double square_of_velocity_f64(const hopform_poles_f64 *poles, const hopfo
     return sum.vv;
 }
 
-static hopform_flight_ledger_f64 ledger_in_phase_f64(const hopform_plan_f64 *plan, const hopform_flight_f64 *flight,
-                                                       double largest, const hopform_flight_phase_f64 *phase, double t)
+/* Add the work of the first t of a phase to a ledger. */
+static void add_work_f64(hopform_flight_ledger_f64 *ledger, const hopform_plan_f64 *plan,
+                          const hopform_flight_rates_f64 *rates, const hopform_flight_f64 *flight,
+                          const hopform_flight_phase_f64 *phase, double t)
 {
-    const hopform_gains_f64 *gains = &flight->gains;
-    const hopform_flight_rates_f64 rates = hopform_flight_rates_of_f64(&plan->robot, gains, largest);
-    const hopform_poles_f64 poles = poles_in_flight_f64(&rates, phase->limit);
-    const hopform_actuator_at_f64 at = actuator_in_phase_f64(&rates, phase, t);
-    const double rise = (flight->start.v2 - hopform_fall_of_f64(&plan->robot) * (phase->t + 0.5 * t)) * t;
-    const hopform_way_f64 way = {at.moved, square_of_velocity_f64(&poles, phase, t), rise};
-    return hopform_flight_ledger_of_f64(&plan->robot, gains, largest, phase->x1, (double)phase->side, (double)phase->limit,
-                                         &way);
-}
-
-static void flight_add_f64(hopform_flight_ledger_f64 *ledger, const hopform_flight_ledger_f64 *part)
-{
-#define ADD_ENTRY(name, domain) ledger->name += part->name;
+    const hopform_robot_f64 *robot = &plan->robot;
+    const hopform_poles_f64 poles = poles_in_flight_f64(rates, phase->limit);
+    const double rise = (flight->start.v2 - hopform_fall_of_f64(robot) * (phase->t + 0.5 * t)) * t;
+    const hopform_way_f64 way = {actuator_in_phase_f64(rates, phase, t).moved,
+                                  square_of_velocity_f64(&poles, phase, t), rise};
+    const hopform_flight_ledger_f64 part = hopform_flight_ledger_of_f64(
+        robot, &flight->gains, largest_force_f64(robot), phase->x1, (double)phase->side, (double)phase->limit, &way);
+#define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
-}
-
-/* Energy lost at the stop that a phase begins with, negative; 0 if it begins with something else. */
-static double flight_loss_before_f64(const hopform_plan_f64 *plan, const hopform_gains_f64 *gains, double largest,
-                                    const hopform_flight_phase_f64 *before, const hopform_flight_phase_f64 *phase)
-{
-    if (phase->event != HOPFORM_EVENT_X1_HITS_STOP) {
-        return 0.0;
-    }
-    const hopform_flight_rates_f64 rates = hopform_flight_rates_of_f64(&plan->robot, gains, largest);
-    const double v1 = actuator_in_phase_f64(&rates, before, phase->t - before->t).v1_t;
-    return -0.5 * plan->robot.m_eff * v1 * v1;
-}
-
-/* Whether times do not decrease. */
-static bool can_be_followed_f64(const double *times, int32_t count)
-{
-    bool sound = true;
-    for (int32_t n = 1; n < count; n++) {
-        sound = sound && times[n] >= times[n - 1];
-    }
-    return sound;
 }
 
 int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
@@ -1049,26 +994,25 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
     if (status < 0) {
         return hopform_refuse_f64(status, arrays, 3);
     }
-    if (!can_be_followed_f64(times, count)) {
-        return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, 3);
-    }
-    const hopform_gains_f64 *gains = &flight->gains;
-    const double largest = largest_force_f64(&plan->robot);
-    const hopform_flight_rates_f64 rates = hopform_flight_rates_of_f64(&plan->robot, gains, largest);
+    const hopform_flight_rates_f64 rates =
+        hopform_flight_rates_of_f64(&plan->robot, &flight->gains, largest_force_f64(&plan->robot));
     hopform_flight_ledger_f64 sum = {0};
     double loss = flight->start_loss;
     int32_t n = 0;
     for (int32_t i = 0; i < count; i++) {
-        for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
-            const hopform_flight_ledger_f64 whole =
-                ledger_in_phase_f64(plan, flight, largest, &phases[n], phases[n + 1].t - phases[n].t);
-            flight_add_f64(&sum, &whole);
-            loss += flight_loss_before_f64(plan, gains, largest, &phases[n], &phases[n + 1]);
+        if (i > 0 && times[i] < times[i - 1]) {
+            return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, 3);
         }
-        const hopform_flight_ledger_f64 part =
-            ledger_in_phase_f64(plan, flight, largest, &phases[n], times[i] - phases[n].t);
+        for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
+            const double length = phases[n + 1].t - phases[n].t;
+            add_work_f64(&sum, plan, &rates, flight, &phases[n], length);
+            if (phases[n + 1].event == HOPFORM_EVENT_X1_HITS_STOP) {
+                const double v1 = actuator_in_phase_f64(&rates, &phases[n], length).v1_t;
+                loss -= 0.5 * plan->robot.m_eff * v1 * v1;
+            }
+        }
         ledgers[i] = sum;
-        flight_add_f64(&ledgers[i], &part);
+        add_work_f64(&ledgers[i], plan, &rates, flight, &phases[n], times[i] - phases[n].t);
         stop_losses[i] = loss;
         const hopform_state_f64 state = state_of_flight_f64(plan, phases, &rates, flight, times[i]);
         energies[i] = hopform_flight_energies_f64(&plan->robot, state.v1, state.v2, state.x1 - state.y);

@@ -231,10 +231,9 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
         hopform_array_f32(v2, count, sizeof *v2),
         hopform_array_f32(y, count, sizeof *y),
     };
-    const hopform_memory_f32 no_times = {NULL, 0};
-    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, no_times, arrays, 4);
+    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, NULL, arrays, 4);
     if (status < 0) {
-        return hopform_refuse_f32(status, arrays, 4);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const float last = t0 + (float)(count - 1) * dt;

@@ -231,10 +231,9 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
         hopform_array_f64(v2, count, sizeof *v2),
         hopform_array_f64(y, count, sizeof *y),
     };
-    const hopform_memory_f64 no_times = {NULL, 0};
-    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, no_times, arrays, 4);
+    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, NULL, arrays, 4);
     if (status < 0) {
-        return hopform_refuse_f64(status, arrays, 4);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const double last = t0 + (double)(count - 1) * dt;

@@ -297,8 +297,7 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
 {
     const hopform_memory_f64 array =
         hopform_array_f64(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f64, sizeof *matrix);
-    const hopform_memory_f64 no_times = {NULL, 0};
-    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, no_times, &array, 1);
+    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, NULL, &array, 1);
     (void)hopform_refuse_f64(status, &array, 1);
     if (status < 0) {
         return status;
@@ -343,12 +342,9 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
         hopform_array_f64(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f64 * sizeof *tangents),
     };
     const hopform_memory_f64 read_times = hopform_array_f64(times, count, sizeof *times);
-    int32_t status = HOPFORM_ERROR_NULL;
-    if (times != NULL) {
-        status = hopform_reading_status_f64(plan, steps, phases, stance, read_times, arrays, 2);
-    }
+    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, &read_times, arrays, 2);
     if (status < 0) {
-        return hopform_refuse_f64(status, arrays, 2);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     changes_f64 change = sensitivity_start_of_f64(&phases[0], stance);

@@ -29,12 +29,9 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
         hopform_array_f32(y, count, sizeof *y),
     };
     const hopform_memory_f32 read_times = hopform_array_f32(times, count, sizeof *times);
-    int32_t status = HOPFORM_ERROR_NULL;
-    if (times != NULL) {
-        status = hopform_reading_status_f32(plan, steps, phases, stance, read_times, arrays, 4);
-    }
+    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, &read_times, arrays, 4);
     if (status < 0) {
-        return hopform_refuse_f32(status, arrays, 4);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;

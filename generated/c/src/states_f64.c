@@ -29,12 +29,9 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
         hopform_array_f64(y, count, sizeof *y),
     };
     const hopform_memory_f64 read_times = hopform_array_f64(times, count, sizeof *times);
-    int32_t status = HOPFORM_ERROR_NULL;
-    if (times != NULL) {
-        status = hopform_reading_status_f64(plan, steps, phases, stance, read_times, arrays, 4);
-    }
+    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, &read_times, arrays, 4);
     if (status < 0) {
-        return hopform_refuse_f64(status, arrays, 4);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;

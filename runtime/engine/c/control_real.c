@@ -741,8 +741,7 @@ int32_t hopform_stance_compression_real(const hopform_plan_real *plan, const hop
     if (compression_max == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_memory_real none = {NULL, 0};
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, none, NULL, 0);
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, NULL, 0);
     real most = status < 0 ? 0.0 : stance->end.y;
     for (int32_t n = 0; status >= 0 && n < stance->phases_kept; n++) {
         const hopform_phase_real *phase = &phases[n];

@@ -25,7 +25,7 @@ typedef enum {
 } flight_end_kind_real;
 
 /* What has a root. */
-typedef enum { WAY_real, PULL_real, FOOT_CURVATURE_real, FOOT_RATE_real, FOOT_real } function_of_time_real;
+typedef enum { FOOT_real, FOOT_RATE_real, FOOT_CURVATURE_real, WAY_real, PULL_real } function_of_time_real;
 
 /* Everything at one time of a phase. */
 typedef struct {
@@ -35,8 +35,7 @@ typedef struct {
     hopform_foot_at_real foot;
 } instant_real;
 
-/* What is kept of an instant where there are many: the foot there, or the pull. The whole of it is looked up again by
- * its time. */
+/* What is kept of an instant where there are many: the foot there. The whole of it is looked up again by its time. */
 typedef struct {
     real t;
     real foot;
@@ -44,12 +43,6 @@ typedef struct {
     real curvature;
     real moved;
 } foot_point_real;
-
-typedef struct {
-    real t;
-    real pull;
-    real noise;
-} pull_point_real;
 
 typedef struct {
     instant_real at;
@@ -169,31 +162,21 @@ static approach_real sample_of_real(const flight_chain_real *chain, const instan
     const real q = chain->poles.q;
     const real snap = -p * x->jerk1_t - q * x->acc1_t;
     const real crackle = -p * snap - q * x->jerk1_t;
-    const real pull_third = -p * pull->pull_curvature - q * pull->pull_rate;
-    switch (function) {
-    case WAY_real: {
+    if (function == WAY_real) {
         const approach_real way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
         return way;
     }
-    case PULL_real: {
-        const approach_real force = {{pull->pull, pull->pull_rate, pull->pull_curvature, pull_third},
-                                     -p * pull_third - q * pull->pull_curvature};
+    if (function == PULL_real) {
+        const real third = -p * pull->pull_curvature - q * pull->pull_rate;
+        const approach_real force = {{pull->pull, pull->pull_rate, pull->pull_curvature, third},
+                                     -p * third - q * pull->pull_curvature};
         return force;
     }
-    case FOOT_CURVATURE_real: {
-        const approach_real bend = {{foot->foot_curvature, -x->jerk1_t, -snap, -crackle}, p * crackle + q * snap};
-        return bend;
-    }
-    case FOOT_RATE_real: {
-        const approach_real rate = {{foot->foot_rate, foot->foot_curvature, -x->jerk1_t, -snap}, -crackle};
-        return rate;
-    }
-    case FOOT_real:
-    default: {
-        const approach_real height = {{foot->foot_t, foot->foot_rate, foot->foot_curvature, -x->jerk1_t}, -snap};
-        return height;
-    }
-    }
+    const real derivatives[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
+                                -snap,        -crackle,        p * crackle + q * snap};
+    const real *from = &derivatives[function]; /* the foot's rate and curvature come behind the foot */
+    const approach_real of_foot = {{from[0], from[1], from[2], from[3]}, from[4]};
+    return of_foot;
 }
 
 /* ---- roots ---- */
@@ -324,26 +307,20 @@ static real noise_of_pull_real(const flight_chain_real *chain, const instant_rea
               + chain->gains.Kd * (fabs_real(chain->actuator.v1) + fabs_real(at->actuator.v1_t)));
 }
 
-static pull_point_real pull_point_of_real(const flight_chain_real *chain, const instant_real *at)
-{
-    const pull_point_real point = {at->t, at->pull.pull, noise_of_pull_real(chain, at)};
-    return point;
-}
-
 /* Where the pull passes the motor's limit of a side, outwards if that is the limit from there on, on pieces on which
  * the pull is monotone; a touch is none. */
-static void watch_level_real(const flight_chain_real *chain, const pull_point_real *points, int count, int side,
-                             int limit, flight_phase_end_real *end)
+static void watch_level_real(const flight_chain_real *chain, const instant_real *points, int count, int side, int limit,
+                             flight_phase_end_real *end)
 {
     const real sign = (real)(limit != 0 ? side : -side);
     const real level = (real)side * chain->largest;
     for (int n = 1; n < count; n++) {
-        const real before = sign * (level - points[n - 1].pull);
-        const real after = sign * (level - points[n].pull);
-        if (after < -points[n].noise) {
-            const instant_real to = look_real(chain, before > 0.0 ? points[n].t : points[n - 1].t);
+        const instant_real *from = &points[n - 1];
+        const bool crosses = sign * (level - from->pull.pull) > 0.0;
+        const real after = sign * (level - points[n].pull.pull);
+        if (after < -noise_of_pull_real(chain, &points[n])) {
             const instant_real root =
-                before > 0.0 ? root_between_real(chain, PULL_real, -sign, level, points[n - 1].t, &to) : to;
+                crosses ? root_between_real(chain, PULL_real, -sign, level, from->t, &points[n]) : *from;
             if (root.t < end->at.t) {
                 end->at = root;
                 end->kind = END_PULL_real;
@@ -360,16 +337,15 @@ static void watch_pull_real(const flight_chain_real *chain, flight_phase_end_rea
     if (!(chain->gains.Kp > 0.0 || chain->gains.Kd > 0.0)) {
         return;
     }
-    pull_point_real points[MOST_TURNS_real] = {0};
+    instant_real points[MOST_TURNS_real];
     int count = 0;
-    points[count++] = pull_point_of_real(chain, &chain->first);
+    points[count++] = chain->first;
     const hopform_pull_real *pull = &chain->first.pull;
     const real turn = zero_of_pair_real(&chain->poles, pull->pull_rate, pull->pull_curvature);
     if (turn < end->at.t) {
-        const instant_real there = look_real(chain, turn);
-        points[count++] = pull_point_of_real(chain, &there);
+        points[count++] = look_real(chain, turn);
     }
-    points[count++] = pull_point_of_real(chain, &end->at);
+    points[count++] = end->at;
     if (chain->limit == 0) {
         watch_level_real(chain, points, count, 1, 1, end);
         watch_level_real(chain, points, count, -1, -1, end);
@@ -866,24 +842,15 @@ static hopform_actuator_at_real actuator_in_phase_real(const hopform_flight_rate
     return move_real(&start, &poles, phase->side, t);
 }
 
-static bool can_be_read_real(const hopform_plan_real *plan, const hopform_flight_real *flight, const real *times,
-                             int32_t count)
-{
-    bool sound =
-        plan->made == HOPFORM_PLAN_MADE && flight->phases_kept >= flight->phase_count && flight->phase_count > 0;
-    for (int32_t n = 0; n < count; n++) {
-        sound = sound && times[n] >= 0.0 && times[n] <= flight->duration;
-    }
-    return sound;
-}
-
 /* Status of a call that reads a solved flight, and times, into arrays, all of which are given: HOPFORM_OK if it can. */
 static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
                                    const hopform_flight_real *flight, const real *times, int32_t count,
                                    const hopform_memory_real *arrays, int array_count)
 {
-    if (!can_be_read_real(plan, flight, times, count)) {
-        return HOPFORM_ERROR_TIME;
+    bool sound =
+        plan->made == HOPFORM_PLAN_MADE && flight->phases_kept >= flight->phase_count && flight->phase_count > 0;
+    for (int32_t n = 0; n < count; n++) {
+        sound = sound && times[n] >= 0.0 && times[n] <= flight->duration;
     }
     const hopform_memory_real read[] = {
         hopform_array_real(plan, 1, sizeof *plan),
@@ -891,6 +858,9 @@ static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_
         hopform_array_real(flight, 1, sizeof *flight),
         hopform_array_real(times, count, sizeof *times),
     };
+    if (!sound) {
+        return HOPFORM_ERROR_TIME;
+    }
     return hopform_overlap_real(arrays, array_count, read, 4) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
 }
 
@@ -990,46 +960,21 @@ static real square_of_velocity_real(const hopform_poles_real *poles, const hopfo
     return sum.vv;
 }
 
-static hopform_flight_ledger_real ledger_in_phase_real(const hopform_plan_real *plan, const hopform_flight_real *flight,
-                                                       real largest, const hopform_flight_phase_real *phase, real t)
+/* Add the work of the first t of a phase to a ledger. */
+static void add_work_real(hopform_flight_ledger_real *ledger, const hopform_plan_real *plan,
+                          const hopform_flight_rates_real *rates, const hopform_flight_real *flight,
+                          const hopform_flight_phase_real *phase, real t)
 {
-    const hopform_gains_real *gains = &flight->gains;
-    const hopform_flight_rates_real rates = hopform_flight_rates_of_real(&plan->robot, gains, largest);
-    const hopform_poles_real poles = poles_in_flight_real(&rates, phase->limit);
-    const hopform_actuator_at_real at = actuator_in_phase_real(&rates, phase, t);
-    const real rise = (flight->start.v2 - hopform_fall_of_real(&plan->robot) * (phase->t + 0.5 * t)) * t;
-    const hopform_way_real way = {at.moved, square_of_velocity_real(&poles, phase, t), rise};
-    return hopform_flight_ledger_of_real(&plan->robot, gains, largest, phase->x1, (real)phase->side, (real)phase->limit,
-                                         &way);
-}
-
-static void flight_add_real(hopform_flight_ledger_real *ledger, const hopform_flight_ledger_real *part)
-{
-#define ADD_ENTRY(name, domain) ledger->name += part->name;
+    const hopform_robot_real *robot = &plan->robot;
+    const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
+    const real rise = (flight->start.v2 - hopform_fall_of_real(robot) * (phase->t + 0.5 * t)) * t;
+    const hopform_way_real way = {actuator_in_phase_real(rates, phase, t).moved,
+                                  square_of_velocity_real(&poles, phase, t), rise};
+    const hopform_flight_ledger_real part = hopform_flight_ledger_of_real(
+        robot, &flight->gains, largest_force_real(robot), phase->x1, (real)phase->side, (real)phase->limit, &way);
+#define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
-}
-
-/* Energy lost at the stop that a phase begins with, negative; 0 if it begins with something else. */
-static real flight_loss_before_real(const hopform_plan_real *plan, const hopform_gains_real *gains, real largest,
-                                    const hopform_flight_phase_real *before, const hopform_flight_phase_real *phase)
-{
-    if (phase->event != HOPFORM_EVENT_X1_HITS_STOP) {
-        return 0.0;
-    }
-    const hopform_flight_rates_real rates = hopform_flight_rates_of_real(&plan->robot, gains, largest);
-    const real v1 = actuator_in_phase_real(&rates, before, phase->t - before->t).v1_t;
-    return -0.5 * plan->robot.m_eff * v1 * v1;
-}
-
-/* Whether times do not decrease. */
-static bool can_be_followed_real(const real *times, int32_t count)
-{
-    bool sound = true;
-    for (int32_t n = 1; n < count; n++) {
-        sound = sound && times[n] >= times[n - 1];
-    }
-    return sound;
 }
 
 int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
@@ -1049,26 +994,25 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
     if (status < 0) {
         return hopform_refuse_real(status, arrays, 3);
     }
-    if (!can_be_followed_real(times, count)) {
-        return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, 3);
-    }
-    const hopform_gains_real *gains = &flight->gains;
-    const real largest = largest_force_real(&plan->robot);
-    const hopform_flight_rates_real rates = hopform_flight_rates_of_real(&plan->robot, gains, largest);
+    const hopform_flight_rates_real rates =
+        hopform_flight_rates_of_real(&plan->robot, &flight->gains, largest_force_real(&plan->robot));
     hopform_flight_ledger_real sum = {0};
     real loss = flight->start_loss;
     int32_t n = 0;
     for (int32_t i = 0; i < count; i++) {
-        for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
-            const hopform_flight_ledger_real whole =
-                ledger_in_phase_real(plan, flight, largest, &phases[n], phases[n + 1].t - phases[n].t);
-            flight_add_real(&sum, &whole);
-            loss += flight_loss_before_real(plan, gains, largest, &phases[n], &phases[n + 1]);
+        if (i > 0 && times[i] < times[i - 1]) {
+            return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, 3);
         }
-        const hopform_flight_ledger_real part =
-            ledger_in_phase_real(plan, flight, largest, &phases[n], times[i] - phases[n].t);
+        for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
+            const real length = phases[n + 1].t - phases[n].t;
+            add_work_real(&sum, plan, &rates, flight, &phases[n], length);
+            if (phases[n + 1].event == HOPFORM_EVENT_X1_HITS_STOP) {
+                const real v1 = actuator_in_phase_real(&rates, &phases[n], length).v1_t;
+                loss -= 0.5 * plan->robot.m_eff * v1 * v1;
+            }
+        }
         ledgers[i] = sum;
-        flight_add_real(&ledgers[i], &part);
+        add_work_real(&ledgers[i], plan, &rates, flight, &phases[n], times[i] - phases[n].t);
         stop_losses[i] = loss;
         const hopform_state_real state = state_of_flight_real(plan, phases, &rates, flight, times[i]);
         energies[i] = hopform_flight_energies_real(&plan->robot, state.v1, state.v2, state.x1 - state.y);

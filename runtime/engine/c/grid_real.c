@@ -231,10 +231,9 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
         hopform_array_real(v2, count, sizeof *v2),
         hopform_array_real(y, count, sizeof *y),
     };
-    const hopform_memory_real no_times = {NULL, 0};
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, no_times, arrays, 4);
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, arrays, 4);
     if (status < 0) {
-        return hopform_refuse_real(status, arrays, 4);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const real last = t0 + (real)(count - 1) * dt;

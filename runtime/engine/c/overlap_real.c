@@ -38,25 +38,29 @@ int32_t hopform_refuse_real(int32_t status, const hopform_memory_real *written, 
 
 int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                     const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                    hopform_memory_real times, const hopform_memory_real *arrays, int array_count)
+                                    const hopform_memory_real *times, const hopform_memory_real *arrays,
+                                    int array_count)
 {
+    const hopform_memory_real none = {NULL, 0};
     bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
+    given = given && (times == NULL || times->first != NULL);
     for (int n = 0; n < array_count; n++) {
         given = given && arrays[n].first != NULL;
     }
     if (!given) {
-        return HOPFORM_ERROR_NULL;
+        return hopform_refuse_real(HOPFORM_ERROR_NULL, arrays, array_count);
     }
     const int32_t kept = stance->phases_kept;
     if (kept < stance->phase_count || kept < 1 || !hopform_is_made_real(plan)) {
-        return HOPFORM_ERROR_TIME;
+        return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, array_count);
     }
     const hopform_memory_real read[] = {
         hopform_array_real(plan, 1, sizeof *plan),
         hopform_array_real(steps, phases[kept - 1].step + 1, sizeof *steps),
         hopform_array_real(phases, kept, sizeof *phases),
         hopform_array_real(stance, 1, sizeof *stance),
-        times,
+        times != NULL ? *times : none,
     };
-    return hopform_overlap_real(arrays, array_count, read, 5) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
+    const bool overlap = hopform_overlap_real(arrays, array_count, read, 5);
+    return overlap ? hopform_refuse_real(HOPFORM_ERROR_OVERLAP, arrays, array_count) : HOPFORM_OK;
 }

@@ -139,10 +139,12 @@ static inline bool hopform_is_made_real(const hopform_plan_real *plan)
     return plan->made == HOPFORM_PLAN_MADE;
 }
 
-/* Status of a call that reads a solved stance, and times, into arrays: HOPFORM_OK if it can. */
+/* Status of a call that reads a solved stance, and times unless that is NULL, into arrays: HOPFORM_OK if it can; else
+ * the arrays are zeros. */
 int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                     const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                    hopform_memory_real times, const hopform_memory_real *arrays, int array_count);
+                                    const hopform_memory_real *times, const hopform_memory_real *arrays,
+                                    int array_count);
 
 /* Index of the last phase that starts at or before t. */
 static inline int32_t hopform_phase_index_real(const hopform_phase_real *phases, int32_t count, real t)

@@ -297,8 +297,7 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
 {
     const hopform_memory_real array =
         hopform_array_real(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_real, sizeof *matrix);
-    const hopform_memory_real no_times = {NULL, 0};
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, no_times, &array, 1);
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
     (void)hopform_refuse_real(status, &array, 1);
     if (status < 0) {
         return status;
@@ -343,12 +342,9 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
         hopform_array_real(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_real * sizeof *tangents),
     };
     const hopform_memory_real read_times = hopform_array_real(times, count, sizeof *times);
-    int32_t status = HOPFORM_ERROR_NULL;
-    if (times != NULL) {
-        status = hopform_reading_status_real(plan, steps, phases, stance, read_times, arrays, 2);
-    }
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &read_times, arrays, 2);
     if (status < 0) {
-        return hopform_refuse_real(status, arrays, 2);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     changes_real change = sensitivity_start_of_real(&phases[0], stance);

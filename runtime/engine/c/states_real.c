@@ -29,12 +29,9 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
         hopform_array_real(y, count, sizeof *y),
     };
     const hopform_memory_real read_times = hopform_array_real(times, count, sizeof *times);
-    int32_t status = HOPFORM_ERROR_NULL;
-    if (times != NULL) {
-        status = hopform_reading_status_real(plan, steps, phases, stance, read_times, arrays, 4);
-    }
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &read_times, arrays, 4);
     if (status < 0) {
-        return hopform_refuse_real(status, arrays, 4);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
