@@ -49,15 +49,15 @@ KEYWORDS_OF_C = {
 
 
 def read_model(path: Path, prefix: str = "hopform") -> Model:
-    """The model of a file that defines `terms` and `parameters`; errors name the file."""
+    """The model of a file that defines `terms`, `parameters` and `fixed`; errors name the file."""
     if not path.is_file():
         raise ModelError(f"--model: there is no file {path}")
     try:
         defined = _run(path)
         parameters = _parameters(defined.get("parameters", ()), prefix)
         terms = _terms(defined, parameters, prefix)
-        model = Model(terms, parameters)
-        for term in terms:
+        model = Model(terms, parameters, _sequence(defined.get("fixed", ()), "fixed", str))
+        for term in () if "foot" in model.fixed else terms:
             flight.refuse_what_flight_cannot_carry(term)
     except ModelError as error:
         raise ModelError(f"{path}: {error}") from None
@@ -102,7 +102,7 @@ def _shown(value: object) -> str:
 
 def _sequence(value: Any, name: str, kind: type) -> tuple[Any, ...]:
     """A tuple or list whose entries are all of a kind."""
-    wanted = f"a tuple of hopform.model.{kind.__name__}"
+    wanted = f"a tuple of {'' if kind is str else 'hopform.model.'}{kind.__name__}"
     if not isinstance(value, tuple | list):
         raise ModelError(f"`{name}` must be {wanted}, got {_shown(value)}")
     for number, entry in enumerate(value):

@@ -17,8 +17,8 @@ contact, rest = CONTACT.symbol, REST.symbol
 
 
 def is_compression(model: Model) -> bool:
-    """Whether the contact force is k y."""
-    return bool(model.contact == y)
+    """Whether the contact force is k y, and cannot pull."""
+    return bool(model.contact == y) and "foot" not in model.fixed
 
 
 def has_damper(model: Model) -> bool:

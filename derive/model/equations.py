@@ -48,20 +48,33 @@ class ModelError(ValueError):
     """A term that the closed form cannot carry, or a file that is no model."""
 
 
+FIXED = ("foot", "body")
+
+
 @dataclass(frozen=True)
 class Model:
-    """The hopper with further terms and the parameters that they bring."""
+    """The hopper with further terms and the parameters that they bring.
+
+    fixed: what is bolted to the ground, of FIXED. With a fixed foot the leg pulls as well as it pushes, and there is no
+    take-off; with a fixed body the actuator moves alone, a mass on a spring to the ground.
+    """
 
     terms: tuple[Term, ...] = ()
     parameters: tuple[Quantity, ...] = ()
+    fixed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        if not set(self.fixed) <= set(FIXED):
+            raise ModelError(f"`fixed` must be a tuple of {' and '.join(map(repr, FIXED))}, got {self.fixed!r}")
         for term in self.terms:
             _refuse_what_the_closed_form_cannot_carry(term)
 
     @property
     def robot(self) -> Record:
-        return replace(Q.ROBOT, quantities=Q.ROBOT.quantities + self.parameters)
+        own = Q.ROBOT.quantities
+        if "foot" in self.fixed:  # no contact force is taken over k
+            own = tuple(replace(each, domain="nonnegative") if each.symbol == k else each for each in own)
+        return replace(Q.ROBOT, quantities=own + self.parameters)
 
     @cached_property
     def forces(self) -> tuple[sp.Expr, sp.Expr]:
@@ -76,7 +89,12 @@ class Model:
 
     @cached_property
     def contact(self) -> sp.Expr:
-        """The contact force over k, in y, v1, v2: what the spring and the terms beside it carry, [m]."""
+        """The contact force over k, in y, v1, v2: what the spring and the terms beside it carry, [m].
+
+        A foot that is bolted to the ground carries whatever there is: nothing asks for it.
+        """
+        if "foot" in self.fixed:
+            return y
         leg = sum((sp.sympify(term.force_2) for term in self.terms if term.is_in_leg), sp.S.Zero)
         return y + sp.factor(sp.expand(leg.subs(x1, y + x2 - L0 - c))) / k  # in which lengths cancel before products
 

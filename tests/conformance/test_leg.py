@@ -1,8 +1,9 @@
 """Forces beside the spring of the leg: take-off is where the contact force vanishes, and not where the spring's does.
 
-Models with a damper and with a second spring in the leg, and with a force on the body in stance, are derived, compiled
-and compared with the 60-digit oracle of mechanisms, which knows their equations of motion alone. One with a force on
-the body in flight, too, is compared with the hopper under another gravity.
+Models with a damper and with a second spring in the leg, with a force on the body in stance, with the foot or all but
+the actuator bolted to the ground, are derived, compiled and compared with the 60-digit oracle of mechanisms, which
+knows their equations of motion alone. One with a force on the body in flight, too, is compared with the hopper under
+another gravity.
 """
 
 import ctypes
@@ -50,13 +51,15 @@ class Leg:
     package: Any
     library: native.Library
 
-    def solve(self, back_end: str, parameters: tuple[float, ...], start: Mapping[str, float], u: float) -> Any:
+    def solve(
+        self, back_end: str, parameters: tuple[float, ...], start: Mapping[str, float], u: float, horizon: float = 2.0
+    ) -> Any:
         """What either back end says, in one form."""
         state = self.package.LegState(*(start[name] for name in ("x1", "v1", "v2", "y")))
         if back_end == "c":
-            return C(self.library).solve_stance(parameters, state, ((0.0, u),), 2.0, MOST, np.dtype(np.float64))
+            return C(self.library).solve_stance(parameters, state, ((0.0, u),), horizon, MOST, np.dtype(np.float64))
         with np.errstate(all="ignore"):
-            solution = self.package.solve(self.package.Robot(*parameters), state, u, (0.0,), 2.0, MOST)
+            solution = self.package.solve(self.package.Robot(*parameters), state, u, (0.0,), horizon, MOST)
         return arrays.Solved(Package(self.package.__name__), solution)
 
     def events(self, solved: Any) -> list[tuple[float, str]]:
@@ -75,7 +78,7 @@ class Leg:
 def legs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Leg]]:
     made: dict[str, Leg] = {}
     paths = list(sys.path)
-    for name in ("damper", "second_spring", "held_body", "cable"):
+    for name in ("damper", "second_spring", "held_body", "cable", "joint", "rig"):
         out, prefix = tmp_path_factory.mktemp(name), f"with_{name}"
         assert main(["--model", str(MODELS / f"{name}.py"), "--out", str(out), "--prefix", prefix]) == 0
         path = out / f"lib{prefix}.so"
@@ -167,6 +170,70 @@ def test_random_stances_are_those_of_the_oracle(count, name, back_end, legs):
         verdicts.append(compare(problem, legs[name].answer(solved)))
     assert not [n for n, verdict in enumerate(verdicts) if verdict.outcome == WRONG]
     assert sum(verdict.exact.status == "takeoff" for verdict in verdicts) >= count // 4
+
+
+def rigs(seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str, float], float, dict[str, Any]]]:
+    """Parameters, start, horizon and problem of random hoppers whose leg may pull, for some of their periods."""
+    choose = random.Random(seed)
+    for row in draw_stances(seed, count):
+        robot, u = {key: float(row[key]) for key in PARAMETERS}, float(row["u"])
+        start = {key: float(row[key]) for key in ("x1", "v1", "v2")}
+        start["y"] = float(row["y"]) * choose.choice([-1.0, 1.0])
+        horizon = 12.0 / math.sqrt(robot["k"] / robot["m_eff"] + robot["k"] / robot["m_s"])
+        problem = builders.stance(robot, **start, u=u, horizon=horizon, max_phases=MOST)
+        del problem["contact"]
+        yield tuple(robot.get(key, 0.0) for key in Robot._fields), start | {"u": u}, horizon, problem
+
+
+def joints(seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str, float], float, dict[str, Any]]]:
+    """Parameters, start, horizon and problem of random joints: without spring or friction, with one stop or two."""
+    choose = random.Random(seed)
+
+    def over(low: float, high: float, zero: float = 0.0) -> float:
+        return 0.0 if choose.random() < zero else math.exp(choose.uniform(math.log(low), math.log(high)))
+
+    for _ in range(count):
+        m, k, q = over(1e-3, 50.0), over(1.0, 1e5, 0.2), choose.uniform(-0.05, 0.05)
+        b = 2.0 * math.sqrt(max(k, 10.0) * m) * over(1e-3, 3.0, 0.2)
+        stops = choose.choice([(-math.inf, math.inf), (-0.06, 0.06), (q, 0.06), (-math.inf, q + 0.01)])
+        force = max(k, 10.0) * 0.05
+        problem = {
+            "m": m, "k": k, "b": b, "q_0": choose.uniform(-0.02, 0.02), "gamma": choose.choice([-1.0, 1.0]) * force,
+            "load": force * over(0.01, 1.0, 0.5), "q_min": stops[0], "q_max": stops[1],
+        }  # fmt: skip
+        f1 = force / m * over(0.01, 1.0, 0.2)
+        at = {"q": q, "v": choose.uniform(-1.0, 1.0) * math.sqrt(max(k, 10.0) / m) * 0.05}
+        u = choose.uniform(-1.0, 1.0)
+        parameters = (m, 1.0, k, -problem["q_0"], 0.0, b, 0.0, f1, 0.0, -problem["gamma"], 0.0, *stops, 3.0, 0.0,
+                      problem["load"])  # fmt: skip
+        start = {"x1": at["q"], "v1": at["v"], "v2": 0.0, "y": at["q"] - problem["q_0"], "u": u}
+        friction, horizon = {"F_plus": m * f1, "F_minus": m * f1}, 20.0 * math.sqrt(m / max(k, 10.0))
+        asked = builders.joint(**problem, **friction, **at, u=u, horizon=horizon, max_phases=MOST)
+        yield parameters, start, horizon, asked
+
+
+@BACK_ENDS
+def test_random_rigs_are_those_of_the_oracle(back_end, legs):
+    """Events, ending, times, states and AED; a compression below 0 at the start, too, and no take-off."""
+    leg, verdicts = legs["rig"], []
+    for parameters, start, horizon, problem in rigs(9, 24):
+        verdicts.append(compare(problem, leg.answer(leg.solve(back_end, parameters, start, start["u"], horizon))))
+    assert not [n for n, verdict in enumerate(verdicts) if verdict.outcome == WRONG]
+    assert {verdict.exact.status for verdict in verdicts} <= {"rest", "horizon"}
+
+
+@BACK_ENDS
+def test_random_joints_are_those_of_the_oracle(back_end, legs):
+    """Events, ending, times and states of one mass on a spring to the ground; it may pull, and never takes off."""
+    leg, verdicts = legs["joint"], []
+    for parameters, start, horizon, problem in joints(7, 60):
+        answer = leg.answer(leg.solve(back_end, parameters, start, start["u"], horizon))
+        events = [(t, kind.replace("x1_", "q_")) for t, kind in answer.events]
+        final = {"q": answer.final["x1"], "v": answer.final["v1"]}
+        verdicts.append(compare(problem, dataclasses.replace(answer, events=events, final=final, gains={})))
+    assert not [n for n, verdict in enumerate(verdicts) if verdict.outcome == WRONG]
+    assert {verdict.exact.status for verdict in verdicts} == {"rest", "horizon"}
+    assert sum(len(verdict.exact.events) for verdict in verdicts) > 120
 
 
 # ---- the controller and the derivatives ----

@@ -64,8 +64,12 @@ typedef struct {
 
 /* ---- the hold rule ---- */
 
-static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int side)
+/* Whether a stop, or the ground that it is bolted to, keeps a mass at rest from going to a side. */
+static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int mass, int side)
 {
+    if (mass == 2) {
+        return HOPFORM_BODY_IS_FIXED;
+    }
     const bool locked = !(chain->plan->robot.x1_min < chain->plan->robot.x1_max);
     return locked || (side < 0 && chain->from_min <= 0.0f) || (side > 0 && chain->from_max >= 0.0f);
 }
@@ -99,7 +103,7 @@ static inline int direction_f32(const stance_chain_f32 *chain, int mass)
         goes = acceleration * drift >= 0.0f ? hopform_goes_f32(drift, 0.0f) : 0.0f;
     }
     const int side = (int)goes;
-    return mass == 1 && stance_blocked_f32(chain, side) ? 0 : side;
+    return stance_blocked_f32(chain, mass, side) ? 0 : side;
 }
 
 /* Sides of the masses that are at rest; of two twice, because each may depend on what the other one does. */
@@ -154,7 +158,7 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, stance_even
     const float friction = mass == 1 ? robot->f1 : robot->f2;
     const int towards = hopform_side_of_slip_f32(rates, chain->side_1, chain->side_2);
     for (int side = -1; side <= 1; side += 2) {
-        if (side == -towards || (mass == 1 && stance_blocked_f32(chain, side))) {
+        if (side == -towards || stance_blocked_f32(chain, mass, side)) {
             continue;
         }
         const float sign = (float)side;
@@ -197,7 +201,7 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && alone && rings_about_zero_f32(chain);
     const bool may_fall = chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0f; /* else y rises, from 0 or above */
-    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
+    if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, motion);
         add_event_function_f32(set, leg.H3, leg.H2, leg.H1, hopform_contact_of_f32(&chain->plan->robot, state), 1.0f,
                                 END_TAKEOFF_f32, 0);
@@ -625,6 +629,9 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const hopform_motion
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain)
 {
     const float contact = hopform_contact_of_f32(&chain->plan->robot, &chain->state);
+    if (HOPFORM_FOOT_IS_FIXED) {
+        return false;
+    }
     if (fabs_f32(contact) > 0.0f || (HOPFORM_CONTACT_IS_COMPRESSION && chain->state.v1 > chain->state.v2)) {
         return contact < 0.0f;
     }
@@ -683,7 +690,7 @@ static inline int32_t stance_begin_f32(stance_chain_f32 *chain)
     const hopform_robot_f32 *robot = &chain->plan->robot;
     chain->side_1 = (int)hopform_goes_f32(chain->state.v1, 0.0f);
     chain->side_2 = (int)hopform_goes_f32(chain->state.v2, 0.0f);
-    if (chain->side_1 != 0 && stance_blocked_f32(chain, chain->side_1)) {
+    if (chain->side_1 != 0 && stance_blocked_f32(chain, 1, chain->side_1)) {
         chain->start_loss = -0.5f * robot->m_eff * chain->state.v1 * chain->state.v1;
         chain->state.v1 = 0.0f;
         chain->side_1 = 0;
@@ -714,7 +721,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const hopfor
         return HOPFORM_ENDING_UNCERTIFIED;
     }
     stance_pass_f32(chain, motion, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && end->kind == STANCE_END_STOP_f32
+    if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->kind == STANCE_END_STOP_f32
         && hopform_contact_of_f32(&chain->plan->robot, &chain->state) < 0.0f) {
         show_ending_f32(chain); /* what v_1 has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
@@ -729,10 +736,11 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
                                          int32_t max_phases)
 {
     if (!hopform_is_finite_f32(start->x1) || !hopform_is_finite_f32(start->v1) || !hopform_is_finite_f32(start->v2)
-        || !hopform_is_finite_f32(start->y) || !(start->x1 >= robot->x1_min && start->x1 <= robot->x1_max)) {
+        || !hopform_is_finite_f32(start->y) || !(start->x1 >= robot->x1_min && start->x1 <= robot->x1_max)
+        || (HOPFORM_BODY_IS_FIXED && fabs_f32(start->v2) > 0.0f)) {
         return HOPFORM_ERROR_STATE;
     }
-    if (start->y < 0.0f) {
+    if (!HOPFORM_FOOT_IS_FIXED && start->y < 0.0f) {
         return HOPFORM_ERROR_EXTENDED;
     }
     const bool ends = horizon > 0.0f && horizon <= HOPFORM_NEVER_f32 && max_phases >= 1;

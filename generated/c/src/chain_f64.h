@@ -64,8 +64,12 @@ typedef struct {
 
 /* ---- the hold rule ---- */
 
-static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int side)
+/* Whether a stop, or the ground that it is bolted to, keeps a mass at rest from going to a side. */
+static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int mass, int side)
 {
+    if (mass == 2) {
+        return HOPFORM_BODY_IS_FIXED;
+    }
     const bool locked = !(chain->plan->robot.x1_min < chain->plan->robot.x1_max);
     return locked || (side < 0 && chain->from_min <= 0.0) || (side > 0 && chain->from_max >= 0.0);
 }
@@ -99,7 +103,7 @@ static inline int direction_f64(const stance_chain_f64 *chain, int mass)
         goes = acceleration * drift >= 0.0 ? hopform_goes_f64(drift, 0.0) : 0.0;
     }
     const int side = (int)goes;
-    return mass == 1 && stance_blocked_f64(chain, side) ? 0 : side;
+    return stance_blocked_f64(chain, mass, side) ? 0 : side;
 }
 
 /* Sides of the masses that are at rest; of two twice, because each may depend on what the other one does. */
@@ -154,7 +158,7 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, stance_even
     const double friction = mass == 1 ? robot->f1 : robot->f2;
     const int towards = hopform_side_of_slip_f64(rates, chain->side_1, chain->side_2);
     for (int side = -1; side <= 1; side += 2) {
-        if (side == -towards || (mass == 1 && stance_blocked_f64(chain, side))) {
+        if (side == -towards || stance_blocked_f64(chain, mass, side)) {
             continue;
         }
         const double sign = (double)side;
@@ -197,7 +201,7 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && alone && rings_about_zero_f64(chain);
     const bool may_fall = chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0; /* else y rises, from 0 or above */
-    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
+    if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, motion);
         add_event_function_f64(set, leg.H3, leg.H2, leg.H1, hopform_contact_of_f64(&chain->plan->robot, state), 1.0,
                                 END_TAKEOFF_f64, 0);
@@ -625,6 +629,9 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const hopform_motion
 static inline bool leaves_at_once_f64(const stance_chain_f64 *chain)
 {
     const double contact = hopform_contact_of_f64(&chain->plan->robot, &chain->state);
+    if (HOPFORM_FOOT_IS_FIXED) {
+        return false;
+    }
     if (fabs_f64(contact) > 0.0 || (HOPFORM_CONTACT_IS_COMPRESSION && chain->state.v1 > chain->state.v2)) {
         return contact < 0.0;
     }
@@ -683,7 +690,7 @@ static inline int32_t stance_begin_f64(stance_chain_f64 *chain)
     const hopform_robot_f64 *robot = &chain->plan->robot;
     chain->side_1 = (int)hopform_goes_f64(chain->state.v1, 0.0);
     chain->side_2 = (int)hopform_goes_f64(chain->state.v2, 0.0);
-    if (chain->side_1 != 0 && stance_blocked_f64(chain, chain->side_1)) {
+    if (chain->side_1 != 0 && stance_blocked_f64(chain, 1, chain->side_1)) {
         chain->start_loss = -0.5 * robot->m_eff * chain->state.v1 * chain->state.v1;
         chain->state.v1 = 0.0;
         chain->side_1 = 0;
@@ -714,7 +721,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const hopfor
         return HOPFORM_ENDING_UNCERTIFIED;
     }
     stance_pass_f64(chain, motion, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && end->kind == STANCE_END_STOP_f64
+    if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->kind == STANCE_END_STOP_f64
         && hopform_contact_of_f64(&chain->plan->robot, &chain->state) < 0.0) {
         show_ending_f64(chain); /* what v_1 has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
@@ -729,10 +736,11 @@ static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const ho
                                          int32_t max_phases)
 {
     if (!hopform_is_finite_f64(start->x1) || !hopform_is_finite_f64(start->v1) || !hopform_is_finite_f64(start->v2)
-        || !hopform_is_finite_f64(start->y) || !(start->x1 >= robot->x1_min && start->x1 <= robot->x1_max)) {
+        || !hopform_is_finite_f64(start->y) || !(start->x1 >= robot->x1_min && start->x1 <= robot->x1_max)
+        || (HOPFORM_BODY_IS_FIXED && fabs_f64(start->v2) > 0.0)) {
         return HOPFORM_ERROR_STATE;
     }
-    if (start->y < 0.0) {
+    if (!HOPFORM_FOOT_IS_FIXED && start->y < 0.0) {
         return HOPFORM_ERROR_EXTENDED;
     }
     const bool ends = horizon > 0.0 && horizon <= HOPFORM_NEVER_f64 && max_phases >= 1;

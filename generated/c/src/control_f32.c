@@ -595,7 +595,7 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     }
     (void)end_search_f32(search, HOPFORM_SEARCHING, command);
     const hopform_robot_f32 *robot = &plan->robot;
-    if (!hopform_is_made_f32(plan) || !(hopform_fall_of_f32(robot) > 0.0f) || !(robot->u_max <= HOPFORM_NEVER_f32)) {
+    if (!hopform_hops_f32(plan) || !(robot->u_max <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_ROBOT;
     } else if (!hopform_is_finite_f32(wanted.h_des) || !hopform_is_finite_f32(wanted.datum)
                || !(wanted.h_des + wanted.datum >= 0.0f)
@@ -698,7 +698,7 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
     if (control_overwrites_inputs_f32(plan, starts, start_count, currents, current_count, phases, capacity, trials)) {
         return hopform_refuse_f32(HOPFORM_ERROR_OVERLAP, &all, 1);
     }
-    if (!hopform_is_made_f32(plan) || !(hopform_fall_of_f32(&plan->robot) > 0.0f)) {
+    if (!hopform_hops_f32(plan)) {
         return hopform_refuse_f32(HOPFORM_ERROR_ROBOT, &all, 1);
     }
     int32_t kept = HOPFORM_OK;

@@ -595,7 +595,7 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     }
     (void)end_search_f64(search, HOPFORM_SEARCHING, command);
     const hopform_robot_f64 *robot = &plan->robot;
-    if (!hopform_is_made_f64(plan) || !(hopform_fall_of_f64(robot) > 0.0) || !(robot->u_max <= HOPFORM_NEVER_f64)) {
+    if (!hopform_hops_f64(plan) || !(robot->u_max <= HOPFORM_NEVER_f64)) {
         search->status = HOPFORM_ERROR_ROBOT;
     } else if (!hopform_is_finite_f64(wanted.h_des) || !hopform_is_finite_f64(wanted.datum)
                || !(wanted.h_des + wanted.datum >= 0.0)
@@ -698,7 +698,7 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
     if (control_overwrites_inputs_f64(plan, starts, start_count, currents, current_count, phases, capacity, trials)) {
         return hopform_refuse_f64(HOPFORM_ERROR_OVERLAP, &all, 1);
     }
-    if (!hopform_is_made_f64(plan) || !(hopform_fall_of_f64(&plan->robot) > 0.0)) {
+    if (!hopform_hops_f64(plan)) {
         return hopform_refuse_f64(HOPFORM_ERROR_ROBOT, &all, 1);
     }
     int32_t kept = HOPFORM_OK;

@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "b190b8a5af69624c"
+#define HOPFORM_SOURCE "232e820a3ef7ba2f"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -15,6 +15,9 @@
 /* Whether the contact force of the leg is k y; whether a damper acts in the leg, which relaxes in flight. */
 #define HOPFORM_CONTACT_IS_COMPRESSION 1
 #define HOPFORM_LEG_HAS_DAMPER 0
+/* Whether the foot is bolted to the ground, so that the leg may pull; whether the body is. */
+#define HOPFORM_FOOT_IS_FIXED 0
+#define HOPFORM_BODY_IS_FIXED 0
 
 
 /* What the hopper is made of. */

@@ -769,7 +769,7 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
         return HOPFORM_ERROR_OVERLAP;
     }
     const hopform_robot_f32 *robot = &plan->robot;
-    if (plan->made != HOPFORM_PLAN_MADE || !(hopform_fall_of_f32(robot) > 0.0f)) {
+    if (!hopform_hops_f32(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
     if (!hopform_is_finite_f32(from.x1) || !hopform_is_finite_f32(from.v1) || !hopform_is_finite_f32(from.v2)

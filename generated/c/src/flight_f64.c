@@ -769,7 +769,7 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
         return HOPFORM_ERROR_OVERLAP;
     }
     const hopform_robot_f64 *robot = &plan->robot;
-    if (plan->made != HOPFORM_PLAN_MADE || !(hopform_fall_of_f64(robot) > 0.0)) {
+    if (!hopform_hops_f64(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
     if (!hopform_is_finite_f64(from.x1) || !hopform_is_finite_f64(from.v1) || !hopform_is_finite_f64(from.v2)

@@ -5,6 +5,7 @@
 #ifndef HOPFORM_PHASE_H_f64
 #define HOPFORM_PHASE_H_f64
 
+#include "facts.h"
 #include "kernels_f64.h"
 #include "overlap_f64.h"
 
@@ -137,6 +138,12 @@ static inline hopform_state_f64 hopform_arrive_f64(const hopform_state_f64 *stat
 static inline bool hopform_is_made_f64(const hopform_plan_f64 *plan)
 {
     return plan->made == HOPFORM_PLAN_MADE;
+}
+
+/* A plan of a robot that can take off, and comes down again. */
+static inline bool hopform_hops_f64(const hopform_plan_f64 *plan)
+{
+    return hopform_is_made_f64(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_f64(&plan->robot) > 0.0;
 }
 
 /* Status of a call that reads a solved stance, and times unless that is NULL, into arrays: HOPFORM_OK if it can; else

@@ -82,7 +82,8 @@ static int32_t fill_plan_f32(hopform_plan_f32 *plan)
     const hopform_poles_f32 both = hopform_factor_cubic_f32(rates.s_1, rates.s_2, rates.s_3);
     if (!hopform_is_finite_f32(rates.s_1 * rates.s_1) /* discriminants square it */
         || !hopform_is_finite_f32(rates.s_2) || !hopform_is_finite_f32(rates.s_3) || !hopform_is_finite_f32(both.a)
-        || !hopform_is_finite_f32(both.p) || !(both.q > 0.0f && both.q <= HOPFORM_NEVER_f32)
+        || !hopform_is_finite_f32(both.p) || !(both.q <= HOPFORM_NEVER_f32)
+        || !(both.q > 0.0f || HOPFORM_BODY_IS_FIXED) /* both never move then */
         || !hopform_is_finite_f32(rates.a1_0) || !hopform_is_finite_f32(rates.a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }

@@ -31,7 +31,7 @@ from hopform_solver.events import (
 )
 from hopform_solver.lanes import Array, choose, take
 from hopform_solver.ledgers import ledger_over
-from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, NEVER, UNDERFLOW
+from hopform_solver.limits import BODY_IS_FIXED, CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
 from hopform_solver.phases import (
     Plan,
     Side,
@@ -175,6 +175,8 @@ def _direction(chain: _Chain, mass: int) -> Array:
         side[tie] = np.where(acceleration[tie] * drift >= 0.0, np.sign(drift), 0.0)
     if mass == 1:
         side[_blocked(chain, side)] = 0.0
+    elif BODY_IS_FIXED:
+        side[:] = 0.0
     return np.asarray(side)
 
 
@@ -245,7 +247,9 @@ def _put_events(chain: _Chain, poles: Poles, motion: Motion) -> _Events:
 
     rings = _rings_about_zero(chain) if CONTACT_IS_COMPRESSION else np.zeros(chain.t.shape, dtype=bool)
     may_fall = (side.first < 0.0) | (side.second > 0.0) | (state.y < 0.0)  # else y rises
-    leg = np.flatnonzero(~rings & (may_fall | (not CONTACT_IS_COMPRESSION)) & ~(held_1 & held_2))
+    leg = np.flatnonzero(
+        np.array(not FOOT_IS_FIXED) & ~rings & (may_fall | (not CONTACT_IS_COMPRESSION)) & ~(held_1 & held_2)
+    )
     put(0, leg, contact_numerator(robot, motion), 1.0, formulas.contact_of(robot, state))
     kind[0, leg] = TAKEOFF
     both = np.flatnonzero(~held_1 & ~held_2)
@@ -275,6 +279,8 @@ def _put_events(chain: _Chain, poles: Poles, motion: Motion) -> _Events:
                 open_ = held & (goes != -goal)
                 if threshold == THRESHOLD_1:  # a stop holds on its side whatever the force
                     open_ &= ~_blocked(chain, np.full_like(goes, goal))
+                elif BODY_IS_FIXED:
+                    open_ &= False
                 lanes = np.flatnonzero(open_)
                 put(slot, lanes, slips_by, -goal, friction - goal * acceleration)
                 kind[slot, lanes], towards[slot, lanes] = threshold, goal
@@ -582,7 +588,7 @@ def _leaves_at_once(chain: _Chain) -> NDArray[np.bool_]:
     contact = formulas.contact_of(chain.plan.robot, chain.state)
     leg = contact_numerator(chain.plan.robot, motion_of(chain.plan, chain.state, chain.u, chain.side))
     first = choose(leg.H3 != 0.0, leg.H3, choose(leg.H2 != 0.0, leg.H2, leg.H1))
-    return np.asarray((contact < 0.0) | ((contact == 0.0) & (first < 0.0)))
+    return np.asarray((not FOOT_IS_FIXED) & ((contact < 0.0) | ((contact == 0.0) & (first < 0.0))))
 
 
 def _begin(chain: _Chain, log: _Log) -> Array:
@@ -649,7 +655,7 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         end.kind[over] = TAKEOFF
         _keep_free_accelerations(chain, motion, basis, end)
         _pass(chain, log, end)
-        if not CONTACT_IS_COMPRESSION:  # what v_1 has lost at a stop was in the contact force
+        if not CONTACT_IS_COMPRESSION and not FOOT_IS_FIXED:  # what v_1 has lost at a stop was in the contact force
             lost = (end.kind == STOP) & (formulas.contact_of(chain.plan.robot, chain.state) < 0.0)
             result.close(chain, lost, "takeoff")
             lifts |= lost

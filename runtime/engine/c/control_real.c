@@ -595,7 +595,7 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     }
     (void)end_search_real(search, HOPFORM_SEARCHING, command);
     const hopform_robot_real *robot = &plan->robot;
-    if (!hopform_is_made_real(plan) || !(hopform_fall_of_real(robot) > 0.0) || !(robot->u_max <= HOPFORM_NEVER_real)) {
+    if (!hopform_hops_real(plan) || !(robot->u_max <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_ROBOT;
     } else if (!hopform_is_finite_real(wanted.h_des) || !hopform_is_finite_real(wanted.datum)
                || !(wanted.h_des + wanted.datum >= 0.0)
@@ -698,7 +698,7 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
     if (control_overwrites_inputs_real(plan, starts, start_count, currents, current_count, phases, capacity, trials)) {
         return hopform_refuse_real(HOPFORM_ERROR_OVERLAP, &all, 1);
     }
-    if (!hopform_is_made_real(plan) || !(hopform_fall_of_real(&plan->robot) > 0.0)) {
+    if (!hopform_hops_real(plan)) {
         return hopform_refuse_real(HOPFORM_ERROR_ROBOT, &all, 1);
     }
     int32_t kept = HOPFORM_OK;

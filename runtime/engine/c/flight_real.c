@@ -769,7 +769,7 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
         return HOPFORM_ERROR_OVERLAP;
     }
     const hopform_robot_real *robot = &plan->robot;
-    if (plan->made != HOPFORM_PLAN_MADE || !(hopform_fall_of_real(robot) > 0.0)) {
+    if (!hopform_hops_real(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
     if (!hopform_is_finite_real(from.x1) || !hopform_is_finite_real(from.v1) || !hopform_is_finite_real(from.v2)

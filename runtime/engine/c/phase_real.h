@@ -5,6 +5,7 @@
 #ifndef HOPFORM_PHASE_H_real
 #define HOPFORM_PHASE_H_real
 
+#include "facts.h"
 #include "kernels_real.h"
 #include "overlap_real.h"
 
@@ -137,6 +138,12 @@ static inline hopform_state_real hopform_arrive_real(const hopform_state_real *s
 static inline bool hopform_is_made_real(const hopform_plan_real *plan)
 {
     return plan->made == HOPFORM_PLAN_MADE;
+}
+
+/* A plan of a robot that can take off, and comes down again. */
+static inline bool hopform_hops_real(const hopform_plan_real *plan)
+{
+    return hopform_is_made_real(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_real(&plan->robot) > 0.0;
 }
 
 /* Status of a call that reads a solved stance, and times unless that is NULL, into arrays: HOPFORM_OK if it can; else

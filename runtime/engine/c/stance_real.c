@@ -82,7 +82,8 @@ static int32_t fill_plan_real(hopform_plan_real *plan)
     const hopform_poles_real both = hopform_factor_cubic_real(rates.s_1, rates.s_2, rates.s_3);
     if (!hopform_is_finite_real(rates.s_1 * rates.s_1) /* discriminants square it */
         || !hopform_is_finite_real(rates.s_2) || !hopform_is_finite_real(rates.s_3) || !hopform_is_finite_real(both.a)
-        || !hopform_is_finite_real(both.p) || !(both.q > 0.0 && both.q <= HOPFORM_NEVER_real)
+        || !hopform_is_finite_real(both.p) || !(both.q <= HOPFORM_NEVER_real)
+        || !(both.q > 0.0 || HOPFORM_BODY_IS_FIXED) /* both never move then */
         || !hopform_is_finite_real(rates.a1_0) || !hopform_is_finite_real(rates.a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }

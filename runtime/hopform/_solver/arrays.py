@@ -240,7 +240,10 @@ class OnArrays:
             outside |= ~self.package.checked.inside(field.domain, getattr(robot, field.name), limit)
         misplaced = beyond(*start) | ~((start.x1 >= robot.x1_min) & (start.x1 <= robot.x1_max))
         endless = ~((horizon > 0.0) & (horizon <= limit)) | (max_phases < 1)
-        cases = [outside, misplaced, start.y < 0.0, beyond(u), endless]
+        if self.package.limits.BODY_IS_FIXED:
+            misplaced |= start.v2 != 0.0
+        pulls = (start.y < 0.0) & (not self.package.limits.FOOT_IS_FIXED)
+        cases = [outside, misplaced, pulls, beyond(u), endless]
         return np.select(cases, [-2, -3, -4, -5, -6], 0).astype(np.intc)
 
 
