@@ -141,7 +141,7 @@ typedef struct {
 static inline void add_event_function_f32(event_set_f32 *set, float H3, float H2, float H1, float start, float sign,
                                            stance_end_kind_f32 kind, int side)
 {
-    const event_function_f32 g = {{sign * H3, sign * H2, sign * H1}, sign * start, (int32_t)kind, side};
+    const event_function_f32 g = {sign * H3, sign * H2, sign * H1, sign * start, (int32_t)kind, side};
     set->function[set->count++] = g;
 }
 
@@ -162,7 +162,9 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, stance_even
             continue;
         }
         const float sign = (float)side;
-        const event_function_f32 g = {{-sign * h.H3, -sign * h.H2, -sign * h.H1},
+        const event_function_f32 g = {-sign * h.H3,
+                                       -sign * h.H2,
+                                       -sign * h.H1,
                                        friction - sign * acceleration,
                                        (int32_t)(mass == 1 ? END_THRESHOLD_1_f32 : END_THRESHOLD_2_f32),
                                        side};
@@ -338,7 +340,7 @@ static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopfo
         hopform_motion_of_f32(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     const hopform_state_f32 steady = {0.0f, 0.0f, 0.0f, hopform_settled_y_f32(poles, from_slack.H2_y, from_slack.H1_y)};
     const float settled = hopform_contact_of_f32(&chain->plan->robot, &steady);
-    return steady_state_correction_f32(poles, &leg->numerator, leg->start, settled, basis, t);
+    return steady_state_correction_f32(poles, leg, settled, basis, t);
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come

@@ -141,7 +141,7 @@ typedef struct {
 static inline void add_event_function_f64(event_set_f64 *set, double H3, double H2, double H1, double start, double sign,
                                            stance_end_kind_f64 kind, int side)
 {
-    const event_function_f64 g = {{sign * H3, sign * H2, sign * H1}, sign * start, (int32_t)kind, side};
+    const event_function_f64 g = {sign * H3, sign * H2, sign * H1, sign * start, (int32_t)kind, side};
     set->function[set->count++] = g;
 }
 
@@ -162,7 +162,9 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, stance_even
             continue;
         }
         const double sign = (double)side;
-        const event_function_f64 g = {{-sign * h.H3, -sign * h.H2, -sign * h.H1},
+        const event_function_f64 g = {-sign * h.H3,
+                                       -sign * h.H2,
+                                       -sign * h.H1,
                                        friction - sign * acceleration,
                                        (int32_t)(mass == 1 ? END_THRESHOLD_1_f64 : END_THRESHOLD_2_f64),
                                        side};
@@ -338,7 +340,7 @@ static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopf
         hopform_motion_of_f64(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     const hopform_state_f64 steady = {0.0, 0.0, 0.0, hopform_settled_y_f64(poles, from_slack.H2_y, from_slack.H1_y)};
     const double settled = hopform_contact_of_f64(&chain->plan->robot, &steady);
-    return steady_state_correction_f64(poles, &leg->numerator, leg->start, settled, basis, t);
+    return steady_state_correction_f64(poles, leg, settled, basis, t);
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come

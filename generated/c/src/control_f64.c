@@ -726,7 +726,7 @@ static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phas
     const hopform_state_f64 start = {phase->x1, phase->v1, phase->v2, phase->y};
     const hopform_motion_f64 motion = hopform_motion_of_f64(plan, &start, u, side, side);
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side, side);
-    const event_function_f64 extension = {{-motion.H3_y, -motion.H2_y, -motion.H1_y}, -start.y, 0, 0};
+    const event_function_f64 extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -start.y, 0, 0};
     const event_set_f64 set = {poles, hopform_node_of_f64(plan, side, side), 1, {extension}};
     const propagator_f64 end = propagator_at_f64(poles, t);
     const jet_f64 from = jet_at_start_f64(poles, &extension);

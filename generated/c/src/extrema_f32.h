@@ -55,10 +55,9 @@ static inline void hopform_find_minimum_f32(const event_set_f32 *set, const jet_
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
 static inline bool hopform_is_decided_f32(const event_function_f32 *g, const propagator_f32 *at, const jet_f32 *jet)
 {
-    const hopform_numerator_f32 *h = &g->numerator;
     const hopform_basis_f32 *w = &at->basis;
-    const float of_rate = fabs_f32(h->H3 * w->Wdd) + fabs_f32(h->H2 * w->Wd) + fabs_f32(h->H1 * w->W);
-    const float of_curvature = fabs_f32(h->H3 * at->W_third) + fabs_f32(h->H2 * w->Wdd) + fabs_f32(h->H1 * w->Wd);
+    const float of_rate = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
+    const float of_curvature = fabs_f32(g->H3 * at->W_third) + fabs_f32(g->H2 * w->Wdd) + fabs_f32(g->H1 * w->Wd);
     return fabs_f32(jet->rate) > 64.0f * HOPFORM_EPS_f32 * of_rate
            && fabs_f32(jet->curvature) > 64.0f * HOPFORM_EPS_f32 * of_curvature;
 }

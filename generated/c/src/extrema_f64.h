@@ -55,10 +55,9 @@ static inline void hopform_find_minimum_f64(const event_set_f64 *set, const jet_
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
 static inline bool hopform_is_decided_f64(const event_function_f64 *g, const propagator_f64 *at, const jet_f64 *jet)
 {
-    const hopform_numerator_f64 *h = &g->numerator;
     const hopform_basis_f64 *w = &at->basis;
-    const double of_rate = fabs_f64(h->H3 * w->Wdd) + fabs_f64(h->H2 * w->Wd) + fabs_f64(h->H1 * w->W);
-    const double of_curvature = fabs_f64(h->H3 * at->W_third) + fabs_f64(h->H2 * w->Wdd) + fabs_f64(h->H1 * w->Wd);
+    const double of_rate = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
+    const double of_curvature = fabs_f64(g->H3 * at->W_third) + fabs_f64(g->H2 * w->Wdd) + fabs_f64(g->H1 * w->Wd);
     return fabs_f64(jet->rate) > 64.0 * HOPFORM_EPS_f64 * of_rate
            && fabs_f64(jet->curvature) > 64.0 * HOPFORM_EPS_f64 * of_curvature;
 }

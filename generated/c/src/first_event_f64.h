@@ -30,7 +30,7 @@ enum { MOST_EVENT_FUNCTIONS_f64 = 3, MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f
 
 /* An event function. `kind` and `side` are the caller's. */
 typedef struct {
-    hopform_numerator_f64 numerator;
+    double H3, H2, H1; /* its numerator */
     double start;
     int32_t kind;
     int32_t side;
@@ -74,45 +74,40 @@ static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, d
 
 static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
-    const hopform_numerator_f64 *h = &g->numerator;
-    return g->start + (h->H3 * at->basis.Wd + h->H2 * at->basis.W + h->H1 * at->basis.W1);
+    return g->start + (g->H3 * at->basis.Wd + g->H2 * at->basis.W + g->H1 * at->basis.W1);
 }
 
 static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
-    const hopform_numerator_f64 *h = &g->numerator;
-    return h->H3 * at->basis.Wdd + h->H2 * at->basis.Wd + h->H1 * at->basis.W;
+    return g->H3 * at->basis.Wdd + g->H2 * at->basis.Wd + g->H1 * at->basis.W;
 }
 
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                  const propagator_f64 *at)
 {
-    const hopform_numerator_f64 *h = &g->numerator;
     const hopform_basis_f64 *w = &at->basis;
     const double fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    return h->H3 * fourth + h->H2 * at->W_third + h->H1 * w->Wdd;
+    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd;
 }
 
 static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
 {
-    const hopform_numerator_f64 *h = &g->numerator;
     jet_f64 jet;
     jet.value = g->start;
-    jet.rate = h->H3;
-    jet.curvature = h->H2 - h->H3 * poles->s_1;
-    jet.third = h->H1 - poles->s_1 * jet.curvature - poles->s_2 * jet.rate;
+    jet.rate = g->H3;
+    jet.curvature = g->H2 - g->H3 * poles->s_1;
+    jet.third = g->H1 - poles->s_1 * jet.curvature - poles->s_2 * jet.rate;
     return jet;
 }
 
 /* Without the third derivative, which is 0 here. */
 static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
-    const hopform_numerator_f64 *h = &g->numerator;
     const hopform_basis_f64 *w = &at->basis;
     jet_f64 jet;
     jet.value = value_at_f64(g, at);
     jet.rate = rate_at_f64(g, at);
-    jet.curvature = h->H3 * at->W_third + h->H2 * w->Wdd + h->H1 * w->Wd;
+    jet.curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd;
     jet.third = 0.0;
     return jet;
 }
@@ -128,10 +123,9 @@ static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_fun
 /* Bound of what rounding may have done to the value of an event function. */
 static inline double rounding_of_f64(const event_function_f64 *g, const propagator_f64 *at, double rate)
 {
-    const hopform_numerator_f64 *h = &g->numerator;
     return 16.0 * HOPFORM_EPS_f64
-           * (fabs_f64(g->start) + fabs_f64(h->H3 * at->basis.Wd) + fabs_f64(h->H2 * at->basis.W)
-              + fabs_f64(h->H1 * at->basis.W1) + at->t * fabs_f64(rate));
+           * (fabs_f64(g->start) + fabs_f64(g->H3 * at->basis.Wd) + fabs_f64(g->H2 * at->basis.W)
+              + fabs_f64(g->H1 * at->basis.W1) + at->t * fabs_f64(rate));
 }
 
 /* ---- prediction ---- */
@@ -339,8 +333,7 @@ static inline bool has_no_root_by_pair_f64(const hopform_poles_f64 *poles, const
     const double below = sqrt_f64(ww * R * R + C * C) + C;
     const bool decided = below > 0.0;                 /* else nothing is left of the pair */
     const double wt = ww * R / (decided ? below : 1.0); /* w tan(w h/2) */
-    const hopform_numerator_f64 *h = &g->numerator;
-    const bool e_is_negative = h->H1 - poles->a * (h->H2 - poles->a * h->H3) < 0.0;
+    const bool e_is_negative = g->H1 - poles->a * (g->H2 - poles->a * g->H3) < 0.0;
     const bool falls = from->rate < 0.0;
     const bool falls_then = to->rate < 0.0;
     const bool f_is_negative = from->curvature - (wt - mu) * from->rate < 0.0;
@@ -353,13 +346,12 @@ static inline bool has_no_root_by_pair_f64(const hopform_poles_f64 *poles, const
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
 {
-    const hopform_numerator_f64 *n = &g->numerator;
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
     const double a = poles->a;
-    const double e = (n->H1 - a * (n->H2 - a * n->H3)) / hopform_residue_f64(poles);
-    const double c = n->H3 - e;
-    const double sw = n->H2 - n->H3 * poles->s_1 + a * e + mu * c;
+    const double e = (g->H1 - a * (g->H2 - a * g->H3)) / hopform_residue_f64(poles);
+    const double c = g->H3 - e;
+    const double sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
     return poles->q * poles->q * sqrt_f64(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f64(e);
 }
 
@@ -598,7 +590,8 @@ static inline double deflated_f64(const event_set_f64 *set, const event_function
 {
     if (t > set->node->fades) {
         const hopform_poles_f64 *poles = set->poles;
-        const hopform_pair_numerator_f64 left = hopform_deflated_numerator_f64(poles, &g->numerator);
+        const hopform_numerator_f64 numerator = {g->H3, g->H2, g->H1};
+        const hopform_pair_numerator_f64 left = hopform_deflated_numerator_f64(poles, &numerator);
         const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
         return left.A * pair.Rd + left.B * pair.R;
     }
@@ -769,21 +762,21 @@ static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, 
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
-static inline double steady_state_correction_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *h,
-                                                double start, double settled, const hopform_basis_f64 *basis, double t)
+static inline double steady_state_correction_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                                double settled, const hopform_basis_f64 *basis, double t)
 {
-    const double residual = settled - start;
+    const double residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const double by_2 = residual * poles->s_2;
-    const hopform_numerator_f64 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
+    const hopform_numerator_f64 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
     const double value = settled - hopform_residual_to_steady_state_f64(poles, &fading, basis, residual);
-    const double rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
+    const double rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
     const double of_time = t * fabs_f64(rate);
-    const double of_rise = fabs_f64(start) + fabs_f64(h->H3 * basis->Wd) + fabs_f64(h->H2 * basis->W)
-                         + fabs_f64(h->H1 * basis->W1) + of_time;
+    const double of_rise = fabs_f64(g->start) + fabs_f64(g->H3 * basis->Wd) + fabs_f64(g->H2 * basis->W)
+                         + fabs_f64(g->H1 * basis->W1) + of_time;
     const double of_residual = fabs_f64(settled) + fabs_f64(residual * basis->Wdd)
-                             + (fabs_f64(h->H3) + fabs_f64(residual * poles->s_1)) * fabs_f64(basis->Wd)
-                             + (slow ? fabs_f64(h->H2) + fabs_f64(by_2) : 0.0) * fabs_f64(basis->W) + of_time;
+                             + (fabs_f64(g->H3) + fabs_f64(residual * poles->s_1)) * fabs_f64(basis->Wd)
+                             + (slow ? fabs_f64(g->H2) + fabs_f64(by_2) : 0.0) * fabs_f64(basis->W) + of_time;
     const bool better =
         (rate < 0.0) & (of_residual < 0.25 * of_rise) & (fabs_f64(value) <= 16.0 * HOPFORM_EPS_f64 * of_rise);
     const double later = -value / (better ? rate : -1.0);

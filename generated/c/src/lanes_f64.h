@@ -63,7 +63,7 @@ static inline void keep(double *place, bool yes, double value)
 
 /* ---- records, a column for each member ---- */
 #define COLUMN(name, domain) column name;
-#define TAKE_MEMBER(name, domain) columns->name[l],
+#define TAKE_MEMBER(name, domain) .name = columns->name[l],
 #define PUT_MEMBER(name, domain) columns->name[l] = one->name;
 #define KEEP_MEMBER(name, domain) keep(&columns->name[l], yes, one->name);
 #define RECORD_IN_COLUMNS(record, type, MEMBERS)                                                                       \
@@ -83,6 +83,7 @@ static inline void keep(double *place, bool yes, double value)
     {                                                                                                                  \
         MEMBERS(KEEP_MEMBER)                                                                                           \
     }
+#define FUNCTION_MEMBERS(X) X(H3, NUMBER) X(H2, NUMBER) X(H1, NUMBER) X(start, NUMBER) /* the others are 0 */
 #define JET_MEMBERS(X) X(value, NUMBER) X(rate, NUMBER) X(curvature, NUMBER) X(third, NUMBER)
 #define PAIR_MEMBERS(X) X(Rd, NUMBER) X(R, NUMBER) X(R1, NUMBER) X(R2, NUMBER) X(R3, NUMBER)
 #define DECAY_MEMBERS(X) X(e, NUMBER) X(e1, NUMBER) X(e2, NUMBER) X(e3, NUMBER)
@@ -93,30 +94,12 @@ static inline void keep(double *place, bool yes, double value)
 RECORD_IN_COLUMNS(state, hopform_state_f64, HOPFORM_STATE_MEMBERS)
 RECORD_IN_COLUMNS(motion, hopform_motion_f64, HOPFORM_MOTION_MEMBERS)
 RECORD_IN_COLUMNS(basis, hopform_basis_f64, HOPFORM_BASIS_MEMBERS)
+RECORD_IN_COLUMNS(function, event_function_f64, FUNCTION_MEMBERS)
 RECORD_IN_COLUMNS(jet, jet_f64, JET_MEMBERS)
 RECORD_IN_COLUMNS(pair, hopform_pair_f64, PAIR_MEMBERS)
 RECORD_IN_COLUMNS(decay, hopform_decay_f64, DECAY_MEMBERS)
 RECORD_IN_COLUMNS(pair_terms, hopform_pair_terms_f64, PAIR_TERM_MEMBERS)
 RECORD_IN_COLUMNS(basis_terms, hopform_basis_terms_f64, BASIS_TERM_MEMBERS)
-
-/* An event function, one a lane. */
-typedef struct {
-    column H3, H2, H1, start;
-} function_columns;
-
-static inline event_function_f64 one_function(const function_columns *g, int l)
-{
-    const event_function_f64 one = {{g->H3[l], g->H2[l], g->H1[l]}, g->start[l], 0, 0};
-    return one;
-}
-
-static inline void put_function(function_columns *g, int l, const event_function_f64 *one)
-{
-    g->H3[l] = one->numerator.H3;
-    g->H2[l] = one->numerator.H2;
-    g->H1[l] = one->numerator.H1;
-    g->start[l] = one->start;
-}
 
 /* A stance under way. */
 typedef struct {
@@ -503,10 +486,8 @@ LANES_CODE static void choose_crossings(const lanes *restrict w, const double *r
             const bool here = (find->crossed[l] > 0.0) & (find->next[l] < find->share[l]);
             keep(&find->number[l], here, (double)s);
             keep(&find->share[l], here, find->next[l]);
-            keep(&find->function.H3[l], here, w->function[s].H3[l]);
-            keep(&find->function.H2[l], here, w->function[s].H2[l]);
-            keep(&find->function.H1[l], here, w->function[s].H1[l]);
-            keep(&find->function.start[l], here, w->function[s].start[l]);
+            const event_function_f64 g = one_function(&w->function[s], l);
+            keep_function(&find->function, l, here, &g);
         }
     }
     for (int l = 0; l < LANES; l++) {

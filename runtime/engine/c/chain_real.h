@@ -141,7 +141,7 @@ typedef struct {
 static inline void add_event_function_real(event_set_real *set, real H3, real H2, real H1, real start, real sign,
                                            stance_end_kind_real kind, int side)
 {
-    const event_function_real g = {{sign * H3, sign * H2, sign * H1}, sign * start, (int32_t)kind, side};
+    const event_function_real g = {sign * H3, sign * H2, sign * H1, sign * start, (int32_t)kind, side};
     set->function[set->count++] = g;
 }
 
@@ -162,7 +162,9 @@ static inline void add_thresholds_real(const stance_chain_real *chain, stance_ev
             continue;
         }
         const real sign = (real)side;
-        const event_function_real g = {{-sign * h.H3, -sign * h.H2, -sign * h.H1},
+        const event_function_real g = {-sign * h.H3,
+                                       -sign * h.H2,
+                                       -sign * h.H1,
                                        friction - sign * acceleration,
                                        (int32_t)(mass == 1 ? END_THRESHOLD_1_real : END_THRESHOLD_2_real),
                                        side};
@@ -338,7 +340,7 @@ static inline real later_takeoff_real(const stance_chain_real *chain, const hopf
         hopform_motion_of_real(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     const hopform_state_real steady = {0.0, 0.0, 0.0, hopform_settled_y_real(poles, from_slack.H2_y, from_slack.H1_y)};
     const real settled = hopform_contact_of_real(&chain->plan->robot, &steady);
-    return steady_state_correction_real(poles, &leg->numerator, leg->start, settled, basis, t);
+    return steady_state_correction_real(poles, leg, settled, basis, t);
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come

@@ -726,7 +726,7 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
     const hopform_state_real start = {phase->x1, phase->v1, phase->v2, phase->y};
     const hopform_motion_real motion = hopform_motion_of_real(plan, &start, u, side, side);
     const hopform_poles_real *poles = hopform_poles_of_real(plan, side, side);
-    const event_function_real extension = {{-motion.H3_y, -motion.H2_y, -motion.H1_y}, -start.y, 0, 0};
+    const event_function_real extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -start.y, 0, 0};
     const event_set_real set = {poles, hopform_node_of_real(plan, side, side), 1, {extension}};
     const propagator_real end = propagator_at_real(poles, t);
     const jet_real from = jet_at_start_real(poles, &extension);

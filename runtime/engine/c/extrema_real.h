@@ -55,10 +55,9 @@ static inline void hopform_find_minimum_real(const event_set_real *set, const je
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
 static inline bool hopform_is_decided_real(const event_function_real *g, const propagator_real *at, const jet_real *jet)
 {
-    const hopform_numerator_real *h = &g->numerator;
     const hopform_basis_real *w = &at->basis;
-    const real of_rate = fabs_real(h->H3 * w->Wdd) + fabs_real(h->H2 * w->Wd) + fabs_real(h->H1 * w->W);
-    const real of_curvature = fabs_real(h->H3 * at->W_third) + fabs_real(h->H2 * w->Wdd) + fabs_real(h->H1 * w->Wd);
+    const real of_rate = fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W);
+    const real of_curvature = fabs_real(g->H3 * at->W_third) + fabs_real(g->H2 * w->Wdd) + fabs_real(g->H1 * w->Wd);
     return fabs_real(jet->rate) > 64.0 * HOPFORM_EPS_real * of_rate
            && fabs_real(jet->curvature) > 64.0 * HOPFORM_EPS_real * of_curvature;
 }

@@ -30,7 +30,7 @@ enum { MOST_EVENT_FUNCTIONS_real = 3, MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS
 
 /* An event function. `kind` and `side` are the caller's. */
 typedef struct {
-    hopform_numerator_real numerator;
+    real H3, H2, H1; /* its numerator */
     real start;
     int32_t kind;
     int32_t side;
@@ -74,45 +74,40 @@ static inline propagator_real propagator_at_real(const hopform_poles_real *poles
 
 static inline real value_at_real(const event_function_real *g, const propagator_real *at)
 {
-    const hopform_numerator_real *h = &g->numerator;
-    return g->start + (h->H3 * at->basis.Wd + h->H2 * at->basis.W + h->H1 * at->basis.W1);
+    return g->start + (g->H3 * at->basis.Wd + g->H2 * at->basis.W + g->H1 * at->basis.W1);
 }
 
 static inline real rate_at_real(const event_function_real *g, const propagator_real *at)
 {
-    const hopform_numerator_real *h = &g->numerator;
-    return h->H3 * at->basis.Wdd + h->H2 * at->basis.Wd + h->H1 * at->basis.W;
+    return g->H3 * at->basis.Wdd + g->H2 * at->basis.Wd + g->H1 * at->basis.W;
 }
 
 static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
                                  const propagator_real *at)
 {
-    const hopform_numerator_real *h = &g->numerator;
     const hopform_basis_real *w = &at->basis;
     const real fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    return h->H3 * fourth + h->H2 * at->W_third + h->H1 * w->Wdd;
+    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd;
 }
 
 static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g)
 {
-    const hopform_numerator_real *h = &g->numerator;
     jet_real jet;
     jet.value = g->start;
-    jet.rate = h->H3;
-    jet.curvature = h->H2 - h->H3 * poles->s_1;
-    jet.third = h->H1 - poles->s_1 * jet.curvature - poles->s_2 * jet.rate;
+    jet.rate = g->H3;
+    jet.curvature = g->H2 - g->H3 * poles->s_1;
+    jet.third = g->H1 - poles->s_1 * jet.curvature - poles->s_2 * jet.rate;
     return jet;
 }
 
 /* Without the third derivative, which is 0 here. */
 static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at)
 {
-    const hopform_numerator_real *h = &g->numerator;
     const hopform_basis_real *w = &at->basis;
     jet_real jet;
     jet.value = value_at_real(g, at);
     jet.rate = rate_at_real(g, at);
-    jet.curvature = h->H3 * at->W_third + h->H2 * w->Wdd + h->H1 * w->Wd;
+    jet.curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd;
     jet.third = 0.0;
     return jet;
 }
@@ -128,10 +123,9 @@ static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_
 /* Bound of what rounding may have done to the value of an event function. */
 static inline real rounding_of_real(const event_function_real *g, const propagator_real *at, real rate)
 {
-    const hopform_numerator_real *h = &g->numerator;
     return 16.0 * HOPFORM_EPS_real
-           * (fabs_real(g->start) + fabs_real(h->H3 * at->basis.Wd) + fabs_real(h->H2 * at->basis.W)
-              + fabs_real(h->H1 * at->basis.W1) + at->t * fabs_real(rate));
+           * (fabs_real(g->start) + fabs_real(g->H3 * at->basis.Wd) + fabs_real(g->H2 * at->basis.W)
+              + fabs_real(g->H1 * at->basis.W1) + at->t * fabs_real(rate));
 }
 
 /* ---- prediction ---- */
@@ -339,8 +333,7 @@ static inline bool has_no_root_by_pair_real(const hopform_poles_real *poles, con
     const real below = sqrt_real(ww * R * R + C * C) + C;
     const bool decided = below > 0.0;                 /* else nothing is left of the pair */
     const real wt = ww * R / (decided ? below : 1.0); /* w tan(w h/2) */
-    const hopform_numerator_real *h = &g->numerator;
-    const bool e_is_negative = h->H1 - poles->a * (h->H2 - poles->a * h->H3) < 0.0;
+    const bool e_is_negative = g->H1 - poles->a * (g->H2 - poles->a * g->H3) < 0.0;
     const bool falls = from->rate < 0.0;
     const bool falls_then = to->rate < 0.0;
     const bool f_is_negative = from->curvature - (wt - mu) * from->rate < 0.0;
@@ -353,13 +346,12 @@ static inline bool has_no_root_by_pair_real(const hopform_poles_real *poles, con
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, const event_function_real *g)
 {
-    const hopform_numerator_real *n = &g->numerator;
     const real mu = 0.5 * poles->p;
     const real ww = poles->q - mu * mu;
     const real a = poles->a;
-    const real e = (n->H1 - a * (n->H2 - a * n->H3)) / hopform_residue_real(poles);
-    const real c = n->H3 - e;
-    const real sw = n->H2 - n->H3 * poles->s_1 + a * e + mu * c;
+    const real e = (g->H1 - a * (g->H2 - a * g->H3)) / hopform_residue_real(poles);
+    const real c = g->H3 - e;
+    const real sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
     return poles->q * poles->q * sqrt_real(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_real(e);
 }
 
@@ -598,7 +590,8 @@ static inline real deflated_real(const event_set_real *set, const event_function
 {
     if (t > set->node->fades) {
         const hopform_poles_real *poles = set->poles;
-        const hopform_pair_numerator_real left = hopform_deflated_numerator_real(poles, &g->numerator);
+        const hopform_numerator_real numerator = {g->H3, g->H2, g->H1};
+        const hopform_pair_numerator_real left = hopform_deflated_numerator_real(poles, &numerator);
         const hopform_pair_real pair = hopform_pair_at_real(poles, t);
         return left.A * pair.Rd + left.B * pair.R;
     }
@@ -769,21 +762,21 @@ static inline real time_to_rest_real(const hopform_poles_real *poles, real v, re
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
-static inline real steady_state_correction_real(const hopform_poles_real *poles, const hopform_numerator_real *h,
-                                                real start, real settled, const hopform_basis_real *basis, real t)
+static inline real steady_state_correction_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                real settled, const hopform_basis_real *basis, real t)
 {
-    const real residual = settled - start;
+    const real residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const real by_2 = residual * poles->s_2;
-    const hopform_numerator_real fading = {h->H3, slow ? h->H2 : by_2, h->H1};
+    const hopform_numerator_real fading = {g->H3, slow ? g->H2 : by_2, g->H1};
     const real value = settled - hopform_residual_to_steady_state_real(poles, &fading, basis, residual);
-    const real rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
+    const real rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
     const real of_time = t * fabs_real(rate);
-    const real of_rise = fabs_real(start) + fabs_real(h->H3 * basis->Wd) + fabs_real(h->H2 * basis->W)
-                         + fabs_real(h->H1 * basis->W1) + of_time;
+    const real of_rise = fabs_real(g->start) + fabs_real(g->H3 * basis->Wd) + fabs_real(g->H2 * basis->W)
+                         + fabs_real(g->H1 * basis->W1) + of_time;
     const real of_residual = fabs_real(settled) + fabs_real(residual * basis->Wdd)
-                             + (fabs_real(h->H3) + fabs_real(residual * poles->s_1)) * fabs_real(basis->Wd)
-                             + (slow ? fabs_real(h->H2) + fabs_real(by_2) : 0.0) * fabs_real(basis->W) + of_time;
+                             + (fabs_real(g->H3) + fabs_real(residual * poles->s_1)) * fabs_real(basis->Wd)
+                             + (slow ? fabs_real(g->H2) + fabs_real(by_2) : 0.0) * fabs_real(basis->W) + of_time;
     const bool better =
         (rate < 0.0) & (of_residual < 0.25 * of_rise) & (fabs_real(value) <= 16.0 * HOPFORM_EPS_real * of_rise);
     const real later = -value / (better ? rate : -1.0);
