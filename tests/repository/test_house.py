@@ -380,7 +380,7 @@ def test_the_library_defines_no_name_that_is_not_its_own(folder, compiler):
         assert not [name for kind, name in symbols(path) if kind in "TRVWi" and not name.startswith("hopform_")]
 
 
-# What compilers make of __builtin_cpu_supports, and of <fenv.h> where a processor is no x86.
+# What compilers make of __builtin_cpu_supports; what <fenv.h> has.
 ASKS_THE_PROCESSOR = {"__cpu_model", "__cpu_indicator_init", "_GLOBAL_OFFSET_TABLE_"}
 KEEPS_FLAGS = {"fegetenv", "fesetenv"}
 

@@ -94,40 +94,13 @@ static int32_t solve_by(int32_t variant, int64_t count, const hopform_stances_in
 }
 
 /* A lane computes what it does not use as well: what that does to the processor's flags is no news to the caller. */
-#if defined(HOPFORM_X86_LANES)
-typedef unsigned int float_flags;
-
-static float_flags flags_now(void)
-{
-    return __builtin_ia32_stmxcsr();
-}
-
-static void restore_flags(const float_flags *flags)
-{
-    __builtin_ia32_ldmxcsr(*flags);
-}
-#else
-typedef fenv_t float_flags;
-
-static float_flags flags_now(void)
-{
-    fenv_t flags;
-    (void)fegetenv(&flags);
-    return flags;
-}
-
-static void restore_flags(const float_flags *flags)
-{
-    (void)fesetenv(flags);
-}
-#endif
-
 static int32_t solve(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
                      const hopform_stances_out_f64 *out)
 {
-    const float_flags before = flags_now();
+    fenv_t before;
+    (void)fegetenv(&before);
     const int32_t kept = solve_by(variant == HOPFORM_VARIANT_BEST ? best_variant() : variant, count, in, out);
-    restore_flags(&before);
+    (void)fesetenv(&before);
     return kept;
 }
 

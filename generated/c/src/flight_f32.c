@@ -819,21 +819,6 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
 
 /* ---- the flight at a time ---- */
 
-static int32_t phase_index_f32(const hopform_flight_phase_f32 *phases, int32_t count, float t)
-{
-    int32_t low = 0;
-    int32_t high = count - 1;
-    while (low < high) {
-        const int32_t middle = (int32_t)(((uint32_t)low + (uint32_t)high + 1u) / 2u);
-        if (phases[middle].t <= t) {
-            low = middle;
-        } else {
-            high = middle - 1;
-        }
-    }
-    return low;
-}
-
 static hopform_actuator_at_f32 actuator_in_phase_f32(const hopform_flight_rates_f32 *rates,
                                                        const hopform_flight_phase_f32 *phase, float t)
 {
@@ -870,7 +855,11 @@ static hopform_state_f32 state_of_flight_f32(const hopform_plan_f32 *plan, const
                                                const hopform_flight_f32 *flight, float t)
 {
     const float g = hopform_fall_of_f32(&plan->robot);
-    const hopform_flight_phase_f32 *phase = &phases[phase_index_f32(phases, flight->phases_kept, t)];
+    int32_t n = flight->phases_kept - 1;
+    while (n > 0 && phases[n].t > t) {
+        n--;
+    }
+    const hopform_flight_phase_f32 *phase = &phases[n];
     const hopform_actuator_at_f32 at = actuator_in_phase_f32(rates, phase, t - phase->t);
     const float moved = (phase->x1 - flight->start.x1) + at.moved;
     const hopform_state_f32 state = {

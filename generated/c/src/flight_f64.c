@@ -819,21 +819,6 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
 
 /* ---- the flight at a time ---- */
 
-static int32_t phase_index_f64(const hopform_flight_phase_f64 *phases, int32_t count, double t)
-{
-    int32_t low = 0;
-    int32_t high = count - 1;
-    while (low < high) {
-        const int32_t middle = (int32_t)(((uint32_t)low + (uint32_t)high + 1u) / 2u);
-        if (phases[middle].t <= t) {
-            low = middle;
-        } else {
-            high = middle - 1;
-        }
-    }
-    return low;
-}
-
 static hopform_actuator_at_f64 actuator_in_phase_f64(const hopform_flight_rates_f64 *rates,
                                                        const hopform_flight_phase_f64 *phase, double t)
 {
@@ -870,7 +855,11 @@ static hopform_state_f64 state_of_flight_f64(const hopform_plan_f64 *plan, const
                                                const hopform_flight_f64 *flight, double t)
 {
     const double g = hopform_fall_of_f64(&plan->robot);
-    const hopform_flight_phase_f64 *phase = &phases[phase_index_f64(phases, flight->phases_kept, t)];
+    int32_t n = flight->phases_kept - 1;
+    while (n > 0 && phases[n].t > t) {
+        n--;
+    }
+    const hopform_flight_phase_f64 *phase = &phases[n];
     const hopform_actuator_at_f64 at = actuator_in_phase_f64(rates, phase, t - phase->t);
     const double moved = (phase->x1 - flight->start.x1) + at.moved;
     const hopform_state_f64 state = {

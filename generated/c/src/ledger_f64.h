@@ -23,23 +23,6 @@ static inline void hopform_mirror_f64(hopform_matrix_f64 *s)
     }
 }
 
-/* m s, for a symmetric s. */
-static inline hopform_matrix_f64 hopform_times_f64(const hopform_matrix_f64 *m, const hopform_matrix_f64 *s)
-{
-    hopform_matrix_f64 product = {{{0}}};
-    for (int i = 0; i < Z_SIZE; i++) {
-        for (int k = 0; k < Z_SIZE; k++) {
-            const double factor = m->at[i][k];
-            if (fabs_f64(factor) > 0.0) {
-                for (int j = 0; j < Z_SIZE; j++) {
-                    product.at[i][j] += factor * s->at[k][j];
-                }
-            }
-        }
-    }
-    return product;
-}
-
 /* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
 static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_poles_f64 *poles,
                                                              const hopform_motion_f64 *motion,
@@ -79,7 +62,8 @@ static inline hopform_matrix_f64 hopform_moments_in_phase_f64(const hopform_plan
     hopform_matrix_f64 sum = hopform_short_moments_f64(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
         const hopform_matrix_f64 phi = hopform_transition_f64(plan, &drive, side_1, side_2, h);
-        const hopform_matrix_f64 left = hopform_times_f64(&phi, &sum);
+        hopform_matrix_f64 left = {{{0}}};
+        hopform_add_product_f64(&left, &phi, &sum);
         for (int i = 0; i < Z_SIZE; i++) {
             for (int j = i; j < Z_SIZE; j++) {
                 for (int k = 0; k < Z_SIZE; k++) {

@@ -39,6 +39,22 @@ hopform_transition_f32(const hopform_plan_f32 *plan, const hopform_drive_f32 *dr
     return phi;
 }
 
+/* sum += a b; half of what stands in M and Phi is zero. */
+static inline void hopform_add_product_f32(hopform_matrix_f32 *sum, const hopform_matrix_f32 *a,
+                                            const hopform_matrix_f32 *b)
+{
+    for (int i = 0; i < Z_SIZE; i++) {
+        for (int k = 0; k < Z_SIZE; k++) {
+            const float factor = a->at[i][k];
+            if (fabs_f32(factor) > 0.0f) {
+                for (int j = 0; j < Z_SIZE; j++) {
+                    sum->at[i][j] += factor * b->at[k][j];
+                }
+            }
+        }
+    }
+}
+
 /* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30): exact to rounding for
  * a product of two motions over a time in which neither turns or fades by more than a factor of e^4. */
 static const float hopform_place_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_PLACES_f32};

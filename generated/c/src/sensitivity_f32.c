@@ -51,21 +51,6 @@ static int column_of_f32(int share)
     return place == 0 ? Z_ONE : Z_X + place;
 }
 
-/* sum += a b; half of what stands in M and Phi is zero. */
-static void add_product_f32(hopform_matrix_f32 *sum, const hopform_matrix_f32 *a, const hopform_matrix_f32 *b)
-{
-    for (int i = 0; i < Z_SIZE; i++) {
-        for (int k = 0; k < Z_SIZE; k++) {
-            const float factor = a->at[i][k];
-            if (fabs_f32(factor) > 0.0f) {
-                for (int j = 0; j < Z_SIZE; j++) {
-                    sum->at[i][j] += factor * b->at[k][j];
-                }
-            }
-        }
-    }
-}
-
 /* G of each share over a time h: Gauss's rule over what stands under the integral, whose places are their own mirror.
  */
 static void short_responses_f32(const hopform_plan_f32 *plan, const hopform_drive_f32 *drive, int side_1, int side_2,
@@ -104,8 +89,8 @@ static response_f32 response_of_f32(const hopform_plan_f32 *plan, const hopform_
         const hopform_matrix_f32 phi = hopform_transition_f32(plan, &drive, side_1, side_2, h);
         for (int share = 0; share < SHARES_f32; share++) {
             hopform_matrix_f32 twice = {{{0}}};
-            add_product_f32(&twice, &phi, &shares[share]);
-            add_product_f32(&twice, &shares[share], &phi);
+            hopform_add_product_f32(&twice, &phi, &shares[share]);
+            hopform_add_product_f32(&twice, &shares[share], &phi);
             shares[share] = twice;
         }
         h *= 2.0f;

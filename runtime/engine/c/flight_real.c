@@ -819,21 +819,6 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
 
 /* ---- the flight at a time ---- */
 
-static int32_t phase_index_real(const hopform_flight_phase_real *phases, int32_t count, real t)
-{
-    int32_t low = 0;
-    int32_t high = count - 1;
-    while (low < high) {
-        const int32_t middle = (int32_t)(((uint32_t)low + (uint32_t)high + 1u) / 2u);
-        if (phases[middle].t <= t) {
-            low = middle;
-        } else {
-            high = middle - 1;
-        }
-    }
-    return low;
-}
-
 static hopform_actuator_at_real actuator_in_phase_real(const hopform_flight_rates_real *rates,
                                                        const hopform_flight_phase_real *phase, real t)
 {
@@ -870,7 +855,11 @@ static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, co
                                                const hopform_flight_real *flight, real t)
 {
     const real g = hopform_fall_of_real(&plan->robot);
-    const hopform_flight_phase_real *phase = &phases[phase_index_real(phases, flight->phases_kept, t)];
+    int32_t n = flight->phases_kept - 1;
+    while (n > 0 && phases[n].t > t) {
+        n--;
+    }
+    const hopform_flight_phase_real *phase = &phases[n];
     const hopform_actuator_at_real at = actuator_in_phase_real(rates, phase, t - phase->t);
     const real moved = (phase->x1 - flight->start.x1) + at.moved;
     const hopform_state_real state = {

@@ -23,23 +23,6 @@ static inline void hopform_mirror_real(hopform_matrix_real *s)
     }
 }
 
-/* m s, for a symmetric s. */
-static inline hopform_matrix_real hopform_times_real(const hopform_matrix_real *m, const hopform_matrix_real *s)
-{
-    hopform_matrix_real product = {{{0}}};
-    for (int i = 0; i < Z_SIZE; i++) {
-        for (int k = 0; k < Z_SIZE; k++) {
-            const real factor = m->at[i][k];
-            if (fabs_real(factor) > 0.0) {
-                for (int j = 0; j < Z_SIZE; j++) {
-                    product.at[i][j] += factor * s->at[k][j];
-                }
-            }
-        }
-    }
-    return product;
-}
-
 /* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
 static inline hopform_matrix_real hopform_short_moments_real(const hopform_poles_real *poles,
                                                              const hopform_motion_real *motion,
@@ -79,7 +62,8 @@ static inline hopform_matrix_real hopform_moments_in_phase_real(const hopform_pl
     hopform_matrix_real sum = hopform_short_moments_real(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
         const hopform_matrix_real phi = hopform_transition_real(plan, &drive, side_1, side_2, h);
-        const hopform_matrix_real left = hopform_times_real(&phi, &sum);
+        hopform_matrix_real left = {{{0}}};
+        hopform_add_product_real(&left, &phi, &sum);
         for (int i = 0; i < Z_SIZE; i++) {
             for (int j = i; j < Z_SIZE; j++) {
                 for (int k = 0; k < Z_SIZE; k++) {

@@ -39,6 +39,22 @@ hopform_transition_real(const hopform_plan_real *plan, const hopform_drive_real 
     return phi;
 }
 
+/* sum += a b; half of what stands in M and Phi is zero. */
+static inline void hopform_add_product_real(hopform_matrix_real *sum, const hopform_matrix_real *a,
+                                            const hopform_matrix_real *b)
+{
+    for (int i = 0; i < Z_SIZE; i++) {
+        for (int k = 0; k < Z_SIZE; k++) {
+            const real factor = a->at[i][k];
+            if (fabs_real(factor) > 0.0) {
+                for (int j = 0; j < Z_SIZE; j++) {
+                    sum->at[i][j] += factor * b->at[k][j];
+                }
+            }
+        }
+    }
+}
+
 /* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30): exact to rounding for
  * a product of two motions over a time in which neither turns or fades by more than a factor of e^4. */
 static const real hopform_place_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_PLACES_real};

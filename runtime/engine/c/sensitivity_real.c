@@ -51,21 +51,6 @@ static int column_of_real(int share)
     return place == 0 ? Z_ONE : Z_X + place;
 }
 
-/* sum += a b; half of what stands in M and Phi is zero. */
-static void add_product_real(hopform_matrix_real *sum, const hopform_matrix_real *a, const hopform_matrix_real *b)
-{
-    for (int i = 0; i < Z_SIZE; i++) {
-        for (int k = 0; k < Z_SIZE; k++) {
-            const real factor = a->at[i][k];
-            if (fabs_real(factor) > 0.0) {
-                for (int j = 0; j < Z_SIZE; j++) {
-                    sum->at[i][j] += factor * b->at[k][j];
-                }
-            }
-        }
-    }
-}
-
 /* G of each share over a time h: Gauss's rule over what stands under the integral, whose places are their own mirror.
  */
 static void short_responses_real(const hopform_plan_real *plan, const hopform_drive_real *drive, int side_1, int side_2,
@@ -104,8 +89,8 @@ static response_real response_of_real(const hopform_plan_real *plan, const hopfo
         const hopform_matrix_real phi = hopform_transition_real(plan, &drive, side_1, side_2, h);
         for (int share = 0; share < SHARES_real; share++) {
             hopform_matrix_real twice = {{{0}}};
-            add_product_real(&twice, &phi, &shares[share]);
-            add_product_real(&twice, &shares[share], &phi);
+            hopform_add_product_real(&twice, &phi, &shares[share]);
+            hopform_add_product_real(&twice, &shares[share], &phi);
             shares[share] = twice;
         }
         h *= 2.0;
