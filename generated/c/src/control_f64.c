@@ -667,35 +667,23 @@ int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_pla
     return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
 }
 
-/* Whether what currents are tried into holds some of what is read until the end. */
-static bool control_overwrites_inputs_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts,
-                                           int32_t start_count, const double *currents, int32_t current_count,
-                                           const hopform_phase_f64 *phases, int32_t capacity,
-                                           const hopform_trial_f64 *trials)
-{
-    const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
-    const hopform_memory_f64 read[] = {
-        hopform_array_f64(plan, 1, sizeof *plan),
-        hopform_array_f64(starts, start_count, sizeof *starts),
-        hopform_array_f64(currents, current_count, sizeof *currents),
-    };
-    const hopform_memory_f64 written[] = {
-        hopform_array_f64(phases, capacity, sizeof *phases),
-        hopform_array_f64(trials, start_count, row),
-    };
-    return hopform_overlap_f64(written, 2, read, 3) || hopform_overlap_f64(&written[0], 1, &written[1], 1);
-}
-
 int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
                                   const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
                                   int32_t capacity, hopform_trial_f64 *trials)
 {
     const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
     const hopform_memory_f64 all = hopform_array_f64(trials, start_count, row);
+    const hopform_memory_f64 read[] = {
+        hopform_array_f64(plan, 1, sizeof *plan),
+        hopform_array_f64(starts, start_count, sizeof *starts),
+        hopform_array_f64(currents, current_count, sizeof *currents),
+        all,
+    };
+    const hopform_memory_f64 written = hopform_array_f64(phases, capacity, sizeof *phases);
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
         return hopform_refuse_f64(HOPFORM_ERROR_NULL, &all, 1);
     }
-    if (control_overwrites_inputs_f64(plan, starts, start_count, currents, current_count, phases, capacity, trials)) {
+    if (hopform_overlap_f64(&written, 1, read, 4) || hopform_overlap_f64(&all, 1, read, 3)) {
         return hopform_refuse_f64(HOPFORM_ERROR_OVERLAP, &all, 1);
     }
     if (!hopform_hops_f64(plan)) {

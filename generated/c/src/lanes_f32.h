@@ -640,19 +640,12 @@ static void find_first_events(lanes *w, search *find)
 
 /* ---- stops ---- */
 
-/* The search for the stop ahead. */
-typedef struct {
-    column low, high, t, next, going, lands;
-    basis_columns basis;
-} stop_search;
-
 /* Intervals end where x_1 meets its stop, as meets_stop_f32 finds it; lanes in which something else may happen at the
  * same time are left. */
-LANES_CODE static void meet_stops(lanes *restrict w)
+LANES_CODE static void meet_stops(lanes *restrict w, search *restrict find)
 {
     column tied;
     float *stops = w->stops;
-    stop_search find;
     const float side = (float)w->side_1;
     const hopform_poles_f32 poles = w->poles;
     for (int l = 0; l < LANES; l++) {
@@ -661,54 +654,54 @@ LANES_CODE static void meet_stops(lanes *restrict w)
         const hopform_basis_f32 basis = one_basis(&w->end, l);
         const bool past = is_beyond_stop_f32(&motion, &from_stop, side, &basis);
         stops[l] = w->turn[l] * fabs_f32(side) * flag(hopform_is_finite_f32(w->gap[l]) & past);
-        find.low[l] = 0.0f;
-        find.high[l] = w->end_t[l];
-        find.t[l] = w->end_t[l];
-        find.going[l] = stops[l];
+        find->low[l] = 0.0f;
+        find->high[l] = w->end_t[l];
+        find->t[l] = w->end_t[l];
+        find->going[l] = stops[l];
     }
     if (!any(stops)) {
         return;
     }
-    memcpy(&find.basis, &w->end, sizeof find.basis);
-    for (int n = 0; n < ROOT_STEPS && any(find.going); n++) {
+    memcpy(&find->basis, &w->end, sizeof find->basis);
+    for (int n = 0; n < ROOT_STEPS && any(find->going); n++) {
         if (n > 0) {
-            bases_at(w, find.t, find.going, &find.basis);
+            bases_at(w, find->t, find->going, &find->basis);
         }
         for (int l = 0; l < LANES; l++) {
             const hopform_state_f32 from_stop = {w->gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
             const hopform_motion_f32 motion = one_motion(&w->motion, l);
-            const hopform_basis_f32 basis = one_basis(&find.basis, l);
+            const hopform_basis_f32 basis = one_basis(&find->basis, l);
             const approach_f32 to = approach_of_f32(&poles, &motion, &from_stop, side, &basis);
-            const root_step_f32 step = step_to_stop_f32(&poles, &to, find.t[l], find.low[l], find.high[l]);
+            const root_step_f32 step = step_to_stop_f32(&poles, &to, find->t[l], find->low[l], find->high[l]);
             const float next = step.inside ? step.next : step.low + 0.5f * (step.high - step.low);
             const float going =
-                find.going[l] * (1.0f - flag(step.arrives)) * flag((next > step.low) & (next < step.high));
-            find.low[l] = step.low;
-            find.high[l] = step.high;
-            find.next[l] = next;
-            find.lands[l] = going * flag(step.lands);
-            find.going[l] = going;
+                find->going[l] * (1.0f - flag(step.arrives)) * flag((next > step.low) & (next < step.high));
+            find->low[l] = step.low;
+            find->high[l] = step.high;
+            find->next[l] = next;
+            find->lands[l] = going * flag(step.lands);
+            find->going[l] = going;
         }
-        if (any(find.lands)) {
+        if (any(find->lands)) {
             for (int l = 0; l < LANES; l++) {
-                const hopform_basis_f32 basis = one_basis(&find.basis, l);
-                const hopform_basis_f32 there = carried_basis_f32(&poles, &basis, find.next[l] - find.t[l]);
-                keep_basis(&find.basis, l, find.lands[l] > 0.0f, &there);
+                const hopform_basis_f32 basis = one_basis(&find->basis, l);
+                const hopform_basis_f32 there = carried_basis_f32(&poles, &basis, find->next[l] - find->t[l]);
+                keep_basis(&find->basis, l, find->lands[l] > 0.0f, &there);
             }
         }
         for (int l = 0; l < LANES; l++) {
-            keep(&find.t[l], find.going[l] > 0.0f, find.next[l]);
-            find.going[l] -= find.lands[l];
+            keep(&find->t[l], find->going[l] > 0.0f, find->next[l]);
+            find->going[l] -= find->lands[l];
         }
     }
-    leave(w, find.going);
+    leave(w, find->going);
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f32 basis = one_basis(&find.basis, l);
+        const hopform_basis_f32 basis = one_basis(&find->basis, l);
         const bool here = stops[l] > 0.0f;
         const bool other = (is(w->found[l], 0) > 0.0f) | !(w->end_t[l] < w->limit[l]);
-        tied[l] = stops[l] * flag(other & (w->end_t[l] <= find.t[l] * (1.0f + 8.0f * HOPFORM_EPS_f32)));
+        tied[l] = stops[l] * flag(other & (w->end_t[l] <= find->t[l] * (1.0f + 8.0f * HOPFORM_EPS_f32)));
         keep_basis(&w->end, l, here, &basis);
-        keep(&w->end_t[l], here, find.t[l]);
+        keep(&w->end_t[l], here, find->t[l]);
     }
     leave(w, tied);
 }
@@ -833,7 +826,7 @@ static void advance(lanes *w, search *find, queue *to)
     if (choose_mode(w)) {
         start_phases(w);
         find_first_events(w, find);
-        meet_stops(w);
+        meet_stops(w, find);
     }
     for (int l = 0; l < LANES; l++) {
         if (w->turn[l] + w->left[l] > 0.0f) {

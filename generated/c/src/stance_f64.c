@@ -18,22 +18,6 @@ static bool steps_are_sound_f64(const hopform_step_f64 *steps, int32_t count)
     return true;
 }
 
-/* Whether what a stance is solved into holds some of what is read until its end. */
-static bool stance_overwrites_inputs_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                          int32_t step_count, const hopform_phase_f64 *phases, int32_t capacity,
-                                          const hopform_stance_f64 *stance)
-{
-    const hopform_memory_f64 read[] = {
-        hopform_array_f64(plan, 1, sizeof *plan),
-        hopform_array_f64(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
-    };
-    const hopform_memory_f64 written[] = {
-        hopform_array_f64(phases, capacity, sizeof *phases),
-        hopform_array_f64(stance, 1, sizeof *stance),
-    };
-    return hopform_overlap_f64(written, 2, read, 2);
-}
-
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). */
 static hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles)
 {
@@ -138,7 +122,15 @@ int32_t hopform_solve_followed_f64(const hopform_plan_f64 *plan, const hopform_s
     if (plan == NULL || start == NULL || steps == NULL || (phases == NULL && capacity > 0)) {
         return HOPFORM_ERROR_NULL;
     }
-    if (stance_overwrites_inputs_f64(plan, steps, step_count, phases, capacity, stance)) {
+    const hopform_memory_f64 read[] = {
+        hopform_array_f64(plan, 1, sizeof *plan),
+        hopform_array_f64(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
+    };
+    const hopform_memory_f64 written[] = {
+        hopform_array_f64(phases, capacity, sizeof *phases),
+        hopform_array_f64(stance, 1, sizeof *stance),
+    };
+    if (hopform_overlap_f64(written, 2, read, 2)) {
         return HOPFORM_ERROR_OVERLAP;
     }
     if (!hopform_is_made_f64(plan)) {

@@ -667,35 +667,23 @@ int32_t hopform_choose_current_real(hopform_search_real *search, const hopform_p
     return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
 }
 
-/* Whether what currents are tried into holds some of what is read until the end. */
-static bool control_overwrites_inputs_real(const hopform_plan_real *plan, const hopform_state_real *starts,
-                                           int32_t start_count, const real *currents, int32_t current_count,
-                                           const hopform_phase_real *phases, int32_t capacity,
-                                           const hopform_trial_real *trials)
-{
-    const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
-    const hopform_memory_real read[] = {
-        hopform_array_real(plan, 1, sizeof *plan),
-        hopform_array_real(starts, start_count, sizeof *starts),
-        hopform_array_real(currents, current_count, sizeof *currents),
-    };
-    const hopform_memory_real written[] = {
-        hopform_array_real(phases, capacity, sizeof *phases),
-        hopform_array_real(trials, start_count, row),
-    };
-    return hopform_overlap_real(written, 2, read, 3) || hopform_overlap_real(&written[0], 1, &written[1], 1);
-}
-
 int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_state_real *starts, int32_t start_count,
                                   const real *currents, int32_t current_count, real horizon, hopform_phase_real *phases,
                                   int32_t capacity, hopform_trial_real *trials)
 {
     const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
     const hopform_memory_real all = hopform_array_real(trials, start_count, row);
+    const hopform_memory_real read[] = {
+        hopform_array_real(plan, 1, sizeof *plan),
+        hopform_array_real(starts, start_count, sizeof *starts),
+        hopform_array_real(currents, current_count, sizeof *currents),
+        all,
+    };
+    const hopform_memory_real written = hopform_array_real(phases, capacity, sizeof *phases);
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
         return hopform_refuse_real(HOPFORM_ERROR_NULL, &all, 1);
     }
-    if (control_overwrites_inputs_real(plan, starts, start_count, currents, current_count, phases, capacity, trials)) {
+    if (hopform_overlap_real(&written, 1, read, 4) || hopform_overlap_real(&all, 1, read, 3)) {
         return hopform_refuse_real(HOPFORM_ERROR_OVERLAP, &all, 1);
     }
     if (!hopform_hops_real(plan)) {

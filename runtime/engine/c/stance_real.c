@@ -18,22 +18,6 @@ static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count)
     return true;
 }
 
-/* Whether what a stance is solved into holds some of what is read until its end. */
-static bool stance_overwrites_inputs_real(const hopform_plan_real *plan, const hopform_step_real *steps,
-                                          int32_t step_count, const hopform_phase_real *phases, int32_t capacity,
-                                          const hopform_stance_real *stance)
-{
-    const hopform_memory_real read[] = {
-        hopform_array_real(plan, 1, sizeof *plan),
-        hopform_array_real(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
-    };
-    const hopform_memory_real written[] = {
-        hopform_array_real(phases, capacity, sizeof *phases),
-        hopform_array_real(stance, 1, sizeof *stance),
-    };
-    return hopform_overlap_real(written, 2, read, 2);
-}
-
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). */
 static hopform_node_real node_of_poles_real(const hopform_poles_real *poles)
 {
@@ -138,7 +122,15 @@ int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform
     if (plan == NULL || start == NULL || steps == NULL || (phases == NULL && capacity > 0)) {
         return HOPFORM_ERROR_NULL;
     }
-    if (stance_overwrites_inputs_real(plan, steps, step_count, phases, capacity, stance)) {
+    const hopform_memory_real read[] = {
+        hopform_array_real(plan, 1, sizeof *plan),
+        hopform_array_real(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
+    };
+    const hopform_memory_real written[] = {
+        hopform_array_real(phases, capacity, sizeof *phases),
+        hopform_array_real(stance, 1, sizeof *stance),
+    };
+    if (hopform_overlap_real(written, 2, read, 2)) {
         return HOPFORM_ERROR_OVERLAP;
     }
     if (!hopform_is_made_real(plan)) {
