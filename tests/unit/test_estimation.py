@@ -10,11 +10,11 @@ import pytest
 from scipy import optimize, signal, stats
 
 import hopform
-from hopform._identify import estimation, fit_drop_test, fit_step_response, kinds
+from hopform._identify import estimation, fit_drop_test, fit_step_response, fits
 from hopform._identify.drop import ATTACHED
 from hopform._identify.estimation import Parameter
 from hopform._identify.filtering import low_passed
-from hopform._identify.recipe import fit as fit_of
+from hopform._identify.fits import fit as fit_of
 from hopform._identify.search import Problem
 from hopform._identify.synthetic import record
 from tests.fits import ALONE
@@ -178,7 +178,7 @@ def test_correlations_and_hold_out_are_those_of_the_data(monkeypatch):
         "step", "x1", (Line(experiment.design, shifted),),
         tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), (), {}, (), (),
     )  # fmt: skip
-    monkeypatch.setattr(kinds, "start", lambda *_, **__: problem)
+    monkeypatch.setattr(fits, "problem_of", lambda *_: problem)
     fit = fit_of({ATTACHED: record(hopform.load_robot("hopper_c"), "decay", seed=1)}, diagnose=False)
     _, covariance, _ = closed_form(Line(experiment.design, shifted))
     expected = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])

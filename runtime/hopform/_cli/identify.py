@@ -17,14 +17,12 @@ from hopform._cli.output import check_outputs, figures, picture, show, to_json, 
 from hopform._errors import HopformError
 from hopform._files import Named, name_of, write
 from hopform._identify import synthetic
-from hopform._identify.checks import Check, check
 from hopform._identify.estimation import Progress
-from hopform._identify.fits import Fit, Options, Trace, is_no_fit, missed
-from hopform._identify.joint import KINDS, LETTERS
+from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
+from hopform._identify.joint import KINDS, LETTERS, Check, check
 from hopform._identify.kinds import problem_of
 from hopform._identify.nuisances import NUISANCES, said
 from hopform._identify.ramp import Threshold, friction_threshold
-from hopform._identify.recipe import fit
 from hopform._identify.recordings import Recording, read_recording
 from hopform._identify.simulators import exported
 from hopform._identify.step import fit_force

@@ -15,8 +15,7 @@ from hopform._figures import plots
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
 from hopform._identify.ramp import Rise, Threshold
-from hopform._identify.recordings import Recording
-from hopform._identify.units import SI, Units
+from hopform._identify.recordings import SI, Recording, Units
 
 
 def plot_recording(recording: Recording, make: plots.Make = Figure) -> Figure:

@@ -4,22 +4,32 @@ identify.
 
 import dataclasses
 import math
+import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple, TypedDict
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform._checks import flag, function, word
 from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify.estimation import Estimate, Progress, Solution, Tests
+from hopform._identify.kinds import Kind, Recordings, problem_of
 from hopform._identify.motion import Array, Values
-from hopform._identify.nuisances import Diagnosis, said
-from hopform._identify.recordings import noise_of, quantum_of
-from hopform._identify.repeats import Repeat
-from hopform._identify.search import Problem
-from hopform._identify.units import HOPPER, Units
+from hopform._identify.nuisances import (
+    NUISANCES,
+    Diagnosis,
+    Repeat,
+    diagnose,
+    extended,
+    repeats_of,
+    said,
+    with_nuisances,
+)
+from hopform._identify.recordings import HOPPER, Units, noise_of, quantum_of
+from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
 from hopform._robots import Robot, load_robot
 from hopform._robots.provenance import Provenance
 from hopform._show import Array as Variable
@@ -224,25 +234,6 @@ class Minimum(NamedTuple):
         return max(each.inflation for each in self.tests)
 
 
-def reported(
-    best: Minimum,
-    intervals: tuple[tuple[Estimate, ...], estimation.Spread],
-    diagnoses: tuple[Diagnosis, ...],
-    traces: tuple[Trace, ...],
-    repeats: tuple[tuple[Repeat, ...], Sequence[str]],
-) -> Fit:
-    """What was found, what the data identify and what they do not, and what was odd."""
-    problem, (estimates, spread), (several, differing) = best.problem, intervals, repeats
-    outlying, coloured = _outlying(traces, best.inliers), _coloured(traces, best.inflation)
-    return Fit(
-        problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
-        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
-        warnings=(*problem.warnings, *outlying, *coloured, *said(diagnoses, problem.units.shown("x1"))),
-        evaluations=best.solution.evaluations, seconds=math.nan, solution=best.solution, diagnoses=diagnoses,
-        covariance=spread.covariance * best.inflation, repeats=several, units=problem.units, scale=problem.scale,
-    )  # fmt: skip
-
-
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
     """Outliers, which are left out of rms and tests."""
     return [
@@ -322,3 +313,137 @@ def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> d
             if not (first.own or second.own) and math.isfinite(size[i] * size[j]) and size[i] * size[j] > 0.0:
                 found[second.name, first.name] = float(spread.covariance[i, j] / (size[i] * size[j]))
     return found
+
+
+# ---- the recipe ----
+
+
+def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options: Unpack[Options]) -> Fit:
+    """The recipe. given: recordings, or their files, by their kind. Raises HopformError where one cannot be of its
+    kind, MissingExtra without scipy.
+    """
+    began, asked = clock.perf_counter(), checked(options)
+    problem = problem_of(given, known, asked.backend, asked.loss)
+    asked.stage("fit")
+    best = _minimum(problem, asked.loss, asked.nuisances)
+    problem, solution, inliers, tests = best
+    estimates, spread = estimation.estimates(
+        solution, problem.experiments, loss=asked.loss, inflation=best.inflation, profiles=not best.hopeless,
+        progress=asked.stage,
+    )  # fmt: skip
+    asked.stage("diagnoses")
+    diagnoses = diagnose(problem, solution, asked.loss) if asked.diagnose else ()
+    asked.stage("the old model")
+    old = _old(best) if asked.compare and not best.hopeless and problem.coulomb else {}
+    asked.stage("hold-out")
+    left_out = _holdout(best, asked.loss) if asked.holdout and not best.hopeless else [math.nan] * len(tests)
+    repeats, differing = repeats_of(problem, solution, estimates, asked.loss) if not best.hopeless else ((), ())
+    traces = _traces(best, old, left_out)
+    odd = [*_outlying(traces, inliers), *_coloured(traces, best.inflation)]
+    return Fit(
+        problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
+        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
+        warnings=(*problem.warnings, *odd, *said(diagnoses, problem.units.shown("x1"))),
+        evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
+        covariance=spread.covariance * best.inflation, repeats=repeats, units=problem.units, scale=problem.scale,
+    )  # fmt: skip
+
+
+class Asked(NamedTuple):
+    """The options of a fit, each with its value."""
+
+    loss: str
+    compare: bool
+    holdout: bool
+    diagnose: bool
+    nuisances: tuple[str, ...]
+    backend: str | None
+    stage: Progress
+
+
+def checked(options: Options) -> Asked:
+    """The options; HopformError for one that is none, or for a value that it cannot have."""
+    for name in options:
+        word("an option of a fit", name, tuple(Options.__annotations__))
+    compare, holdout, further = (flag(name, options.get(name, True)) for name in ("compare", "holdout", "diagnose"))
+    function("progress", options.get("progress"))
+    loss = word("loss", options.get("loss", "linear"), ("linear", "soft_l1", "huber", "cauchy"))
+    wanted = tuple(dict.fromkeys(word("nuisances", each, NUISANCES) for each in options.get("nuisances", ())))
+    stage: Progress = options.get("progress") or (lambda _: None)
+    return Asked(loss, compare, holdout, further, wanted, options.get("backend"), stage)
+
+
+def _traces(best: Minimum, old: Mapping[int, Array], left_out: Sequence[float]) -> tuple[Trace, ...]:
+    return tuple(
+        Trace(
+            each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
+            each.measured + residual,
+            each.measured + old[n] if n in old else None, best.tests[n],
+            estimation.tests_of(old[n][best.inliers[n]]).rms if n in old else math.nan, left_out[n],
+        )
+        for n, (each, residual) in enumerate(zip(best.problem.experiments, best.solution.residuals, strict=True))
+    )  # fmt: skip
+
+
+def _minimum(problem: Problem, loss: str, wanted: Sequence[str]) -> Minimum:
+    """The minimum of a problem; with nuisances, those are fitted from where it is without them."""
+    solution = minimise(problem, loss)
+    if wanted:
+        problem = _widened(problem, solution, loss, wanted)
+        solution = minimise(problem, loss)
+    inliers = [bulk(residual, loss) for residual in solution.residuals]
+    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, inliers, strict=True)]
+    return Minimum(problem, solution, inliers, tests)
+
+
+def _widened(problem: Problem, solution: Solution, loss: str, wanted: Sequence[str]) -> Problem:
+    """A problem with nuisances, from where its minimum is without them."""
+    wider = with_nuisances(problem, wanted)
+    idle = [each for each in wanted if all(each not in one.names for one in wider.experiments)]
+    if idle:
+        raise HopformError(f"nuisances: {idle[0]} is none of these recordings: no current changes in any of them")
+    _, parameters = extended(wider, solution, loss)
+    return replace(wider, parameters=tuple(parameters), starts=({p.name: p.start for p in parameters}, *wider.starts))
+
+
+def _old(best: Minimum) -> dict[int, Array]:
+    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
+
+    It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more
+    and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
+    """
+    problem, solution, inliers, _ = best
+    numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
+    viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
+    starts = tuple(
+        solution.values
+        | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
+        for more in (1.0, 1.6, 3.0)
+    )
+    whole, fixed = [problem.experiments[n] for n in numbers], dict.fromkeys(problem.coulomb, 0.0)
+    some = selected(whole, [inliers[n] for n in numbers])
+    found = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)
+    every = estimation.solve(whole, estimation.started(found), sigma=found.sigma, fixed=fixed, most=1)
+    return dict(zip(numbers, every.residuals, strict=True))
+
+
+_QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
+
+
+def _holdout(best: Minimum, loss: str) -> list[float]:
+    """rms over the last third of each recording, without outliers, of a fit to the first two."""
+    problem, solution, inliers, _ = best
+    short = [each.upto(part_of(each, 2.0 / 3.0)) for each in problem.experiments]
+    fitted = estimation.solve(
+        short, estimation.started(solution), sigma=solution.sigma, loss=loss, most=20, precision=1e-6
+    )
+    errors = list[float]()
+    for whole, part, some in zip(problem.experiments, short, inliers, strict=True):
+        last = np.flatnonzero(some[part.time.size :]) + part.time.size
+        try:
+            predicted, _ = whole.predict(fitted.values)
+            rest = (predicted - whole.measured)[last]
+            errors.append(estimation.rms(rest) if rest.size else math.nan)
+        except HopformError:
+            errors.append(math.nan)
+    return errors

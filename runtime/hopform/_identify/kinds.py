@@ -17,11 +17,10 @@ from hopform._checks import items, mapping, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter
 from hopform._identify.motion import Array, Values
-from hopform._identify.recordings import Recording, independent, mended, read_recording, units_of
+from hopform._identify.recordings import HOPPER, Recording, Units, independent, mended, read_recording, units_of
 from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.search import Problem
-from hopform._identify.units import HOPPER, Units
 from hopform._solver.columns import Steps
 
 File = str | Path
@@ -157,11 +156,6 @@ class Kind:
         )  # fmt: skip
 
 
-def read(given: Mapping[Kind, Recordings]) -> dict[Kind, tuple[Recording, ...]]:
-    """The recordings of each kind."""
-    return {kind: read_several(recordings, "recordings") for kind, recordings in given.items()}
-
-
 def read_several(recordings: Recordings, name: str) -> tuple[Recording, ...]:
     """One recording, several or none, as several, those of files read; HopformError for what is no recording."""
     one = isinstance(recordings, Recording | File)
@@ -207,27 +201,21 @@ def check(
     return groups
 
 
-def segment(groups: Sequence[Group]) -> list[Group]:
-    """Each kind with its motions."""
-    found = list[Group]()
-    for group in groups:
-        found.append(group.kind.segment(group, _motions(found)))
-    return found
-
-
 def _motions(groups: Sequence[Group]) -> int:
     return sum(len(each.cuts) for each in groups)
 
 
-def start(groups: Sequence[Group], backend: str | None = None, *, whole: bool = False) -> Problem:
-    """The least-squares problem of all motions, with the starts that they show; whole: of a robot, of several kinds."""
+def problem_of(
+    given: Mapping[Kind, Recordings], known: Values | None = None, backend: str | None = None, loss: str = "linear"
+) -> Problem:
+    """The least-squares problem of recordings by their kind: read, checked, cut into motions, with the starts that
+    these show; of several kinds that of a robot.
+    """
+    groups = list[Group]()
+    for group in check({kind: read_several(some, "recordings") for kind, some in given.items()}, known, loss):
+        groups.append(group.kind.segment(group, _motions(groups)))
     several = [each.kind.posed(each, _motions(groups[:n]), backend) for n, each in enumerate(groups)]
-    return _merged(several) if whole else several[0]
-
-
-def problem_of(given: Mapping[Kind, Recordings], known: Values | None = None, backend: str | None = None) -> Problem:
-    """The least-squares problem of recordings, to which the first stages lead."""
-    return start(segment(check(read(given), known)), backend, whole=len(given) > 1)
+    return _merged(several) if len(given) > 1 else several[0]
 
 
 _OWN = ("rest", "x", "v", "x1", "v1")

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from hopform._identify import estimation
 from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.motion import Array, Values
-from hopform._identify.recordings import noise_of, outliers, quantum_of
+from hopform._identify.recordings import HOPPER, Units, noise_of, outliers, quantum_of
 from hopform._identify.rigs import Experiment
-from hopform._identify.units import HOPPER, Units
 
 
 @dataclass(frozen=True)
