@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import numbers
 from hopform._errors import HopformError, MissingExtra, printable
 from hopform._files import path_of, write
-from hopform._solver.package import ROBOT_FIELDS
+from hopform._solver.package import records
 
 if TYPE_CHECKING:
     import xarray
@@ -39,7 +39,7 @@ UNITS: dict[str, str] = {
     "onset_time": "s", "onset_u": "A", "onset_u_low": "A", "onset_u_high": "A",
     "v1": "m/s", "v2": "m/s", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
     "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "force": "N",
-} | {field.name: field.unit for field in ROBOT_FIELDS}  # fmt: skip
+} | {field.name: field.unit for field in records.ROBOT_FIELDS}  # fmt: skip
 """Units of what results hold, by name; what is not here is a number without one, or a word."""
 
 DURATION_OF = attrgetter("duration")

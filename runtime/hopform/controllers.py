@@ -22,7 +22,7 @@ from hopform._control.reach import check_map, home_of
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
-from hopform._solver.columns import MAX_PHASES
+from hopform._solver.package import MAX_PHASES
 from hopform._stance import DOUBLE, Current, Stance, State, solve_stance, start_of
 from hopform.terrain import MOST_HOPS, heights_of
 

@@ -43,8 +43,8 @@ def test_the_table_of_the_readme_lists_them_all():
 
 
 def test_python_has_a_reason_for_each_error_and_for_nothing_else():
-    assert {number: meaning for number, meaning in statuses().values() if number < 0} == native.REFUSALS
-    for number, reason in native.REFUSALS.items():
+    assert {number: meaning for number, meaning in statuses().values() if number < 0} == native.records.REFUSALS
+    for number, reason in native.records.REFUSALS.items():
         assert str(native.refusal("stance_at", number)) == reason
 
 

@@ -16,8 +16,7 @@ from hopform._checks import finite, nonnegative, positive
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of
-from hopform._solver.columns import MAX_PHASES
-from hopform._solver.package import COMMANDS, CommandStatus, records
+from hopform._solver.package import COMMANDS, MAX_PHASES, records
 from hopform._stance import precision_of, start_of
 
 TRIED = 601
@@ -44,7 +43,7 @@ class Command(Shown):
 
     u: float
     apex: float
-    status: CommandStatus
+    status: records.CommandStatus
     solved: int
     question: Question = field(compare=False)
 

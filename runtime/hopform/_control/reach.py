@@ -18,8 +18,7 @@ from hopform._control.exact import checked_target, choose_current, limit_of
 from hopform._errors import HopformError
 from hopform._robots import Robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
-from hopform._solver.columns import MAX_PHASES
-from hopform._solver.package import records
+from hopform._solver.package import MAX_PHASES, records
 from hopform._stance import solve_stance
 
 Array = NDArray[np.float64]

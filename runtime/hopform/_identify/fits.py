@@ -14,20 +14,11 @@ from numpy.typing import NDArray
 
 from hopform._checks import flag, function, word
 from hopform._errors import HopformError
-from hopform._identify import estimation
+from hopform._identify import estimation, nuisances
 from hopform._identify.estimation import Estimate, Progress, Solution, Tests
 from hopform._identify.kinds import Kind, Recordings, problem_of
 from hopform._identify.motion import Array, Values
-from hopform._identify.nuisances import (
-    NUISANCES,
-    Diagnosis,
-    Repeat,
-    diagnose,
-    extended,
-    repeats_of,
-    said,
-    with_nuisances,
-)
+from hopform._identify.nuisances import Diagnosis, Repeat, said
 from hopform._identify.recordings import HOPPER, Units, noise_of, quantum_of
 from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
 from hopform._robots import Robot, load_robot
@@ -332,12 +323,14 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
         progress=asked.stage,
     )  # fmt: skip
     asked.stage("diagnoses")
-    diagnoses = diagnose(problem, solution, asked.loss) if asked.diagnose else ()
+    diagnoses = nuisances.diagnose(problem, solution, asked.loss) if asked.diagnose else ()
     asked.stage("the old model")
     old = _old(best) if asked.compare and not best.hopeless and problem.coulomb else {}
     asked.stage("hold-out")
     left_out = _holdout(best, asked.loss) if asked.holdout and not best.hopeless else [math.nan] * len(tests)
-    repeats, differing = repeats_of(problem, solution, estimates, asked.loss) if not best.hopeless else ((), ())
+    repeats, differing = (
+        nuisances.repeats_of(problem, solution, estimates, asked.loss) if not best.hopeless else ((), ())
+    )
     traces = _traces(best, old, left_out)
     odd = [*_outlying(traces, inliers), *_coloured(traces, best.inflation)]
     return Fit(
@@ -368,7 +361,7 @@ def checked(options: Options) -> Asked:
     compare, holdout, further = (flag(name, options.get(name, True)) for name in ("compare", "holdout", "diagnose"))
     function("progress", options.get("progress"))
     loss = word("loss", options.get("loss", "linear"), ("linear", "soft_l1", "huber", "cauchy"))
-    wanted = tuple(dict.fromkeys(word("nuisances", each, NUISANCES) for each in options.get("nuisances", ())))
+    wanted = tuple(dict.fromkeys(word("nuisances", each, nuisances.NUISANCES) for each in options.get("nuisances", ())))
     stage: Progress = options.get("progress") or (lambda _: None)
     return Asked(loss, compare, holdout, further, wanted, options.get("backend"), stage)
 
@@ -398,11 +391,11 @@ def _minimum(problem: Problem, loss: str, wanted: Sequence[str]) -> Minimum:
 
 def _widened(problem: Problem, solution: Solution, loss: str, wanted: Sequence[str]) -> Problem:
     """A problem with nuisances, from where its minimum is without them."""
-    wider = with_nuisances(problem, wanted)
+    wider = nuisances.with_nuisances(problem, wanted)
     idle = [each for each in wanted if all(each not in one.names for one in wider.experiments)]
     if idle:
         raise HopformError(f"nuisances: {idle[0]} is none of these recordings: no current changes in any of them")
-    _, parameters = extended(wider, solution, loss)
+    _, parameters = nuisances.extended(wider, solution, loss)
     return replace(wider, parameters=tuple(parameters), starts=({p.name: p.start for p in parameters}, *wider.starts))
 
 

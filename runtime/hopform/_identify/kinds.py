@@ -21,7 +21,7 @@ from hopform._identify.recordings import HOPPER, Recording, Units, independent, 
 from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.search import Problem
-from hopform._solver.columns import Steps
+from hopform._solver.package import Steps
 
 File = str | Path
 Recordings = Sequence[Recording | File] | Recording | File

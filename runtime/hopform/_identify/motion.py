@@ -32,8 +32,7 @@ from numpy.typing import NDArray
 from hopform._errors import HopformError
 from hopform._sensitivities import COLUMNS, in_height
 from hopform._solver.choice import DEFAULT, SolvedStance
-from hopform._solver.columns import Steps
-from hopform._solver.package import ENDINGS, ROWS, records
+from hopform._solver.package import ENDINGS, ROWS, Steps, records
 from hopform._stance import DOUBLE
 
 Array = NDArray[np.float64]

@@ -20,8 +20,7 @@ from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text, rows_of
 from hopform._identify.motion import Array
 from hopform._show import Arrays, Card, Curve, Shown, span
-from hopform._solver.columns import Steps
-from hopform._solver.package import MOST_STEPS
+from hopform._solver.package import Steps, records
 
 COLUMNS: dict[str, tuple[str, float]] = {
     "s": ("time", 1.0), "ms": ("time", 1e-3), "us": ("time", 1e-6),
@@ -480,8 +479,8 @@ def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> St
     are one.
     """
     time, u = recording.time[start:end], recording.current()[start:end]
-    if time.size > MOST_STEPS:
-        message = f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate"
-        raise recording.error_of("x1", message, recording.line + MOST_STEPS)
+    if time.size > records.MOST_STEPS:
+        message = f"has {time.size} samples; a fit in position takes up to {records.MOST_STEPS}: record at a lower rate"
+        raise recording.error_of("x1", message, recording.line + records.MOST_STEPS)
     starts = np.concatenate([[True], u[1:] != u[:-1]])
     return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))

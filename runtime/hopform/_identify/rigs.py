@@ -34,8 +34,7 @@ from numpy.typing import NDArray
 
 from hopform._identify import motion
 from hopform._identify.motion import AT, STATE, Array, Values
-from hopform._solver.columns import Steps
-from hopform._solver.package import records
+from hopform._solver.package import Steps, records
 
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""

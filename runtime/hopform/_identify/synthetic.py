@@ -13,8 +13,7 @@ from hopform._identify import rigs
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Column, Recording
 from hopform._robots import Robot, checked_robot
-from hopform._solver.columns import Steps
-from hopform._solver.package import MOST_STEPS
+from hopform._solver.package import Steps, records
 
 Test = Literal["drop", "free", "decay", "step", "air", "ramp"]
 TESTS: tuple[Test, ...] = ("drop", "free", "decay", "step", "air", "ramp")
@@ -119,8 +118,10 @@ class _Encoder(NamedTuple):
 
 def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
     span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
-    if not 18.5 < span * hertz < MOST_STEPS - 0.5:
-        raise HopformError(f"duration times rate must give 20 to {MOST_STEPS} samples, got {span * hertz + 1.0:.6g}")
+    if not 18.5 < span * hertz < records.MOST_STEPS - 0.5:
+        raise HopformError(
+            f"duration times rate must give 20 to {records.MOST_STEPS} samples, got {span * hertz + 1.0:.6g}"
+        )
     return np.arange(round(span * hertz) + 1) / hertz, hertz
 
 

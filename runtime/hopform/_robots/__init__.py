@@ -17,7 +17,7 @@ from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text
 from hopform._robots.provenance import Provenance, provenance_from, toml_string
 from hopform._solver.choice import DEFAULT, Solver
-from hopform._solver.package import ROBOT_FIELDS, TRAVEL, CheckedRobot, Field, checked
+from hopform._solver.package import CheckedRobot, checked, records
 
 LARGEST_TOML = 2**20
 """[B] the largest file of a robot."""
@@ -25,7 +25,7 @@ MOST_SAMPLES = MEMORY // 2**11
 """Robots of one sample."""
 ROBOTS = ("hopper_c", "hopper_b", "ideal")
 """Names of the shipped robots. They are this project's own, not the paper's, which gives no values."""
-FIELDS = (*ROBOT_FIELDS, TRAVEL)
+FIELDS = (*records.ROBOT_FIELDS, records.TRAVEL)
 """The parameters, then what no equation knows."""
 
 
@@ -66,9 +66,9 @@ class Robot(CheckedRobot):
                 raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
 
     @staticmethod
-    def fields() -> tuple[Field, ...]:
+    def fields() -> tuple[records.Field, ...]:
         """The parameters of the equations: name, the paper's glyph, unit, domain, meaning, default."""
-        return ROBOT_FIELDS
+        return records.ROBOT_FIELDS
 
     def to_toml(self) -> str:
         """The robot as a TOML text that `load_robot` reads back to the same robot, with the origin of each number if it
@@ -97,7 +97,7 @@ class Robot(CheckedRobot):
         return tuple(replace(self, **each, fit=None) for each in drawn)  # type: ignore[arg-type]
 
 
-def _checked(field: Field, value: object) -> float:
+def _checked(field: records.Field, value: object) -> float:
     """The value of a parameter; HopformError for what is no number, or is out of its domain."""
     number = real(field.name, value, field.unit)
     if (reason := checked.refusal(field, number)) is not None:
@@ -155,7 +155,7 @@ def robot_from_toml(text: str, source: str = "TOML") -> Robot:
                 _checked(known[key], value)
             except HopformError as error:
                 raise HopformError(f"{error} {where}") from None
-    missing = [field.name for field in ROBOT_FIELDS if field.default is None and field.name not in table]
+    missing = [field.name for field in records.ROBOT_FIELDS if field.default is None and field.name not in table]
     if missing:
         raise HopformError(f"{source} lacks {', '.join(missing)}")
     try:

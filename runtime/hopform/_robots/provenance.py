@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from hopform._checks import array_of, flag, items, refuse_any, shown
 from hopform._errors import HopformError
-from hopform._solver.package import ROBOT_FIELDS
+from hopform._solver.package import records
 
-_FIELDS = {field.name for field in ROBOT_FIELDS}
+_FIELDS = {field.name for field in records.ROBOT_FIELDS}
 
 
 class Provenance(NamedTuple):
@@ -45,7 +45,7 @@ class Provenance(NamedTuple):
         """Values of the fitted fields, drawn from their joint distribution: normal; of logarithms for what is positive;
         friction below 0 counts as 0.
         """
-        domains = {field.name: field.domain for field in ROBOT_FIELDS}
+        domains = {field.name: field.domain for field in records.ROBOT_FIELDS}
         values = np.array(self.values)
         log = np.array([domains[name] == "positive" for name in self.names], dtype=bool)
         slopes = np.where(log, values, 1.0)

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._errors import HopformError
-from hopform._solver.columns import CODES, RESULTS, Columns, Events, FlightRow, Steps, Target
 from hopform._solver.library import Backend
-from hopform._solver.package import REFUSALS, Energy, FlightLedger, Gains, Ledger, Package, records
+from hopform._solver.package import CODES, RESULTS, Columns, Events, FlightRow, Package, Steps, Target, records
 
 
 @dataclass(frozen=True)
@@ -55,18 +54,20 @@ class Solved:
         for column, values in zip(out, self.state_at(t), strict=True):
             column[...] = values
 
-    def energy(self, t: float) -> Energy:
+    def energy(self, t: float) -> records.Energy:
         """Energies at one time."""
-        return Energy(*(float(column[0]) for column in self.energy_at(np.array([t], self.solution.duration.dtype))))
+        return records.Energy(
+            *(float(column[0]) for column in self.energy_at(np.array([t], self.solution.duration.dtype)))
+        )
 
-    def energy_at(self, t: NDArray[np.floating]) -> Energy:
+    def energy_at(self, t: NDArray[np.floating]) -> records.Energy:
         """Energies at times of one dimension."""
-        found: Energy = self.package.energy.energy_at(self.solution, 0, t)
+        found: records.Energy = self.package.energy.energy_at(self.solution, 0, t)
         return found
 
-    def ledger_at(self, t: NDArray[np.floating]) -> Ledger:
+    def ledger_at(self, t: NDArray[np.floating]) -> records.Ledger:
         """The ledger at times of one dimension."""
-        found: Ledger = self.package.energy.ledger_at(self.solution, 0, t)
+        found: records.Ledger = self.package.energy.ledger_at(self.solution, 0, t)
         return found
 
     def compression_max(self) -> float:
@@ -92,9 +93,9 @@ class ArrayFlight:
     flight: Any
 
     @property
-    def gains(self) -> Gains:
+    def gains(self) -> records.Gains:
         """Gains of the actuator's law."""
-        return Gains(*map(float, self.flight.gains))
+        return records.Gains(*map(float, self.flight.gains))
 
     @property
     def end(self) -> records.LegState:
@@ -111,7 +112,7 @@ class ArrayFlight:
         found: records.LegState = self.package.flight.flight_at(self.flight, t)
         return found
 
-    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, FlightLedger]:
+    def energy_at(self, t: NDArray[np.floating]) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension."""
         of = self.package.flight
         return of.flight_energy_at(self.flight, t), of.flight_ledger_at(self.flight, t)
@@ -143,7 +144,7 @@ class OnArrays:
         return Solved(self.package, solution)
 
     def solve_flight(
-        self, parameters: Any, start: records.LegState, gains: Gains | None, horizon: float, max_phases: int,
+        self, parameters: Any, start: records.LegState, gains: records.Gains | None, horizon: float, max_phases: int,
         dtype: np.dtype[Any],
     ) -> ArrayFlight:  # fmt: skip
         """One flight; HopformError if the numbers leave the range of the precision."""
@@ -246,4 +247,4 @@ class OnArrays:
 
 def _check_range(*numbers: Any) -> None:
     if not all(np.isfinite(number) for number in numbers):
-        raise HopformError(REFUSALS[-8])
+        raise HopformError(records.REFUSALS[-8])

@@ -6,6 +6,7 @@ A library that was built from other sources than the package is refused by name,
 import ctypes
 import struct
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from hopform._errors import BackendError, HopformError
 from hopform._solver import library as of_library
 from hopform._solver.library import Backend, handle, opened
-from hopform._solver.package import OURS, REFUSALS, ROWS, Energy, Ledger, Package, records
+from hopform._solver.package import OURS, ROWS, FlightRow, Package, records
 
 PHASES_NOT_KEPT = 1
 NO_DERIVATIVE = 2
@@ -97,7 +98,7 @@ class Library:
 
 def refusal(name: str, status: int) -> HopformError:
     """The error of a negative status of a function."""
-    return HopformError(REFUSALS.get(status, f"{name} failed with status {status}"))
+    return HopformError(records.REFUSALS.get(status, f"{name} failed with status {status}"))
 
 
 class Buffers:
@@ -208,7 +209,7 @@ class Solved:
         real = self.buffers.types.real
         self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
 
-    def energy(self, t: float) -> Energy:
+    def energy(self, t: float) -> records.Energy:
         """Energies at one time."""
         buffers, energy = self.buffers, self.buffers.one_energy()
         status = buffers.stance_energy(
@@ -216,23 +217,23 @@ class Solved:
         )
         if status < 0:
             raise refusal("stance_energy", status)
-        return Energy._make(buffers.energy.unpack(energy))
+        return records.Energy._make(buffers.energy.unpack(energy))
 
-    def energy_at(self, t: NDArray[np.floating]) -> Energy:
+    def energy_at(self, t: NDArray[np.floating]) -> records.Energy:
         """Energies at times of one dimension."""
-        energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
+        energies = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
         self._call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), None, None)
-        return Energy(*energies.T)
+        return records.Energy(*energies.T)
 
-    def ledger_at(self, t: NDArray[np.floating]) -> Ledger:
+    def ledger_at(self, t: NDArray[np.floating]) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""
         of = self.buffers.library.package.records
-        energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
+        energies = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
         work, losses = np.empty((t.size, len(of.Work._fields)), dtype=t.dtype), np.empty_like(t)
         self._call(
             "stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), pointer(work), pointer(losses)
         )
-        found: Ledger = of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses)
+        found: records.Ledger = of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses)
         return found
 
     def compression_max(self) -> float:
@@ -278,12 +279,17 @@ def pointer(array: NDArray[Any]) -> Any:
         return ctypes.c_void_p(array.ctypes.data)
 
 
-def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
-    """The stance of a pickle; BackendError where another library would read its bytes."""
+def _library_of(motion: str, source: str) -> Library:
+    """The library that reads the bytes of a pickle; BackendError where another one wrote them."""
     ours = library()
     if source != ours.source:
-        raise BackendError(f"the stance was solved by a library built from {source}, this one is from {ours.source}")
-    return Solved(ours.buffers(dtype), *structs)
+        raise BackendError(f"the {motion} was solved by a library built from {source}, this one is from {ours.source}")
+    return ours
+
+
+def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
+    """The stance of a pickle."""
+    return Solved(_library_of("stance", source).buffers(dtype), *structs)
 
 
 @lru_cache(maxsize=256)
@@ -341,3 +347,93 @@ def solve_stance(
     if capacity <= _FIRST_CAPACITY:
         buffers.free.append((stance, phases))
     return solved
+
+
+# ---- flights ----
+
+_CAPACITY = 32
+
+
+@dataclass(frozen=True)
+class NativeFlight:
+    """A flight solved by the library; it can be pickled, as parameters and the bytes of its structs."""
+
+    library: Library
+    types: Types
+    parameters: records.Robot
+    plan: Any
+    phases: Any
+    flight: Any
+
+    def __reduce__(self) -> Any:
+        kept = bytes(self.phases)[: ctypes.sizeof(self.types.FlightPhase) * self.flight.phases_kept]
+        dtype = np.dtype(self.types.real)
+        return _flight_again, (self.library.source, dtype, self.parameters, kept, bytes(self.flight))
+
+    @property
+    def gains(self) -> records.Gains:
+        return records.Gains(self.flight.gains.Kp, self.flight.gains.Kd)
+
+    @property
+    def end(self) -> records.LegState:
+        end = self.flight.end
+        return records.LegState(end.x1, end.v1, end.v2, end.y)
+
+    def rows(self) -> list[FlightRow]:
+        kept = self.phases[: self.flight.phases_kept]
+        return [FlightRow(p.t, p.x1, p.v1, p.side, p.limit, p.event) for p in kept]
+
+    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
+        """States at times of one dimension."""
+        rows = np.empty((t.size, len(records.LegState._fields)), dtype=t.dtype)
+        self._call("flight_at", np.ascontiguousarray(t), rows)
+        return records.LegState(*rows.T)
+
+    def energy_at(self, t: NDArray[np.floating]) -> tuple[records.Energy, records.FlightLedger]:
+        """Energies and ledger at times of one dimension, which do not decrease."""
+        energy = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
+        work = np.empty((t.size, len(records.FlightWork._fields)), dtype=t.dtype)
+        losses = np.empty_like(t)
+        self._call("flight_energy", np.ascontiguousarray(t), energy, work, losses)
+        return records.Energy(*energy.T), records.FlightLedger(
+            **records.FlightWork(*work.T)._asdict(), stop_loss=losses
+        )
+
+    def _call(self, name: str, t: NDArray[np.floating], *out: NDArray[np.floating]) -> None:
+        self.library.call(
+            name, self.types, self.plan, self.phases, ctypes.byref(self.flight),
+            pointer(t), ctypes.c_int32(t.size), *map(pointer, out),
+        )  # fmt: skip
+
+
+def _flight_again(
+    source: str, dtype: np.dtype[Any], parameters: records.Robot, phases: bytes, flight: bytes
+) -> NativeFlight:
+    """The flight of a pickle."""
+    library = _library_of("flight", source)
+    types = library.types(dtype)
+    kept = (types.FlightPhase * (len(phases) // ctypes.sizeof(types.FlightPhase))).from_buffer_copy(phases)
+    plan = ctypes.byref(plan_of(library, types, parameters))
+    return NativeFlight(library, types, parameters, plan, kept, types.Flight.from_buffer_copy(flight))
+
+
+def solve_flight(
+    solver: Compiled, parameters: records.Robot, start: records.LegState, gains: records.Gains | None, horizon: float,
+    max_phases: int, dtype: np.dtype[Any],
+) -> NativeFlight:  # fmt: skip
+    """One flight, by the compiled library."""
+    library = solver.library
+    types = library.types(dtype)
+    plan = ctypes.byref(plan_of(library, types, parameters))
+    flight, phases, capacity = types.Flight(), (types.FlightPhase * _CAPACITY)(), _CAPACITY
+    begin = ctypes.byref(types.State(*start))
+    law = None if gains is None else ctypes.byref(types.Gains(*gains))
+    while True:
+        status = library.call(
+            "solve_flight", types, plan, begin, law, types.real(horizon), ctypes.c_int32(max_phases),
+            phases, ctypes.c_int32(capacity), ctypes.byref(flight),
+        )  # fmt: skip
+        if status != PHASES_NOT_KEPT:
+            return NativeFlight(library, types, parameters, plan, phases, flight)
+        capacity = int(flight.phase_count)
+        phases = (types.FlightPhase * capacity)()
