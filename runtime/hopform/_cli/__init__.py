@@ -45,8 +45,7 @@ class Command(TyperCommand):
 
     def loaded(self) -> Any:
         """The command with its options."""
-        from hopform._cli.help import GroupedCommand
-        from hopform._cli.options import described
+        from hopform._cli.options import GroupedCommand, described
 
         name, one = str(self.name), typer.Typer(add_completion=False, **SETTINGS)
         function = getattr(import_module(f"hopform._cli.{COMMANDS[name]}"), name)

@@ -16,7 +16,7 @@ from hopform._cli.output import figures as renderer
 from hopform._cli.output import pick, show, to_json, warn
 from hopform._control.reach import Reachability
 from hopform._errors import HopformError
-from hopform._figures import DRAWN, draw, draw_recordings
+from hopform._figures import DRAWN, draw
 from hopform._files import check_files, check_folder, name_of, read_text, write_folder
 from hopform._hopping.run import Run
 from hopform._progress import progress_bar
@@ -160,7 +160,7 @@ def drawn(
                 if isinstance(what, str):
                     files[names_of(what, formats)[0]] = animation.hopping(robot).gif
                     continue
-                picture = draw_recordings(what, robot, sources) or draw(what, robot)
+                picture = draw(what, robot, sources)
             except HopformError as error:
                 if robot is None and not sources:
                     raise

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from hopform._control.exact import choose_current
 from hopform._control.reach import Reachability, reachability
-from hopform._figures.first_controller import rms
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, panels, scale, volts
 from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, limits
+from hopform._figures.tracking import rms
 from hopform._hopping.run import simulate
 from hopform._robots import Robot
 from hopform.controllers import Touchdown
