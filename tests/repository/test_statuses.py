@@ -5,8 +5,8 @@ from pathlib import Path
 
 from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
 from hopform import _batch, _checks, _files, _robots, _stance, terrain
+from hopform import _control as reach
 from hopform._cli import options
-from hopform._control import reach
 from hopform._hopping import run, touchdown
 from hopform._identify import kinds, synthetic
 from hopform._solver import c as native

@@ -14,7 +14,7 @@ import numpy as np
 from hopform._checks import shown
 from hopform._cli.output import figures as renderer
 from hopform._cli.output import pick, show, to_json, warn
-from hopform._control.reach import Reachability
+from hopform._control import Reachability
 from hopform._errors import HopformError
 from hopform._figures import DRAWN, draw
 from hopform._files import check_files, check_folder, name_of, read_text, write_folder

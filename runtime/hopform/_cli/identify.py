@@ -27,9 +27,8 @@ from hopform._identify.recordings import Recording, read_recording
 from hopform._identify.simulators import exported
 from hopform._identify.step import fit_force
 from hopform._progress import progress_bar
-from hopform._robots import Robot
+from hopform._robots import Provenance, Robot
 from hopform._robots import file_of as robot_file
-from hopform._robots.provenance import Provenance
 
 _NORMAL = 1.96
 """Standard errors of half a 95 % interval."""

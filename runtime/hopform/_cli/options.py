@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperCommand
 
 from hopform._checks import LARGEST, MEMORY, MOST_DIGITS, number_of, shown, whole_of
-from hopform._control.reach import MOST_CELLS
+from hopform._control import MOST_CELLS
 from hopform._export import SYSTEMS
 from hopform.terrain import MOST_HOPS
 

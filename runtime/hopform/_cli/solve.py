@@ -15,8 +15,7 @@ from hopform._cli import tables
 from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
 from hopform._cli.options import BackendName, ControllerName, Precision
 from hopform._cli.output import check_outputs, emit, show, to_json
-from hopform._control.exact import TRIED
-from hopform._control.reach import check_map
+from hopform._control import TRIED, check_map
 from hopform._files import name_of
 from hopform._hopping.run import csv_of
 from hopform._progress import progress_bar

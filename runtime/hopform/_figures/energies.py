@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from hopform._control.reach import home_of
+from hopform._control import home_of
 from hopform._errors import HopformError
 from hopform._figures import plots
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, panels, scale, volts

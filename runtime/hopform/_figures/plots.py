@@ -28,8 +28,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hopform._batch import Batch
-from hopform._control.exact import Command
-from hopform._control.reach import Reachability
+from hopform._control import Command, Reachability
 from hopform._errors import HopformError
 from hopform._flight import Flight
 from hopform._hopping.run import Hop, Run

@@ -10,8 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
-from hopform._control.exact import choose_current
-from hopform._control.reach import Reachability, reachability
+from hopform._control import Reachability, choose_current, reachability
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, panels, scale, volts
 from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, limits
 from hopform._figures.tracking import rms

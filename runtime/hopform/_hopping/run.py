@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
 from hopform._checks import finite, nonnegative, positive, shaped, shown, times_within
-from hopform._control.reach import home_of
+from hopform._control import home_of
 from hopform._errors import HopformError
 from hopform._files import path_of, write
 from hopform._flight import Flight, solve_flight

@@ -21,8 +21,7 @@ from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import Diagnosis, Repeat, said
 from hopform._identify.recordings import HOPPER, Units, noise_of, quantum_of
 from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
-from hopform._robots import Robot, load_robot
-from hopform._robots.provenance import Provenance
+from hopform._robots import Provenance, Robot, load_robot
 from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
 

@@ -21,7 +21,6 @@ from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
-from hopform._identify.filtering import CUTOFFS, Filtered, filtered, joined, moving_rows
 from hopform._identify.fits import Fit, Options, Trace, checked, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
 from hopform._identify.motion import Array, Values
@@ -29,6 +28,7 @@ from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
 from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import bulk, follow
+from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, moving_rows
 
 
 def fit_step_response(
