@@ -401,7 +401,7 @@ def test_the_colours_stay_apart_for_colour_blind_eyes():
 
 @pytest.mark.parametrize("number", ALL)
 def test_each_number_is_written_as_svg_and_png_with_its_caption(tmp_path, monkeypatch, capsys, number):
-    monkeypatch.setattr(figures_command, "draw", lambda number, robot: drawn(number))
+    monkeypatch.setattr(figures_command, "draw", lambda number, *_: drawn(number))
     assert cli.main(["figures", str(tmp_path / "out"), "--only", str(number), "--json"]) == 0
     name = f"fig_{number:02d}"
     record = json.loads(capsys.readouterr().out)

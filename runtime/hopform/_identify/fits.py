@@ -20,7 +20,7 @@ from hopform._identify.kinds import Kind, Recordings, problem_of
 from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import Diagnosis, Repeat, said
 from hopform._identify.recordings import HOPPER, Units, noise_of, quantum_of
-from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
+from hopform._identify.search import Problem, least_squares, minimise, part_of, selected
 from hopform._robots import Provenance, Robot, load_robot
 from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
@@ -202,26 +202,12 @@ def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
     return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
 
 
-class Minimum(NamedTuple):
-    """A minimum: of each recording which samples are no outliers, and the tests of their residuals."""
-
-    problem: Problem
-    solution: Solution
-    inliers: list[NDArray[np.bool_]]
-    tests: list[Tests]
-
-    @property
-    def hopeless(self) -> bool:
-        """Whether it is no fit at all."""
-        return any(
-            each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
-            for each, test in zip(self.problem.experiments, self.tests, strict=True)
-        )
-
-    @property
-    def inflation(self) -> float:
-        """Of the variance, by what neighbouring residuals have in common."""
-        return max(each.inflation for each in self.tests)
+def _hopeless(problem: Problem, solution: Solution) -> bool:
+    """Whether a minimum is no fit at all."""
+    return any(
+        each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
+        for each, test in zip(problem.experiments, solution.tests, strict=True)
+    )
 
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
@@ -315,29 +301,26 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     began, asked = clock.perf_counter(), checked(options)
     problem = problem_of(given, known, asked.backend, asked.loss)
     asked.stage("fit")
-    best = _minimum(problem, asked.loss, asked.nuisances)
-    problem, solution, inliers, tests = best
+    problem, solution = _minimum(problem, asked.nuisances)
+    usable, inflation = not _hopeless(problem, solution), solution.inflation
     estimates, spread = estimation.estimates(
-        solution, problem.experiments, loss=asked.loss, inflation=best.inflation, profiles=not best.hopeless,
-        progress=asked.stage,
-    )  # fmt: skip
-    asked.stage("diagnoses")
-    diagnoses = nuisances.diagnose(problem, solution, asked.loss) if asked.diagnose else ()
-    asked.stage("the old model")
-    old = _old(best) if asked.compare and not best.hopeless and problem.coulomb else {}
-    asked.stage("hold-out")
-    left_out = _holdout(best, asked.loss) if asked.holdout and not best.hopeless else [math.nan] * len(tests)
-    repeats, differing = (
-        nuisances.repeats_of(problem, solution, estimates, asked.loss) if not best.hopeless else ((), ())
+        solution, problem.experiments, inflation=inflation, profiles=usable, progress=asked.stage
     )
-    traces = _traces(best, old, left_out)
-    odd = [*_outlying(traces, inliers), *_coloured(traces, best.inflation)]
+    asked.stage("diagnoses")
+    diagnoses = nuisances.diagnose(problem, solution) if asked.diagnose else ()
+    asked.stage("the old model")
+    old = _old(problem, solution) if asked.compare and usable and problem.coulomb else {}
+    asked.stage("hold-out")
+    left_out = _holdout(problem, solution) if asked.holdout and usable else [math.nan] * len(solution.sigma)
+    repeats, differing = nuisances.repeats_of(problem, solution, estimates) if usable else ((), ())
+    traces = _traces(problem, solution, old, left_out)
+    odd = [*_outlying(traces, solution.inliers), *_coloured(traces, inflation)]
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
         statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
         warnings=(*problem.warnings, *odd, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
-        covariance=spread.covariance * best.inflation, repeats=repeats, units=problem.units, scale=problem.scale,
+        covariance=spread.covariance * inflation, repeats=repeats, units=problem.units, scale=problem.scale,
     )  # fmt: skip
 
 
@@ -365,46 +348,42 @@ def checked(options: Options) -> Asked:
     return Asked(loss, compare, holdout, further, wanted, options.get("backend"), stage)
 
 
-def _traces(best: Minimum, old: Mapping[int, Array], left_out: Sequence[float]) -> tuple[Trace, ...]:
+def _traces(
+    problem: Problem, solution: Solution, old: Mapping[int, Array], left_out: Sequence[float]
+) -> tuple[Trace, ...]:
+    tests, inliers = solution.tests, solution.inliers
     return tuple(
         Trace(
             each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
             each.measured + residual,
-            each.measured + old[n] if n in old else None, best.tests[n],
-            estimation.tests_of(old[n][best.inliers[n]]).rms if n in old else math.nan, left_out[n],
+            each.measured + old[n] if n in old else None, tests[n],
+            estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan, left_out[n],
         )
-        for n, (each, residual) in enumerate(zip(best.problem.experiments, best.solution.residuals, strict=True))
+        for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
     )  # fmt: skip
 
 
-def _minimum(problem: Problem, loss: str, wanted: Sequence[str]) -> Minimum:
+def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution]:
     """The minimum of a problem; with nuisances, those are fitted from where it is without them."""
-    solution = minimise(problem, loss)
-    if wanted:
-        problem = _widened(problem, solution, loss, wanted)
-        solution = minimise(problem, loss)
-    inliers = [bulk(residual, loss) for residual in solution.residuals]
-    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, inliers, strict=True)]
-    return Minimum(problem, solution, inliers, tests)
-
-
-def _widened(problem: Problem, solution: Solution, loss: str, wanted: Sequence[str]) -> Problem:
-    """A problem with nuisances, from where its minimum is without them."""
+    solution = minimise(problem)
+    if not wanted:
+        return problem, solution
     wider = nuisances.with_nuisances(problem, wanted)
     idle = [each for each in wanted if all(each not in one.names for one in wider.experiments)]
     if idle:
         raise HopformError(f"nuisances: {idle[0]} is none of these recordings: no current changes in any of them")
-    _, parameters = nuisances.extended(wider, solution, loss)
-    return replace(wider, parameters=tuple(parameters), starts=({p.name: p.start for p in parameters}, *wider.starts))
+    _, parameters = nuisances.extended(wider, solution)
+    wider = replace(wider, parameters=tuple(parameters), starts=({p.name: p.start for p in parameters}, *wider.starts))
+    return wider, minimise(wider)
 
 
-def _old(best: Minimum) -> dict[int, Array]:
+def _old(problem: Problem, solution: Solution) -> dict[int, Array]:
     """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
 
     It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more
     and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
     """
-    problem, solution, inliers, _ = best
+    inliers = solution.inliers
     numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
     viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
     starts = tuple(
@@ -415,22 +394,18 @@ def _old(best: Minimum) -> dict[int, Array]:
     whole, fixed = [problem.experiments[n] for n in numbers], dict.fromkeys(problem.coulomb, 0.0)
     some = selected(whole, [inliers[n] for n in numbers])
     found = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)
-    every = estimation.solve(whole, estimation.started(found), sigma=found.sigma, fixed=fixed, most=1)
-    return dict(zip(numbers, every.residuals, strict=True))
+    return dict(zip(numbers, estimation.again(found, whole, fixed=fixed, most=1).residuals, strict=True))
 
 
 _QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
 
 
-def _holdout(best: Minimum, loss: str) -> list[float]:
+def _holdout(problem: Problem, solution: Solution) -> list[float]:
     """rms over the last third of each recording, without outliers, of a fit to the first two."""
-    problem, solution, inliers, _ = best
     short = [each.upto(part_of(each, 2.0 / 3.0)) for each in problem.experiments]
-    fitted = estimation.solve(
-        short, estimation.started(solution), sigma=solution.sigma, loss=loss, most=20, precision=1e-6
-    )
+    fitted = estimation.again(solution, short, most=20, precision=1e-6)
     errors = list[float]()
-    for whole, part, some in zip(problem.experiments, short, inliers, strict=True):
+    for whole, part, some in zip(problem.experiments, short, solution.inliers, strict=True):
         last = np.flatnonzero(some[part.time.size :]) + part.time.size
         try:
             predicted, _ = whole.predict(fitted.values)

@@ -152,7 +152,7 @@ class Kind:
             {name: value for name, value in group.known.items() if math.isfinite(value)},
             (*group.statements, *(note for cut in group.cuts for note in cut.rests())),
             tuple(f"{each.source}: {note}" for each in group.recordings for note in each.notes),
-            parts=self.parts, units=group.units, scale=group.scale,
+            parts=self.parts, units=group.units, scale=group.scale, loss=group.loss,
         )  # fmt: skip
 
 
@@ -284,7 +284,7 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         tuple(each for p in problems for each in p.warnings),
         parts=max((p.parts for p in problems), key=len),
         units=next((each.units for each in problems if each.quantity == "x1"), problems[0].units),
-        scale=all(p.scale for p in problems),
+        scale=all(p.scale for p in problems), loss=problems[0].loss,
     )  # fmt: skip
 
 

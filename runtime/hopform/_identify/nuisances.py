@@ -33,7 +33,7 @@ from hopform._identify.estimation import LEVEL, Estimate, Parameter, Solution
 from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import outliers
 from hopform._identify.rigs import UNITS, Experiment
-from hopform._identify.search import Problem, bulk, follow, is_noise, selected
+from hopform._identify.search import Problem, follow, is_noise, selected
 
 NUISANCES = ("delay", "gain", "clock", "lag")
 """What can be fitted on request."""
@@ -127,15 +127,15 @@ _INDEPENDENT = 1e-3
 """Share of a derivative's size that the fitted parameters must leave of it."""
 
 
-def diagnose(problem: Problem, solution: Solution, loss: str) -> tuple[Diagnosis, ...]:
+def diagnose(problem: Problem, solution: Solution) -> tuple[Diagnosis, ...]:
     """The causes that would explain the residuals of a fit better than noise does, the best first."""
     found = list[Diagnosis]()
     fitted = {letter for each in problem.experiments for letter in each.names}
     for letter in NUISANCES:
         if letter not in fitted:
-            found += _fitted(with_nuisances(problem, [letter]), solution, loss, letter)
-    found += _stribeck(problem, solution, loss)
-    if loss == "linear":
+            found += _fitted(with_nuisances(problem, [letter]), solution, letter)
+    found += _stribeck(problem, solution)
+    if solution.loss == "linear":
         found += _without_outliers(problem, solution)
     return tuple(sorted(found, key=lambda each: -each.decrease))
 
@@ -150,31 +150,25 @@ class _Score(NamedTuple):
     independent: bool
 
 
-def extended(problem: Problem, solution: Solution, loss: str) -> tuple[_Score, list[Parameter]]:
+def extended(problem: Problem, solution: Solution) -> tuple[_Score, list[Parameter]]:
     """The score of a problem's further parameters at a solution without them, and all of its parameters one step of
     Gauss and Newton on.
     """
     own = len(solution.parameters)
     further = problem.parameters[own:]
     at = {p.name: p.start for p in further} | solution.values
-    residual, jacobian = _whitened(problem, solution, at, loss)
+    parts, rows = estimation.residuals(problem.experiments, problem.parameters, at)
+    weight = _weights(solution)
+    residual, jacobian = np.concatenate(parts) * weight, rows * weight[:, np.newaxis]
     score = _decrease(residual, jacobian[:, :own], jacobian[:, own:], further)
     starts = [estimation.clip(p, score.values[p.name]) for p in further]
     moved = [p._replace(start=start) for p, start in zip(further, starts, strict=True)]
     return score, [*estimation.started(solution), *moved]
 
 
-def _whitened(problem: Problem, solution: Solution, values: Values, loss: str) -> tuple[Array, Array]:
-    """Residuals and their derivatives in standard deviations, samples that are outliers left out."""
-    parts, rows = estimation.residuals(problem.experiments, problem.parameters, values)
-    weight = _weights(solution, loss)
-    return np.concatenate(parts) * weight, rows * weight[:, np.newaxis]
-
-
-def _weights(solution: Solution, loss: str) -> Array:
+def _weights(solution: Solution) -> Array:
     """Of each sample, 1/sigma; 0 for an outlier."""
-    pairs = zip(solution.residuals, solution.sigma, strict=True)
-    return np.concatenate([bulk(part, loss) / sigma for part, sigma in pairs])
+    return np.concatenate([some / sigma for some, sigma in zip(solution.inliers, solution.sigma, strict=True)])
 
 
 def _decrease(residual: Array, known: Array, new: Array, further: Sequence[Parameter]) -> _Score:
@@ -190,28 +184,28 @@ def _decrease(residual: Array, known: Array, new: Array, further: Sequence[Param
     return _Score(float((rest**2).sum()) if independent else 0.0, values, independent)
 
 
-def _fitted(problem: Problem, solution: Solution, loss: str, letter: str) -> list[Diagnosis]:
+def _fitted(problem: Problem, solution: Solution, letter: str) -> list[Diagnosis]:
     """What a nuisance brings, fitted from where its score points."""
     new = [p.name for p in problem.parameters[len(solution.parameters) :]]
     if not new:
         return []
-    score, start = extended(problem, solution, loss)
+    score, start = extended(problem, solution)
     if letter == "lag" and not score.independent:
         start = [p._replace(start=_LAG) if p.name in new else p for p in start]
     elif score.decrease < _SCORE:
         return []
-    again = estimation.solve(problem.experiments, start, sigma=solution.sigma, loss=loss, most=25, precision=1e-6)
-    if not is_noise(problem, again, loss):  # the minimum without it may be far from that with it
-        other = follow(problem, loss)
+    again = estimation.again(solution, problem.experiments, start, most=25, precision=1e-6)
+    if not is_noise(problem, again):  # the minimum without it may be far from that with it
+        other = follow(problem)
         noise = [min(pair) for pair in zip(again.sigma, other.sigma, strict=True)]
-        again = min(again, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise, loss))
+        again = min(again, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise))
     values = {name: again.values[name] for name in new}
-    return _worth(letter, values, solution, again.residuals, loss)
+    return _worth(letter, values, solution, again.residuals)
 
 
-def _worth(name: str, values: Values, solution: Solution, after: Sequence[Array], loss: str) -> list[Diagnosis]:
+def _worth(name: str, values: Values, solution: Solution, after: Sequence[Array]) -> list[Diagnosis]:
     """A diagnosis, if it explains more than noise would, of the samples that are no outliers after it."""
-    chosen = [bulk(part, loss) for part in after]
+    chosen = [estimation.bulk(part, solution.loss) for part in after]
     old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in (solution.residuals, after))
     return brought(name, values, old, new, solution.sigma, len(solution.parameters))
 
@@ -244,16 +238,16 @@ SPEEDS = (0.02, 0.06, 0.2)
 """Stribeck velocities that are tried, as shares of the largest velocity."""
 
 
-def _stribeck(problem: Problem, solution: Solution, loss: str) -> list[Diagnosis]:
+def _stribeck(problem: Problem, solution: Solution) -> list[Diagnosis]:
     """The score of friction that is higher at rest; over a free actuator of its own friction, not of the body's."""
     response = np.concatenate([each.response_to_stribeck(solution.values, SPEEDS) for each in problem.experiments])
-    tried = [each for column in response.T if column.any() for each in _stribeck_at(solution, column, loss)]
+    tried = [each for column in response.T if column.any() for each in _stribeck_at(solution, column)]
     found = [each for each in tried if each.values["level"] > 0.0 and each.after < WORTH * each.before]
     return [max(found, key=lambda each: each.decrease)] if found else []
 
 
-def _stribeck_at(solution: Solution, response: Array, loss: str) -> list[Diagnosis]:
-    weight = _weights(solution, loss)[:, np.newaxis]
+def _stribeck_at(solution: Solution, response: Array) -> list[Diagnosis]:
+    weight = _weights(solution)[:, np.newaxis]
     rows = np.column_stack([solution.jacobian, response])
     residual = np.concatenate(solution.residuals)
     size = np.maximum(np.sqrt(((rows * weight) ** 2).sum(axis=0)), 1e-300)
@@ -261,7 +255,7 @@ def _stribeck_at(solution: Solution, response: Array, loss: str) -> list[Diagnos
     found = np.linalg.lstsq(scaled, residual * weight[:, 0], rcond=1e-9)[0] / size
     ends = np.cumsum([part.size for part in solution.residuals])[:-1]
     after: list[Array] = np.split(np.asarray(residual - rows @ found, dtype=np.float64), ends)
-    return _worth("Stribeck", {"level": -float(found[-1])}, solution, after, loss)
+    return _worth("Stribeck", {"level": -float(found[-1])}, solution, after)
 
 
 def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
@@ -270,8 +264,8 @@ def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
     if all(mask.all() for mask in masks):
         return []
     some = selected(problem.experiments, masks)
-    again = estimation.solve(some, estimation.started(solution), sigma=solution.sigma, most=25, precision=1e-6)
-    whole = estimation.solve(problem.experiments, estimation.started(again), sigma=solution.sigma, most=1)
+    again = estimation.again(solution, some, most=25, precision=1e-6)
+    whole = estimation.again(again, problem.experiments, most=1)
     pairs = zip(whole.residuals, again.residuals, strict=True)
     off = sum(int((np.abs(part) > _OFF * estimation.rms(kept)).sum()) for part, kept in pairs)
     if not off:
@@ -308,12 +302,12 @@ class Repeat(NamedTuple):
 
 
 def repeats_of(
-    problem: Problem, solution: Solution, estimates: Sequence[Estimate], loss: str
+    problem: Problem, solution: Solution, estimates: Sequence[Estimate]
 ) -> tuple[tuple[Repeat, ...], tuple[str, ...]]:
     """The parameters that each of several recordings of one rig identifies alone, and statements about them."""
     found, statements = list[Repeat](), list[str]()
     for group in _groups(problem):
-        alone = [_alone(problem, solution, each, loss) for each in group]
+        alone = [_alone(problem, solution, each) for each in group]
         shared = [each for each in estimates if not each.own and all(each.name in one for one in alone)]
         some = [_repeat(each, [one[each.name] for one in alone]) for each in shared]
         found += some
@@ -332,16 +326,15 @@ def _groups(problem: Problem) -> list[list[list[int]]]:
     return [list(motions.values()) for motions in rigs.values() if len(motions) > 1]
 
 
-def _alone(problem: Problem, solution: Solution, numbers: Sequence[int], loss: str) -> dict[str, tuple[float, float]]:
+def _alone(problem: Problem, solution: Solution, numbers: Sequence[int]) -> dict[str, tuple[float, float]]:
     """The parameters that one motion identifies alone, each with its standard error."""
     motion = [problem.experiments[n] for n in numbers]
     names = {name for each in motion for name in each.names.values()}
     start = [p for p in estimation.started(solution) if p.name in names]
     sigma = [solution.sigma[n] for n in numbers]
-    found = estimation.solve(motion, start, sigma=sigma, loss=loss, most=30, precision=1e-7)
+    found = estimation.again(solution, motion, start, sigma=sigma, most=30, precision=1e-7)
     spread = estimation.spread(found)
-    inflation = max(estimation.tests_of(part[bulk(part, loss)]).inflation for part in found.residuals)
-    errors = np.sqrt(np.diag(spread.covariance) * inflation).tolist()
+    errors = np.sqrt(np.diag(spread.covariance) * found.inflation).tolist()
     return {
         p.name: (found.values[p.name], error) for p, error in zip(start, errors, strict=True)
         if p.name not in spread.weak

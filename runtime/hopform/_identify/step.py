@@ -27,7 +27,7 @@ from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
 from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import UNITS
-from hopform._identify.search import bulk, follow
+from hopform._identify.search import follow
 from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, moving_rows
 
 
@@ -260,7 +260,7 @@ def _causes(
         found, after = rest_of(np.column_stack([a, column]))
         of_time = name == "delay"
         value = _delay_of([*names, "late"], found, known) if of_time else found[-1] / found[names.index("coulomb")]
-        chosen = [bulk(part, loss) for part in after]
+        chosen = [estimation.bulk(part, loss) for part in after]
         old, new = ([part[some] for part, some in zip(rest, chosen, strict=True)] for rest in (before, after))
         return brought(name, {"delay" if of_time else "level": value}, old, new, sigma, len(names))
 
@@ -378,10 +378,10 @@ def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str
     """The fit in position from that in force, and what their difference comes from."""
     known = {"gamma2": force.values["gamma2"], **force.known}
     cuts = [_coarse(each, n) for n, each in enumerate(recordings)]
-    problem = AIR.posed(Group(AIR, recordings, force.units, known, cuts=cuts), 0, None)
+    problem = AIR.posed(Group(AIR, recordings, force.units, known, cuts=cuts, loss=loss), 0, None)
     first = {p.name: force.values.get(p.name, p.start) for p in problem.parameters}
-    solution = follow(replace(problem, starts=(first,), parts=(1.0,)), loss)
-    rest = np.concatenate([each[bulk(each, loss)] for each in solution.residuals])
+    solution = follow(replace(problem, starts=(first,), parts=(1.0,)))
+    rest = np.concatenate([part[some] for part, some in zip(solution.residuals, solution.inliers, strict=True)])
     rms = estimation.rms(rest)
     found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in problem.parameters if not p.own)
     unit, factor = force.units.shown("x1")

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hopform._errors import BackendError, HopformError
 from hopform._solver import library as of_library
 from hopform._solver.library import Backend, handle, opened
-from hopform._solver.package import OURS, ROWS, FlightRow, Package, records
+from hopform._solver.package import OURS, ROWS, Array, FlightRow, LegState, Package, Precision, Steps, records
 
 PHASES_NOT_KEPT = 1
 NO_DERIVATIVE = 2
@@ -76,7 +76,7 @@ class Library:
         """A function in one precision, which returns a status."""
         return getattr(self._handle, f"{self._prefix}_{name}_{types.suffix}")
 
-    def types(self, dtype: np.dtype[Any]) -> Types:
+    def types(self, dtype: Precision) -> Types:
         suffix = {np.dtype(np.float32): "f32", np.dtype(np.float64): "f64"}[dtype]
         if suffix not in self._types:
             self._types[suffix] = Types(suffix, self.package.structs.STRUCTS)
@@ -88,7 +88,7 @@ class Library:
             raise refusal(name, status)
         return status
 
-    def buffers(self, dtype: np.dtype[Any]) -> "Buffers":
+    def buffers(self, dtype: Precision) -> "Buffers":
         """The buffers of one precision."""
         try:
             return self._buffers[dtype.char]
@@ -176,35 +176,35 @@ class Solved:
             buffers.library.source, np.dtype(buffers.types.real), self.plan, self.steps, self.phases, self.stance,
         )  # fmt: skip
 
-    def outcome(self) -> tuple[int, float, records.LegState, float, float]:
+    def outcome(self) -> tuple[int, float, LegState, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
         duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
-        return ending, duration, tuple_of(records.LegState, (x1, v1, v2, y)), apex, aed
+        return ending, duration, tuple_of(LegState, (x1, v1, v2, y)), apex, aed
 
     def event_rows(self) -> list[tuple[float, int]]:
         """Time and number of each event."""
         return [row for row in self.buffers.event.iter_unpack(self.phases) if row[1]]
 
-    def phase_rows(self) -> list[tuple[float, records.LegState, int, int, int]]:
+    def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         rows = self.buffers.phase.iter_unpack(self.phases)
-        return [(t, records.LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+        return [(t, LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
 
-    def state(self, t: float) -> records.LegState:
+    def state(self, t: float) -> LegState:
         """The state at one time."""
         buffers, state = self.buffers, self.buffers.one_state()
         status = buffers.stance_at(self.plan, self.steps, self.phases, self.stance, buffers.types.real(t), state)
         if status < 0:
             raise refusal("stance_at", status)
-        return records.LegState._make(buffers.state.unpack(state))
+        return LegState._make(buffers.state.unpack(state))
 
-    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
+    def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
-        rows = np.empty((len(records.LegState._fields), t.size), dtype=t.dtype)
+        rows = np.empty((len(LegState._fields), t.size), dtype=t.dtype)
         self._call("stance_states", pointer(t), ctypes.c_int32(t.size), *map(pointer, rows))
-        return records.LegState(*rows)
+        return LegState(*rows)
 
-    def grid(self, dt: float, out: records.LegState) -> None:
+    def grid(self, dt: float, out: LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
         real = self.buffers.types.real
         self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
@@ -219,13 +219,13 @@ class Solved:
             raise refusal("stance_energy", status)
         return records.Energy._make(buffers.energy.unpack(energy))
 
-    def energy_at(self, t: NDArray[np.floating]) -> records.Energy:
+    def energy_at(self, t: Array) -> records.Energy:
         """Energies at times of one dimension."""
         energies = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
         self._call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), None, None)
         return records.Energy(*energies.T)
 
-    def ledger_at(self, t: NDArray[np.floating]) -> records.Ledger:
+    def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""
         of = self.buffers.library.package.records
         energies = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
@@ -242,7 +242,7 @@ class Solved:
         self._call("stance_compression", ctypes.byref(most))
         return float(most.value)
 
-    def sensitivities(self) -> NDArray[np.floating]:
+    def sensitivities(self) -> Array:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
         types = self.buffers.types
         shape = (len(ROWS), 5 + len(self.buffers.library.package.records.Robot._fields))
@@ -253,13 +253,13 @@ class Solved:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
-    def tangents(self, t: NDArray[np.floating]) -> tuple[records.LegState, NDArray[np.floating]]:
+    def tangents(self, t: Array) -> tuple[LegState, Array]:
         """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
-        states = np.empty((t.size, len(records.LegState._fields)), dtype=t.dtype)
+        states = np.empty((t.size, len(LegState._fields)), dtype=t.dtype)
         columns = 5 + len(self.buffers.library.package.records.Robot._fields)
-        tangents = np.empty((t.size, len(records.LegState._fields), columns), dtype=t.dtype)
+        tangents = np.empty((t.size, len(LegState._fields), columns), dtype=t.dtype)
         self._call("stance_tangents", pointer(t), ctypes.c_int32(t.size), pointer(states), pointer(tangents))
-        return records.LegState(*states.T), tangents
+        return LegState(*states.T), tangents
 
     def _call(self, name: str, *arguments: Any) -> int:
         return self.buffers.library.call(
@@ -287,7 +287,7 @@ def _library_of(motion: str, source: str) -> Library:
     return ours
 
 
-def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
+def _solved_again(source: str, dtype: Precision, *structs: bytes) -> Solved:
     """The stance of a pickle."""
     return Solved(_library_of("stance", source).buffers(dtype), *structs)
 
@@ -318,11 +318,11 @@ class Compiled:
 def solve_stance(
     solver: Compiled,
     parameters: tuple[Any, ...],
-    start: records.LegState,
-    steps: tuple[tuple[float, float], ...],
+    start: LegState,
+    steps: Steps,
     horizon: float,
     max_phases: int,
-    dtype: np.dtype[Any],
+    dtype: Precision,
 ) -> Solved:
     """One stance, by the compiled library."""
     buffers = solver.library.buffers(dtype)
@@ -375,21 +375,21 @@ class NativeFlight:
         return records.Gains(self.flight.gains.Kp, self.flight.gains.Kd)
 
     @property
-    def end(self) -> records.LegState:
+    def end(self) -> LegState:
         end = self.flight.end
-        return records.LegState(end.x1, end.v1, end.v2, end.y)
+        return LegState(end.x1, end.v1, end.v2, end.y)
 
     def rows(self) -> list[FlightRow]:
         kept = self.phases[: self.flight.phases_kept]
         return [FlightRow(p.t, p.x1, p.v1, p.side, p.limit, p.event) for p in kept]
 
-    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
+    def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
-        rows = np.empty((t.size, len(records.LegState._fields)), dtype=t.dtype)
+        rows = np.empty((t.size, len(LegState._fields)), dtype=t.dtype)
         self._call("flight_at", np.ascontiguousarray(t), rows)
-        return records.LegState(*rows.T)
+        return LegState(*rows.T)
 
-    def energy_at(self, t: NDArray[np.floating]) -> tuple[records.Energy, records.FlightLedger]:
+    def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension, which do not decrease."""
         energy = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
         work = np.empty((t.size, len(records.FlightWork._fields)), dtype=t.dtype)
@@ -399,7 +399,7 @@ class NativeFlight:
             **records.FlightWork(*work.T)._asdict(), stop_loss=losses
         )
 
-    def _call(self, name: str, t: NDArray[np.floating], *out: NDArray[np.floating]) -> None:
+    def _call(self, name: str, t: Array, *out: Array) -> None:
         self.library.call(
             name, self.types, self.plan, self.phases, ctypes.byref(self.flight),
             pointer(t), ctypes.c_int32(t.size), *map(pointer, out),
@@ -407,7 +407,7 @@ class NativeFlight:
 
 
 def _flight_again(
-    source: str, dtype: np.dtype[Any], parameters: records.Robot, phases: bytes, flight: bytes
+    source: str, dtype: Precision, parameters: records.Robot, phases: bytes, flight: bytes
 ) -> NativeFlight:
     """The flight of a pickle."""
     library = _library_of("flight", source)
@@ -418,8 +418,8 @@ def _flight_again(
 
 
 def solve_flight(
-    solver: Compiled, parameters: records.Robot, start: records.LegState, gains: records.Gains | None, horizon: float,
-    max_phases: int, dtype: np.dtype[Any],
+    solver: Compiled, parameters: records.Robot, start: LegState, gains: records.Gains | None, horizon: float,
+    max_phases: int, dtype: Precision,
 ) -> NativeFlight:  # fmt: skip
     """One flight, by the compiled library."""
     library = solver.library

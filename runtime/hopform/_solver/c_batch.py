@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hopform._solver import package
 from hopform._solver.c import PHASES_NOT_KEPT, Compiled, Library, Types, plan_of, pointer
-from hopform._solver.package import CODES, INPUTS, RESULTS, STATES, Columns, Events, records
+from hopform._solver.package import RESULTS, STATES, Columns, LegState, Precision, records
 
 _FIRST_EVENTS = 16
 _INDEX_IN_API = 31
@@ -39,21 +39,21 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
     texts = (b"stance", meaning.encode(), package.SIGNATURE.encode())
     _kept.append((loops, type_numbers, data, texts))
     return prototype(table[_INDEX_IN_API])(
-        loops, data, type_numbers, 2, len(INPUTS), len(RESULTS), -1, texts[0], texts[1], 0, texts[2]
+        loops, data, type_numbers, 2, len(package.INPUTS), len(RESULTS), -1, texts[0], texts[1], 0, texts[2]
     )
 
 
 def _types() -> list[list[Any]]:
     """The types of inputs and results, once per precision."""
     return [
-        [real] * len(INPUTS) + [np.intc if name in CODES else real for name in RESULTS]
+        [real] * len(package.INPUTS) + [np.intc if name in package.CODES else real for name in RESULTS]
         for real in (np.float32, np.float64)
     ]
 
 
 def solve_columns(
     solver: Compiled, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool
-) -> Events:
+) -> package.Events:
     """Put the results of stances into arrays; the events, if they are asked for."""
     if not events and max_phases == package.MAX_PHASES:
         _solve_by_ufunc(solver, columns, results)
@@ -155,10 +155,10 @@ FIRST_CAPACITY = 64
 def choose_current(
     solver: Compiled,
     parameters: records.Robot,
-    start: records.LegState,
+    start: LegState,
     target: package.Target,
     max_phases: int,
-    dtype: np.dtype[Any],
+    dtype: Precision,
 ) -> tuple[float, float, int, int]:
     """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved.
 
@@ -206,7 +206,7 @@ def _free(types: Types) -> list[_Memory]:
 def try_currents(
     solver: Compiled,
     parameters: records.Robot,
-    starts: list[records.LegState],
+    starts: list[LegState],
     currents: NDArray[np.float64],
     horizon: float,
     max_phases: int,
@@ -234,7 +234,7 @@ def try_currents(
 
 
 def apexes(
-    solver: Compiled, parameters: records.Robot, starts: list[records.LegState], currents: NDArray[np.float64],
+    solver: Compiled, parameters: records.Robot, starts: list[LegState], currents: NDArray[np.float64],
     horizon: float, max_phases: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
     """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""

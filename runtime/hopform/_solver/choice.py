@@ -12,7 +12,7 @@ from hopform._errors import BackendError, HopformError
 from hopform._solver import c, c_batch
 from hopform._solver.arrays import ArrayFlight, OnArrays, Solved
 from hopform._solver.library import Backend
-from hopform._solver.package import OURS, Columns, Events, Package, Steps, Target, records
+from hopform._solver.package import OURS, Columns, Events, LegState, Package, Precision, Steps, Target, records
 
 
 class C(c.Compiled):
@@ -40,35 +40,22 @@ class BackEnd(Protocol):
     name: Backend
 
     def solve_stance(
-        self,
-        parameters: Any,
-        start: records.LegState,
-        steps: Steps,
-        horizon: float,
-        max_phases: int,
-        dtype: np.dtype[Any],
-        /,
+        self, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision, /
     ) -> SolvedStance: ...
 
     def solve_flight(
-        self, parameters: Any, start: records.LegState, gains: records.Gains | None, horizon: float, max_phases: int,
-        dtype: np.dtype[Any], /,
+        self, parameters: Any, start: LegState, gains: records.Gains | None, horizon: float, max_phases: int,
+        dtype: Precision, /,
     ) -> SolvedFlight: ...  # fmt: skip
 
     def choose_current(
-        self, parameters: Any, start: records.LegState, target: Target, max_phases: int, dtype: np.dtype[Any], /
+        self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision, /
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
         ...
 
     def apexes(
-        self,
-        parameters: Any,
-        starts: list[records.LegState],
-        currents: NDArray[np.float64],
-        horizon: float,
-        max_phases: int,
-        /,
+        self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float, max_phases: int, /
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
         ...

@@ -73,6 +73,10 @@ STATUS = ENDINGS | REFUSED
 range).
 """
 
+LegState: TypeAlias = records.LegState
+"""x1, v1, v2 and the compression y."""
+Precision: TypeAlias = np.dtype[Any]
+Array: TypeAlias = NDArray[np.floating]
 Columns = Sequence[NDArray[Any]]
 """The states, u, horizon, then the robot's fields: numbers (without a dimension) or arrays of one length."""
 Events = list[tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]]
