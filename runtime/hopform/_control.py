@@ -13,6 +13,7 @@ at the end of its stroke next to it.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
@@ -288,6 +289,7 @@ def reachability(
     function("progress", progress)
     margin, longest = checked_target(robot, 0.0, 0.0, stop_margin, horizon)[2:]
     back_end = robot.solver.back_end(backend)
+    how: dict[str, Any] = {"horizon": longest, "backend": back_end.name}
     starts = _drops(robot, rows)
     apex, peak = np.empty((rows.size, columns.size)), np.empty((rows.size, columns.size))
     bounds = np.full((5, rows.size), np.nan)
@@ -295,12 +297,13 @@ def reachability(
         part = slice(first, min(first + ROWS, rows.size))
         apex[part], peak[part] = back_end.apexes(robot.parameters, starts[part], columns, longest, MAX_PHASES)
         for row in range(part.start, part.stop):
-            bounds[:, row] = _bounds(robot, starts[row], float(rows[row]), apex[row], margin, longest, back_end.name)
+            choose = partial(choose_current, robot, x1=starts[row].x1, v2=starts[row].v2, stop_margin=margin, **how)
+            bounds[:, row] = _bounds(choose, float(rows[row]), apex[row])
         if progress is not None:
             progress(part.stop, rows.size)
     limit = limit_of(robot, margin)
     admissible = np.isfinite(apex) & (peak < limit)
-    points = _fixed_points(robot, rows, columns, apex, limit, longest, back_end.name)
+    points = _fixed_points(partial(_hop, robot, limit, how), rows, columns, apex)
     lowest, u_lowest, highest, u_highest, hold = bounds
     return Reachability(
         robot, rows, columns, margin, apex, admissible, lowest, u_lowest, highest, u_highest, hold, points
@@ -338,26 +341,23 @@ def _velocity(robot: Robot, height: float) -> float:
     return -math.sqrt(2.0 * robot.g * (height - home_of(robot)) * (1.0 - robot.impact_loss))
 
 
-def _bounds(
-    robot: Robot, start: records.LegState, height: float, apex: Array, margin: float, horizon: float, backend: str
-) -> tuple[float, float, float, float, float]:
+def _bounds(choose: Callable[..., Command], height: float, apex: Array) -> tuple[float, float, float, float, float]:
     """lowest and its current, highest and its current, the current that holds the height."""
-    ask: dict[str, Any] = {"stop_margin": margin, "horizon": horizon, "backend": backend}
-    low = choose_current(robot, x1=start.x1, v2=start.v2, h_des=0.0, **ask)
+    low = choose(h_des=0.0)
     if low.status == "no_takeoff":
         return math.nan, math.nan, math.nan, math.nan, math.nan
     far = 1.0 + 2.0 * float(np.nanmax(np.append(apex, low.apex)))
-    high = choose_current(robot, x1=start.x1, v2=start.v2, h_des=far, **ask)
-    hold = choose_current(robot, x1=start.x1, v2=start.v2, h_des=height, **ask)
+    high, hold = choose(h_des=far), choose(h_des=height)
     return low.apex, low.u, high.apex, high.u, hold.u if hold.status == "reached" else math.nan
 
 
 # ---- fixed points ----
 
 
-def _fixed_points(
-    robot: Robot, heights: Array, currents: Array, apex: Array, limit: float, horizon: float, backend: str
-) -> tuple[FixedPoint, ...]:
+_Hop = Callable[[float, float], tuple[float, list[FixedPoint]]]
+
+
+def _fixed_points(hop: _Hop, heights: Array, currents: Array, apex: Array) -> tuple[FixedPoint, ...]:
     gain = apex - heights[:, np.newaxis]
     found: list[FixedPoint] = []
     for column, u in enumerate(currents.tolist()):
@@ -365,21 +365,20 @@ def _fixed_points(
         changes = (signs[:-1] != signs[1:]) & (signs[:-1] != 0.0) & np.isfinite(signs[:-1] + signs[1:])
         for row in np.flatnonzero(changes):
             (low, high), (at_low, at_high) = heights[row : row + 2].tolist(), gain[row : row + 2, column].tolist()
-            found += _fixed_point(robot, u, (low, at_low, high, at_high), limit, horizon, backend)
+            found += _fixed_point(partial(hop, u), low, at_low, high, at_high)
         for row in np.flatnonzero(signs == 0.0):
-            found += _at(robot, u, float(heights[row]), limit, horizon, backend)[1]
+            found += hop(u, float(heights[row]))[1]
     return tuple(found)
 
 
 def _fixed_point(
-    robot: Robot, u: float, bracket: tuple[float, float, float, float], limit: float, horizon: float, backend: str
+    hop: Callable[[float], tuple[float, list[FixedPoint]]], low: float, at_low: float, high: float, at_high: float
 ) -> list[FixedPoint]:
     """The fixed point in a bracket, by the slope kept inside it; none where it closes on a jump."""
-    low, at_low, high, at_high = bracket
     height = low + (high - low) * at_low / (at_low - at_high)
     gain, points = at_low, list[FixedPoint]()
     for n in range(100):
-        gain, points = _at(robot, u, height, limit, horizon, backend)
+        gain, points = hop(height)
         if not abs(gain) > 4e-16 * height or not low < height < high:
             break
         low, high = (height, high) if (gain > 0.0) == (at_low > 0.0) else (low, height)
@@ -391,12 +390,10 @@ def _fixed_point(
     return points if points and abs(gain) <= _CLOSED else []
 
 
-def _at(
-    robot: Robot, u: float, height: float, limit: float, horizon: float, backend: str
-) -> tuple[float, list[FixedPoint]]:
-    """Height gained by a hop, and the fixed point there; NaN and none without take-off."""
+def _hop(robot: Robot, limit: float, how: dict[str, Any], u: float, height: float) -> tuple[float, list[FixedPoint]]:
+    """Height gained by a hop under a current, and the fixed point there; NaN and none without take-off."""
     v2 = _velocity(robot, height)
-    stance = solve_stance(robot, x1=home_of(robot), v2=v2, u=u, horizon=horizon, backend=backend)
+    stance = solve_stance(robot, x1=home_of(robot), v2=v2, u=u, **how)
     if stance.takeoff is None:
         return math.nan, []
     slope = float(stance.sensitivities["apex", "v2"]) * robot.g * (1.0 - robot.impact_loss) / v2

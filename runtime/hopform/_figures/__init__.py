@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from hopform._checks import shown
 from hopform._errors import HopformError
@@ -94,5 +94,4 @@ def draw(number: int, robot: Robot | None = None, sources: Mapping[str, str] = M
         if own.gamma2 > 0.0 and number != 1:  # the same robot, its current counted so that it lifts
             own = replace(own, gamma2=-own.gamma2)
         make = getattr(drawing(module), function)
-    found: Picture = picture.finished(number, title, paper, own, make)
-    return found
+    return cast("Picture", picture.finished(number, title, paper, own, make))

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,8 +43,7 @@ class Solved:
 
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
-        found: LegState = self.package.stance.state_at(self.solution, 0, t)
-        return found
+        return cast("LegState", self.package.stance.state_at(self.solution, 0, t))
 
     def grid(self, dt: float, out: LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension."""
@@ -61,13 +60,11 @@ class Solved:
 
     def energy_at(self, t: Array) -> records.Energy:
         """Energies at times of one dimension."""
-        found: records.Energy = self.package.energy.energy_at(self.solution, 0, t)
-        return found
+        return cast("records.Energy", self.package.energy.energy_at(self.solution, 0, t))
 
     def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension."""
-        found: records.Ledger = self.package.energy.ledger_at(self.solution, 0, t)
-        return found
+        return cast("records.Ledger", self.package.energy.ledger_at(self.solution, 0, t))
 
     def compression_max(self) -> float:
         """The largest compression."""
@@ -76,8 +73,7 @@ class Solved:
 
     def sensitivities(self) -> Array:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
-        found: Array = self.package.sensitivity.sensitivities_of(self.solution)
-        return found
+        return cast("Array", self.package.sensitivity.sensitivities_of(self.solution))
 
     def tangents(self, t: Array) -> tuple[LegState, Array]:
         """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
@@ -108,8 +104,7 @@ class ArrayFlight:
 
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
-        found: LegState = self.package.flight.flight_at(self.flight, t)
-        return found
+        return cast("LegState", self.package.flight.flight_at(self.flight, t))
 
     def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension."""
@@ -150,10 +145,10 @@ class OnArrays:
         self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
-        found: tuple[float, float, int, int] = self.package.control.choose(
-            parameters, start, target, max_phases, dtype.type
+        return cast(
+            "tuple[float, float, int, int]",
+            self.package.control.choose(parameters, start, target, max_phases, dtype.type),
         )
-        return found
 
     def apexes(
         self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float,

@@ -233,8 +233,7 @@ class Solved:
         self._call(
             "stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), pointer(work), pointer(losses)
         )
-        found: records.Ledger = of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses)
-        return found
+        return cast("records.Ledger", of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses))
 
     def compression_max(self) -> float:
         """The largest compression."""
