@@ -20,14 +20,13 @@ from hopform._identify.recordings import SI, Recording, Units
 
 def plot_recording(recording: Recording, make: plots.Make = Figure) -> Figure:
     """The columns of a recording over time."""
-    with plots.house_style():
-        figure = make(figsize=(6.4, 1.6 * len(recording.columns) + 0.8), layout="constrained")
+    title = plots.literal(Path(recording.source).name)
+    with plots.framed(make, 6.4, 1.6 * len(recording.columns) + 0.8, title) as figure:
         rows = figure.subplots(len(recording.columns), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name in zip(rows, sorted(recording.columns, reverse=True), strict=True):
             recording_panel(axes, recording, name)
         for axes in rows[:-1]:
             axes.set(xlabel="")
-        figure.suptitle(plots.literal(Path(recording.source).name))
     return figure
 
 
@@ -47,8 +46,7 @@ def plot_fit(fit: Fit, make: plots.Make = Figure) -> Figure:
     traces, shown = [trace for trace in fit.traces if trace.time.size > 1], _with_intervals(fit)
     names = list(dict.fromkeys(name for pair in fit.correlations for name in pair))
     last = 0.7 + 0.22 * max(len(shown), len(names))
-    with plots.house_style():
-        figure = make(figsize=(8.0, 4.2 * len(traces) + last), layout="constrained")
+    with plots.framed(make, 8.0, 4.2 * len(traces) + last, f"Identification: {TITLES[fit.kind]}") as figure:
         heights = [*([2.0, 1.0, 1.0] * len(traces)), max(last, 1.0)]
         grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
         for n, trace in enumerate(traces):
@@ -59,7 +57,6 @@ def plot_fit(fit: Fit, make: plots.Make = Figure) -> Figure:
         _draw_intervals(figure.add_subplot(grid[-1, 0] if names else grid[-1, :]), shown)
         if names:
             _draw_correlations(figure.add_subplot(grid[-1, 1]), fit.correlations, names)
-        figure.suptitle(f"Identification: {TITLES[fit.kind]}")
     return figure
 
 
@@ -138,12 +135,10 @@ def _draw_intervals(axes: Axes, shown: Sequence[Estimate]) -> None:
 
 def plot_threshold(threshold: Threshold, make: plots.Make = Figure) -> Figure:
     """Each onset of motion with the motion that fits it, its time and interval, and the current over the same time."""
-    with plots.house_style():
-        figure = make(figsize=(8.0, 3.1 * len(threshold.rises) + 0.4), layout="constrained")
+    with plots.framed(make, 8.0, 3.1 * len(threshold.rises) + 0.4, f"Identification: {TITLES['ramp']}") as figure:
         grid = figure.subplots(2 * len(threshold.rises), 1, height_ratios=[2.0, 1.0] * len(threshold.rises))
         for n, rise in enumerate(threshold.rises):
             _draw_rise(grid[2 * n], grid[2 * n + 1], rise, threshold.units)
-        figure.suptitle(f"Identification: {TITLES['ramp']}")
     return figure
 
 

@@ -21,10 +21,8 @@ def alone(panel: Panel, width: float, height: float) -> Whole:
     """A figure of that panel alone [in]."""
 
     def whole(result: Any, make: plots.Make) -> Figure:
-        with plots.house_style():
-            figure = make(figsize=(width, height), layout="constrained")
+        with plots.framed(make, width, height, plots.literal(repr(result).partition("\n")[0])) as figure:
             panel(figure.subplots(), result)
-            figure.suptitle(plots.literal(repr(result).partition("\n")[0]))
         return figure
 
     return whole
