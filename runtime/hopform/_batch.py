@@ -217,9 +217,8 @@ def solve_stances(
     function("progress", progress)
     given_u = cast(object, u)
     if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
-        raise HopformError(
-            f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(given_u)}"
-        )
+        message = f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(given_u)}"
+        raise HopformError(message)
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | ({} if x2 is None else {"x2": x2})
     plain, labels = labelled({**states, **fields})
     given = {name: numbers(name, plain[name], UNITS[name]) for name in states}

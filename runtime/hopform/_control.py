@@ -138,9 +138,8 @@ def checked_target(
         raise HopformError(f"the controller needs a finite u_max, got {robot.u_max!r} A")
     apex, level = finite("h_des", h_des, "m"), finite("datum", datum, "m")
     if apex + level < 0.0:
-        raise HopformError(
-            f"h_des + datum must be >= 0 m, the apex must not lie below the ground, got {apex + level!r}"
-        )
+        message = f"h_des + datum must be >= 0 m, the apex must not lie below the ground, got {apex + level!r}"
+        raise HopformError(message)
     return apex, level, nonnegative("stop_margin", stop_margin, "m"), positive("horizon", horizon, "s")
 
 

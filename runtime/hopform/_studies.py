@@ -60,9 +60,8 @@ def sweep(
         if not isinstance(value, of_xarray.DataArray):
             array = numbers(name, value, UNITS.get(name, "1"))
             if array.ndim > 1:
-                raise HopformError(
-                    f"{name} must be a number, a list of numbers or a DataArray, got shape {array.shape}"
-                )
+                message = f"{name} must be a number, a list of numbers or a DataArray, got shape {array.shape}"
+                raise HopformError(message)
             if array.ndim:
                 axes[name] = of_xarray.DataArray(array, dims=name, coords={name: array})
             else:

@@ -225,9 +225,8 @@ def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[flo
     if name in hopform.terrain.NAMES:
         return hopform.terrain.generate(name, 8 if hops is None else hops, size, seed)
     if not os.path.exists(name):
-        raise hopform.HopformError(
-            f"there is no terrain {shown(name)}; known: {', '.join(hopform.terrain.NAMES)}, or a CSV file"
-        )
+        message = f"there is no terrain {shown(name)}; known: {', '.join(hopform.terrain.NAMES)}, or a CSV file"
+        raise hopform.HopformError(message)
     heights = hopform.terrain.read(name)
     if hops is not None and hops > len(heights):
         raise hopform.HopformError(f"{name_of(name)} has {len(heights)} heights, too few for --hops {hops}")

@@ -321,9 +321,8 @@ def checked_known(known: Values | None, allowed: Sequence[str], units: Units = H
     values = dict[str, float]()
     for name, value in mapping("known", known).items():
         if not isinstance(name, str) or name not in allowed:
-            raise HopformError(
-                f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
-            )
+            message = f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
+            raise HopformError(message)
         unit = units.of(UNITS[name])
         number = real(f"known: {name}", value, unit or "1")
         if not (math.isfinite(number) or name in ("x1_min", "x1_max")):

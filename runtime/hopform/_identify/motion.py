@@ -201,9 +201,8 @@ def drop(
             return Motion(
                 np.concatenate([each.states for each in pieces]), np.concatenate([each.by for each in pieces])
             )
-    raise HopformError(
-        f"the drop has more than {_MOST_PIECES} flights and stances: give a shorter recording, or more friction"
-    )
+    message = f"the drop has more than {_MOST_PIECES} flights and stances: give a shorter recording, or more friction"
+    raise HopformError(message)
 
 
 def _piece(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run]:

@@ -119,9 +119,8 @@ class _Encoder(NamedTuple):
 def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
     span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
     if not 18.5 < span * hertz < records.MOST_STEPS - 0.5:
-        raise HopformError(
-            f"duration times rate must give 20 to {records.MOST_STEPS} samples, got {span * hertz + 1.0:.6g}"
-        )
+        message = f"duration times rate must give 20 to {records.MOST_STEPS} samples, got {span * hertz + 1.0:.6g}"
+        raise HopformError(message)
     return np.arange(round(span * hertz) + 1) / hertz, hertz
 
 
