@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import hopform
-from hopform._export import Wanted, package
-from hopform._export.selftest import selftest
+from hopform._export import Wanted, package, selftest
 from hopform._solver.package import records
 
 ROOT = Path(__file__).resolve().parent.parent

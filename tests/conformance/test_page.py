@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._export.selftest import selftest
+from hopform._export import selftest
 from hopform._robots import Provenance
 
 ROOT = Path(__file__).resolve().parents[2]

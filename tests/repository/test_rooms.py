@@ -32,13 +32,13 @@ LAYERS = (
     ("_identify.fits",), ("_identify.drop", "_identify.ramp", "_identify.step", "_identify.synthetic"),
     ("_identify.joint", "_identify.simulators"), ("_identify",),
     ("_studies",), ("_all",),
-    ("_export",), ("_export.selftest",),
+    ("_export",),
     ("_words",), ("_cli.options", "_cli.output"),
-    ("_figures.plots",), ("_figures.fits",), ("_figures.results",), ("_figures.picture",),
+    ("_figures.plots",), ("_figures.results",), ("_figures.picture",),
     ("_figures.animation", "_figures.energies", "_figures.machine", "_figures.tracking"),
     ("_figures.return_maps", "_figures.verification"), ("_figures",),
     ("_cli.bands",), ("_cli.tables", "_cli.report"),
-    ("_cli.solve", "_cli.identify", "_cli.figures", "_cli.export"), ("_cli",), ("__main__",),
+    ("_cli.solve", "_cli.identify", "_cli.folders"), ("_cli",), ("__main__",),
 )  # fmt: skip
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 

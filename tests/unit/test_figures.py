@@ -18,7 +18,7 @@ from matplotlib.colors import to_rgb
 import hopform
 from hopform import _cli as cli
 from hopform import _figures as figures
-from hopform._cli import figures as figures_command
+from hopform._cli import folders as figures_command
 from hopform._figures import animation, plots
 from tests.repository.test_house import packages
 from tests.unit.test_cli import fits
@@ -506,7 +506,7 @@ def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
 
 
 def test_importing_the_figures_loads_no_matplotlib(tmp_path):
-    loaded = "import sys, hopform._figures, hopform._cli.figures; print('matplotlib' in sys.modules)"
+    loaded = "import sys, hopform._figures, hopform._cli.folders; print('matplotlib' in sys.modules)"
     assert python(loaded, cwd=tmp_path) == (0, "False\n", "")
 
 

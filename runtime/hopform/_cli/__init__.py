@@ -30,8 +30,8 @@ SETTINGS: dict[str, Any] = {
 
 COMMANDS = {
     "robots": "solve", "equations": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "record":
-    "identify", "control": "solve", "reach": "solve", "figures": "figures", "export": "export", "selftest":
-    "export",
+    "identify", "control": "solve", "reach": "solve", "figures": "folders", "export": "folders", "selftest":
+    "folders",
 }  # fmt: skip
 """The module of each command."""
 

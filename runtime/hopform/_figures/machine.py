@@ -4,8 +4,6 @@ hopping (Fig. 3), its dry friction (Fig. 9); its touchdown sensor (Fig. 15)."""
 
 from dataclasses import replace
 
-# pyright: reportUnknownMemberType=false
-# pyright: reportUnknownMemberType=false
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

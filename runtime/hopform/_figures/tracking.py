@@ -4,7 +4,6 @@ of measurement (Fig. 8); the energy-based one on even ground (Fig. 16) and on un
 
 from collections.abc import Mapping
 
-# pyright: reportUnknownMemberType=false
 from dataclasses import replace
 from typing import Any
 

@@ -6,7 +6,6 @@ alone; its two coefficients are fitted, each to its recording, so that it is not
 """
 # pyright: reportUnknownMemberType=false
 
-# pyright: reportUnknownMemberType=false
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -14,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hopform._figures import fits
+from hopform._figures import results
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, ORANGE
 from hopform._figures.tracking import rms
@@ -163,7 +162,7 @@ def models(sources: Mapping[str, str], robot: Robot) -> Drawn:
     traces = (of_step.traces[0], of_drop.traces[0])
     figure, rows = panels(2, 4.4)
     for axes, fit in zip(rows, (of_step, of_drop), strict=True):
-        fits.trace_panel(axes, fit.traces[0], fit.units)
+        results.trace_panel(axes, fit.traces[0], fit.units)
         under(axes)
     left = "; ".join(
         f"in {each.quantity} {mm(each.tests.rms, 3)} rms, {mm(each.old_rms, 3)} with viscous friction alone"
@@ -188,7 +187,7 @@ def threshold(sources: Mapping[str, str], robot: Robot) -> Drawn:
     found = friction_threshold(read_recording(sources["ramp"]), m_eff=robot.m_eff, gamma2=robot.gamma2)
     rise = found.rises[0]
     figure, (top, bottom) = panels(2, 3.4, sharex=True, height_ratios=[1.0, 0.8])
-    fits.rise_panel(top, rise, found.units)
+    results.rise_panel(top, rise, found.units)
     under(top)
     top.set_xlabel("")
     bottom.plot(rise.time, rise.u)

@@ -5,21 +5,26 @@ amalgamated pair, a README, a licence, a table of costs, and the manifest of one
 the vector registers of workstations, are left out.
 """
 
+import ctypes
 import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
+import numpy as np
+from numpy.typing import DTypeLike
+
 from hopform._checks import shown
 from hopform._errors import HopformError
 from hopform._files import check_folder, name_of, write_folder
+from hopform._solver import c as native
 from hopform._solver.package import records
 
 System = Literal["plain", "cmake", "arduino", "platformio", "zephyr", "esp-idf", "cmsis-pack"]
 SYSTEMS: tuple[System, ...] = get_args(System)
 PRECISIONS = ("f32", "f64")
 
-_HOPFORM = Path(__file__).resolve().parent.parent
+_HOPFORM = Path(__file__).resolve().parent
 _CHECKOUT = _HOPFORM.parent.parent
 _EXAMPLE = {"platformio": Path("examples/stance/main.c"), "zephyr": Path("samples/stance/src/main.c")}
 _PREFIX = re.compile(rf"(?=.*[a-z])[a-z_][a-z0-9_]{{0,{records.LONGEST_PREFIX - 1}}}")
@@ -164,3 +169,30 @@ def in_order(names: list[str], texts: dict[str, str]) -> list[str]:
     for name in sorted(names):
         put(name)
     return list(order)
+
+
+# ---- selftest ----
+
+PHASES = 32
+
+
+def selftest(dtype: DTypeLike = np.float32) -> int:
+    """The 32-bit digest of all that `hopform_selftest` solves, by the library that Python loads: that of a board must
+    be the same.
+
+    dtype: float32 or float64. Raises BackendError without a library.
+
+    >>> selftest("float32") == selftest("float64")
+    False
+    """
+    wanted = np.dtype(dtype)
+    if wanted not in (np.dtype(np.float32), np.dtype(np.float64)):
+        raise HopformError(f"dtype must be float32 or float64, got {shown(dtype)}")
+    library = native.library()
+    types = library.types(wanted)
+    search, phases = types.Search(), (types.Phase * PHASES)()
+    prototype = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int32)
+    digest: int = prototype(library.address(f"selftest_{types.suffix}"))(
+        ctypes.addressof(search), ctypes.addressof(phases), PHASES
+    )
+    return digest
