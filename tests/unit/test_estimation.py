@@ -64,7 +64,7 @@ def closed_form(experiment):
 
 def solved(experiment, parameters):
     solution = estimation.solve([experiment], parameters, sigma=[1e-3], precision=1e-15)
-    return solution, *estimation.estimates(solution, [experiment])
+    return solution, *estimation.estimates(solution)
 
 
 def test_covariance_and_intervals_are_those_of_linear_least_squares():
@@ -151,7 +151,7 @@ def test_a_robust_profile_of_a_linear_parameter_is_its_t_interval(loss):
     experiment = with_outliers(line({"a": 0.3, "f1": 0.2}), 0.05, seed=2)
     parameters = [Parameter("a", "m", 0.0, 0.1), Parameter("f1", "m/s^2", 0.1, 0.1, "nonnegative", profiled=True)]
     solution = estimation.solve([experiment], parameters, sigma=[1e-3], loss=loss, precision=1e-12)
-    found, _ = estimation.estimates(solution, [experiment])
+    found, _ = estimation.estimates(solution)
     half = stats.t.ppf(0.975, solution.freedom) * found[1].stderr
     assert found[1].method == "profile"
     assert (found[1].low, found[1].high) == pytest.approx(

@@ -112,7 +112,6 @@ def check_outputs(
     json: bool,
     csv: str | None = None,
     plot: Path | None = None,
-    *,
     reads: Iterable[Named] = (),
     more: Iterable[Named] = (),
 ) -> None:

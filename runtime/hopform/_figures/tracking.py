@@ -3,7 +3,6 @@ of measurement (Fig. 8); the energy-based one on even ground (Fig. 16) and on un
 # pyright: reportUnknownMemberType=false
 
 from collections.abc import Mapping
-
 from dataclasses import replace
 from typing import Any
 

@@ -80,6 +80,7 @@ class Solution:
     cost: float
     evaluations: int
     loss: str = "linear"
+    experiments: Sequence[Experiment] = ()
 
     @property
     def count(self) -> int:
@@ -222,8 +223,9 @@ def solve(
     values = coordinates.out(start) | held
     end = at(start)
     return Solution(
-        tuple(parameters), values, tuple(end.parts), weights, end.rows, float(end.seen @ end.seen), evaluations, loss
-    )
+        tuple(parameters), values, tuple(end.parts), weights, end.rows, float(end.seen @ end.seen), evaluations, loss,
+        experiments,
+    )  # fmt: skip
 
 
 class _Place(NamedTuple):
@@ -434,12 +436,7 @@ def spread(solution: Solution) -> Spread:
 
 
 def estimates(
-    solution: Solution,
-    experiments: Sequence[Experiment],
-    *,
-    inflation: float = 1.0,
-    profiles: bool = True,
-    progress: Progress | None = None,
+    solution: Solution, *, inflation: float = 1.0, profiles: bool = True, progress: Progress | None = None
 ) -> tuple[tuple[Estimate, ...], Spread]:
     """Each parameter with its 95 % interval; inflation: of the variance, by what the residuals have in common in time.
 
@@ -464,14 +461,12 @@ def estimates(
         if parameter.profiled and profiles:
             if progress:
                 progress(f"interval of {parameter.name}")
-            low, high, method = _profile(solution, experiments, parameter, stderr, inflation)
+            low, high, method = _profile(solution, parameter, stderr, inflation)
         found.append(Estimate(parameter.name, parameter.unit, value, stderr, low, high, method, parameter.own))
     return tuple(found), seen
 
 
-def _profile(
-    solution: Solution, experiments: Sequence[Experiment], parameter: Parameter, stderr: float, inflation: float
-) -> tuple[float, float, str]:
+def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation: float) -> tuple[float, float, str]:
     """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of the estimate."""
     value = solution.values[parameter.name]
     two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
@@ -498,7 +493,7 @@ def _profile(
         for way in tuple(ways):
             start, most = way(trial)
             fixed = {parameter.name: trial}
-            held = again(solution, experiments, start, fixed=fixed, most=most, precision=1e-4)
+            held = again(solution, solution.experiments, start, fixed=fixed, most=most, precision=1e-4)
             grown.append((held.cost - solution.cost) / unit)
             if grown[-1] <= 4.0 * expected + 1.0:
                 break

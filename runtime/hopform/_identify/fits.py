@@ -303,9 +303,7 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     asked.stage("fit")
     problem, solution = _minimum(problem, asked.nuisances)
     usable, inflation = not _hopeless(problem, solution), solution.inflation
-    estimates, spread = estimation.estimates(
-        solution, problem.experiments, inflation=inflation, profiles=usable, progress=asked.stage
-    )
+    estimates, spread = estimation.estimates(solution, inflation=inflation, profiles=usable, progress=asked.stage)
     asked.stage("diagnoses")
     diagnoses = nuisances.diagnose(problem, solution) if asked.diagnose else ()
     asked.stage("the old model")

@@ -134,7 +134,7 @@ def expected(problem: Problem, at: Values) -> tuple[tuple[Estimate, ...], estima
         for each, size in zip(problem.experiments, sigma, strict=True)
     )
     solution = Solution(problem.parameters, values, rest, tuple(sigma), rows, float(rows.shape[0]), 1)
-    return estimation.estimates(solution, problem.experiments, profiles=False)
+    return estimation.estimates(solution, profiles=False)
 
 
 def noise_level(values: Array) -> float:

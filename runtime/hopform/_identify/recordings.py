@@ -482,5 +482,10 @@ def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> St
     if time.size > records.MOST_STEPS:
         message = f"has {time.size} samples; a fit in position takes up to {records.MOST_STEPS}: record at a lower rate"
         raise recording.error_of("x1", message, recording.line + records.MOST_STEPS)
+    return current_steps(time, u)
+
+
+def current_steps(time: Array, u: Array) -> Steps:
+    """Samples of a current as steps from t = 0 on."""
     starts = np.concatenate([[True], u[1:] != u[:-1]])
     return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))

@@ -75,7 +75,7 @@ def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
 def follow(problem: Problem) -> Solution:
     """The minimum that a problem's first start leads to, and no other."""
     if problem.loss == "linear":
-        found = _from(problem, {}, problem.parameters, problem.starts[:1] or ({},))
+        found = _from(problem, {}, problem.starts[:1] or ({},))
     else:
         found = _without_outliers(problem, follow)
     return _weighed(problem, found, {})
@@ -88,10 +88,9 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
     Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further
     away.
     """
-    free = [p for p in problem.parameters if p.name not in held]
-    found = _from(problem, held, free, problem.starts or ({},), sigma)
+    found = _from(problem, held, problem.starts or ({},), sigma)
     if not held and _level(problem, found) > 1.0:
-        again = _from(problem, held, free, _further(free, found.values), sigma)
+        again = _from(problem, held, _further(problem.parameters, found.values), sigma)
         found = estimation.best([found, again])
     return _weighed(problem, found, held)
 
@@ -132,16 +131,10 @@ least.
 """
 
 
-def _from(
-    problem: Problem,
-    held: Values,
-    free: Sequence[Parameter],
-    starts: Sequence[Values],
-    sigma: Sequence[float] | None = None,
-) -> Solution:
+def _from(problem: Problem, held: Values, starts: Sequence[Values], sigma: Sequence[float] | None = None) -> Solution:
     first, *longer = ([_beginning(each, part) for each in problem.experiments] for part in problem.parts)
     solve = partial(estimation.solve, fixed=held, loss=problem.loss, sigma=sigma)
-    tried = [_from_start(free, start) for start in starts]
+    tried = [_from_start([p for p in problem.parameters if p.name not in held], start) for start in starts]
     if len(tried) > _FINALISTS:
         costs = [solve(first, each, most=1).cost for each in tried]
         order: list[int] = np.argsort(costs, kind="stable").tolist()
