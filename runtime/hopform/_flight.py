@@ -20,7 +20,7 @@ from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
-from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, formulas, records
+from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, formulas, records
 from hopform._stance import DOUBLE, TOUCHING_ULP, Event, Real, State, body_height, placed, precision_of
 
 
@@ -57,7 +57,7 @@ class Flight(Motion):
     duration: float
     end: State
     touchdown: State | None
-    gains: records.Gains
+    gains: Gains
     apex: float
     apex_time: float
     impact_loss: float
@@ -102,15 +102,13 @@ class Flight(Motion):
             return shaped(np.zeros_like(state.x1), t)
         return shaped(np.clip((self.gains.Kp * state.x1 + self.gains.Kd * state.v1) / gamma2, -u_max, u_max), t)
 
-    def energy(self, t: ArrayLike) -> records.Energy:
+    def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
-        energy, _ = self._energies(t)
-        return records.Energy(*(shaped(value, t) for value in energy))
+        return self._energies(t)[0]
 
-    def ledger(self, t: ArrayLike) -> records.FlightLedger:
+    def ledger(self, t: ArrayLike) -> FlightLedger:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
-        _, entries = self._energies(t)
-        return records.FlightLedger(*(shaped(value, t) for value in entries))
+        return self._energies(t)[1]
 
     def _card(self) -> Card:
         start = self.at(0.0)
@@ -134,13 +132,13 @@ class Flight(Motion):
             **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "apex_time", "impact_loss")},
         }
 
-    def _energies(self, t: ArrayLike) -> tuple[records.Energy, records.FlightLedger]:
+    def _energies(self, t: ArrayLike) -> tuple[Energy, FlightLedger]:
         times = self._times(t)
         order = np.argsort(times, kind="stable")
         energy, ledger = self._solved.energy_at(times[order])
         back = np.argsort(order, kind="stable")
-        return records.Energy(*(value[back] for value in energy)), records.FlightLedger(
-            *(value[back] for value in ledger)
+        return Energy(*(shaped(one[back], t) for one in energy)), FlightLedger(
+            *(shaped(one[back], t) for one in ledger)
         )
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
@@ -194,7 +192,7 @@ def solve_flight(
     )  # fmt: skip
 
 
-def design_return(robot: Robot, time: SupportsFloat) -> records.Gains:
+def design_return(robot: Robot, time: SupportsFloat) -> Gains:
     """Gains (Kp, Kd) with which the actuator returns gently in a time [s]: critically damped, within 1/100 of its way
     from rest.
 
@@ -211,7 +209,7 @@ def design_return(robot: Robot, time: SupportsFloat) -> records.Gains:
         gains = formulas.critical_gains(parameters, span)
     if not all(math.isfinite(gain) for gain in gains):
         raise HopformError(f"time must be long enough for finite gains, got {span!r} s")
-    return records.Gains(*map(float, gains))
+    return Gains(*map(float, gains))
 
 
 def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> records.LegState:
@@ -221,7 +219,5 @@ def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> reco
     return records.LegState(x_1, v_1, v_2, 0.0 if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0) else y)
 
 
-def _gains(gains: Sequence[SupportsFloat]) -> records.Gains:
-    return records.Gains(
-        *map(nonnegative, records.Gains._fields, pair("gains", gains, "(Kp, Kd) in N/m and N s/m"), ("N/m", "N s/m"))
-    )
+def _gains(gains: Sequence[SupportsFloat]) -> Gains:
+    return Gains(*map(nonnegative, Gains._fields, pair("gains", gains, "(Kp, Kd) in N/m and N s/m"), ("N/m", "N s/m")))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform import _checks as checks
-from hopform._checks import finite, items, pair, shaped, shown, times_within
+from hopform._checks import finite, items, pair, positive, shaped, shown, times_within, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
@@ -320,14 +320,9 @@ def solve_stance(
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2)
     steps = steps_of(u)
-    longest = (
-        horizon if type(horizon) is float and 0.0 < horizon < math.inf else checks.positive("horizon", horizon, "s")
-    )
-    most = (
-        max_phases
-        if type(max_phases) is int and 0 < max_phases <= checks.LARGEST
-        else checks.whole("max_phases", max_phases)
-    )
+    longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
+    quick = type(max_phases) is int and 0 < max_phases <= checks.LARGEST
+    most = max_phases if quick else whole("max_phases", max_phases)
     back_end = robot.solver.back_end(backend)
     solved = back_end.solve_stance(robot.parameters, start, steps, longest, most, precision)
     return _stance(robot, steps, back_end.name, precision, solved, x2 is not None)
@@ -349,12 +344,10 @@ def uniform_times(
         number = checks.count("count", count, EACH)
         step = duration / (number - 1) if number > 1 else 0.0
     else:
-        step = checks.positive("dt", dt, "s")
+        step = positive("dt", dt, "s")
         last = duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))
-        if last >= checks.MEMORY // EACH:
-            raise HopformError(
-                f"dt must be > {duration / (checks.MEMORY // EACH)!r} s for a stance of {duration!r} s, got {step!r}"
-            )
+        if last >= (most := checks.MEMORY // EACH):
+            raise HopformError(f"dt must be > {duration / most!r} s for a stance of {duration!r} s, got {step!r}")
         number = math.floor(last) + 1
     t = np.arange(number, dtype=dtype)
     t *= dtype.type(step)

@@ -11,7 +11,7 @@ each time. The extra `plot` brings matplotlib.
 
 import io
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -105,7 +105,7 @@ def render(figure: Figure, suffix: str) -> bytes:
 
 
 @contextmanager
-def framed(make: Make, width: float, height: float, title: str) -> Iterator[Figure]:
+def framed(make: Make, width: float, height: float, title: str) -> Generator[Figure, None, None]:
     """A figure [in] in the house style, to be filled, then titled."""
     with house_style():
         figure = make(figsize=(width, height), layout="constrained")

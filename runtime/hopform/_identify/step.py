@@ -12,9 +12,10 @@ import math
 import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple, Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform._checks import flag, positive
 from hopform._errors import HopformError
@@ -199,7 +200,7 @@ class _Equation(NamedTuple):
     known: Values
     delay: float
 
-    def split(self, values: Array) -> list[Array]:
+    def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
         """Values by recording."""
         return np.split(values, np.cumsum([part.time.size for part in self.parts])[:-1])
 

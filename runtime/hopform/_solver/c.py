@@ -394,9 +394,8 @@ class NativeFlight:
         work = np.empty((t.size, len(records.FlightWork._fields)), dtype=t.dtype)
         losses = np.empty_like(t)
         self._call("flight_energy", np.ascontiguousarray(t), energy, work, losses)
-        return records.Energy(*energy.T), records.FlightLedger(
-            **records.FlightWork(*work.T)._asdict(), stop_loss=losses
-        )
+        entries = records.FlightWork(*work.T)._asdict()
+        return records.Energy(*energy.T), records.FlightLedger(**entries, stop_loss=losses)
 
     def _call(self, name: str, t: Array, *out: Array) -> None:
         self.library.call(
