@@ -96,6 +96,11 @@ class Solution:
         return np.repeat(self.sigma, [part.size for part in self.residuals])
 
     @property
+    def scaled(self) -> Array:
+        """The Jacobian by the coordinates of the optimiser, residuals in standard deviations."""
+        return self.jacobian * _Coordinates(self.parameters).slopes(self.values) / self.noise[:, np.newaxis]
+
+    @property
     def inliers(self) -> Masks:
         """Which samples of each recording are no outliers."""
         return [bulk(part, self.loss) for part in self.residuals]
@@ -411,7 +416,7 @@ def spread(solution: Solution) -> Spread:
     """The covariance of the parameters under the noise that the residuals show; infinite where the data do not identify
     one."""
     scales = _Coordinates(solution.parameters).slopes(solution.values)
-    scaled = solution.jacobian * scales / solution.noise[:, np.newaxis]
+    scaled = solution.scaled
     norms = np.sqrt((scaled**2).sum(axis=0))
     alive = norms > 1e-9 * norms.max(initial=0.0)
     _, singular, directions = np.linalg.svd(triangle(scaled[:, alive] / norms[alive]))
@@ -567,7 +572,7 @@ def expected_decrease(solution: Solution) -> float:
     if not solution.parameters:
         return 0.0
     coordinates = _Coordinates(solution.parameters)
-    scaled = solution.jacobian * coordinates.slopes(solution.values) / solution.noise[:, np.newaxis]
+    scaled = solution.scaled
     left, slope, unit = influence(solution)
     at, downhill, end = coordinates.into(solution.values), -(left @ scaled), 1e-4
     shut = ((at <= coordinates.low + end) & (downhill < 0.0)) | ((at >= coordinates.high - end) & (downhill > 0.0))

@@ -272,45 +272,14 @@ def _stance(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     return Motion(states, rows), lifted
 
 
-class _Actuator(NamedTuple):
-    """x1, v1 in the air: as a function of time [s] since take-off, and with derivatives (times, 2, columns)."""
-
-    at: Callable[[Array], tuple[Array, Array]]
-    with_derivatives: Callable[[Array], tuple[Array, Array, Array]]
-
-
-def _locked(x1: float) -> _Actuator:
-    """An actuator that stays where it is."""
-
-    def at(t: Array) -> tuple[Array, Array]:
-        return np.full(t.shape, x1), np.zeros(t.shape)
-
-    def with_derivatives(t: Array) -> tuple[Array, Array, Array]:
-        return (*at(t), np.zeros((t.size, 2, len(COLUMNS))))
-
-    return _Actuator(at, with_derivatives)
-
-
-def _actuator(rig: _Rig, run: _Run, longest: float) -> _Actuator:
-    """The actuator in the air over a longest time."""
-    x1, v1 = float(run.state[0]), float(run.state[1])
+def _actuator(rig: _Rig, run: _Run, longest: float) -> SolvedStance | None:
+    """The actuator in the air over a longest time [s]; None where it is locked."""
     if rig.robot.x1_min == rig.robot.x1_max:
-        return _locked(x1)
+        return None
+    x1, v1 = run.state[:2].tolist()
     alone = rig.robot._replace(k=_NO_SPRING, L0=0.0, c=_FAR, b2=0.0, f2=FIRM, g=0.0)
     state = records.LegState(x1, v1, 0.0, x1 + _FAR)
-    found = solved(alone, state, _steps_from(rig.steps, run.begin), longest, rig.backend)
-
-    def at(t: Array) -> tuple[Array, Array]:
-        state = found.state_at(t)
-        return np.asarray(state.x1), np.asarray(state.v1)
-
-    def with_derivatives(t: Array) -> tuple[Array, Array, Array]:
-        state, rows = found.tangents(np.ascontiguousarray(t))
-        by = np.zeros((t.size, 2, len(COLUMNS)))
-        by[:, :, _AIRBORNE] = rows[:, :2][:, :, _AIRBORNE]
-        return np.asarray(state.x1), np.asarray(state.v1), by
-
-    return _Actuator(at, with_derivatives)
+    return solved(alone, state, _steps_from(rig.steps, run.begin), longest, rig.backend)
 
 
 def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
@@ -321,12 +290,15 @@ def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     t = times - run.begin
     t = t if airtime is None else t[t <= airtime]
     moments = t if airtime is None else np.append(t, airtime)
-    x1, v1, own = actuator.with_derivatives(moments)
+    by = np.zeros((moments.size, 4, len(COLUMNS)))
+    x1, v1 = np.full(moments.size, run.state[0]), np.zeros(moments.size)
+    if actuator is not None:
+        state, rows = actuator.tangents(np.ascontiguousarray(moments))
+        x1, v1 = np.asarray(state.x1), np.asarray(state.v1)
+        by[:, :2, _AIRBORNE] = rows[:, :2][:, :, _AIRBORNE]
     x2, v2 = run.state[2:]
     fall = v2 - robot.g * moments
     states = np.stack([x1, v1, x2 + v2 * moments - 0.5 * robot.g * moments**2, fall], axis=1)
-    by = np.zeros((moments.size, 4, len(COLUMNS)))
-    by[:, :2] = own
     by[:, 2, AT["x2"]], by[:, 2, AT["v2"]], by[:, 2, AT["g"]] = 1.0, moments, -0.5 * moments**2
     by[:, 3, AT["v2"]], by[:, 3, AT["g"]] = 1.0, -moments
     zero = np.zeros(moments.size)
@@ -352,20 +324,21 @@ def _landed(robot: records.Robot, run: _Run, airtime: float, state: Array, by: A
     return _Run(run.begin + airtime, run.begin_by + late, after, after_by, flies=False, touches=True)
 
 
-def _touchdown(rig: _Rig, run: _Run, actuator: _Actuator, longest: float) -> float | None:
+def _touchdown(rig: _Rig, run: _Run, actuator: SolvedStance | None, longest: float) -> float | None:
     """When the foot comes down after it has been above the ground [s since the flight's beginning], None if not that
     soon.
     """
     robot, (_, v1, x2, v2) = rig.robot, run.state.tolist()
-
-    def foot(t: Array) -> tuple[Array, Array]:
-        x1, rate = actuator.at(t)
-        return np.asarray(x2 + v2 * t - 0.5 * robot.g * t * t - x1 - robot.L0), np.asarray(v2 - robot.g * t - rate)
-
-    if robot.x1_min == robot.x1_max:
+    if actuator is None:
         height = max(x2 - run.state[0] - robot.L0, 0.0)
         airtime = (v2 + math.sqrt(v2 * v2 + 2.0 * robot.g * height)) / robot.g
         return airtime if airtime <= longest else None
+
+    def foot(t: Array) -> tuple[Array, Array]:
+        state = actuator.state_at(t)
+        height = x2 + v2 * t - 0.5 * robot.g * t * t - state.x1 - robot.L0
+        return np.asarray(height), np.asarray(v2 - robot.g * t - state.v1)
+
     soon = min(4.0 * abs(v2 - v1) / robot.g, longest)
     places = np.sort(np.concatenate([soon * _SHARES, longest * _SHARES]))
     heights, rates = foot(places)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hopform._solver import package
 from hopform._solver.c import PHASES_NOT_KEPT, Compiled, Library, Types, plan_of, pointer
-from hopform._solver.package import RESULTS, STATES, Columns, LegState, Precision, records
+from hopform._solver.package import RESULTS, STATES, Array, Columns, LegState, Precision, Target, records
 
 _FIRST_EVENTS = 16
 _INDEX_IN_API = 31
@@ -153,12 +153,7 @@ FIRST_CAPACITY = 64
 
 
 def choose_current(
-    solver: Compiled,
-    parameters: records.Robot,
-    start: LegState,
-    target: package.Target,
-    max_phases: int,
-    dtype: Precision,
+    solver: Compiled, parameters: records.Robot, start: LegState, target: Target, max_phases: int, dtype: Precision
 ) -> tuple[float, float, int, int]:
     """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved.
 
@@ -173,12 +168,11 @@ def choose_current(
         memory = free.pop()
     except IndexError:
         memory = _Memory(types, FIRST_CAPACITY)
-    begin, wanted = types.State(*start), memory.target(*target)
+    begin, wanted = types.State(*start), types.Target(*target)
     while True:
         status = library.call(
             "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin),
-            ctypes.byref(wanted),
-            memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command),
+            ctypes.byref(wanted), memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command),
         )  # fmt: skip
         if status != PHASES_NOT_KEPT or capacity == max_phases:
             break
@@ -194,7 +188,6 @@ class _Memory:
     """Room for one search; taken from `_free` and put back, so that no two searches are ever in the same."""
 
     def __init__(self, types: Types, capacity: int) -> None:
-        self.target = types.Target
         self.command, self.search, self.phases = types.Command(), types.Search(), (types.Phase * capacity)()
 
 
@@ -204,12 +197,7 @@ def _free(types: Types) -> list[_Memory]:
 
 
 def try_currents(
-    solver: Compiled,
-    parameters: records.Robot,
-    starts: list[LegState],
-    currents: NDArray[np.float64],
-    horizon: float,
-    max_phases: int,
+    solver: Compiled, parameters: Any, starts: list[LegState], currents: Array, horizon: float, max_phases: int
 ) -> NDArray[Any]:
     """The stance of each current from each state, (states, currents), a structured array with the fields of
     hopform_trial.
@@ -234,9 +222,8 @@ def try_currents(
 
 
 def apexes(
-    solver: Compiled, parameters: records.Robot, starts: list[LegState], currents: NDArray[np.float64],
-    horizon: float, max_phases: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+    solver: Compiled, parameters: Any, starts: list[LegState], currents: Array, horizon: float, max_phases: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
     made = try_currents(solver, parameters, starts, currents, horizon, max_phases)
     return np.where(made["takes_off"], made["apex"], np.nan), made["largest_x1"]
