@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from hopform._errors import HopformError
-from hopform._figures import picture
-from hopform._figures.picture import Drawn, cm, completed, legend, mm, panels, scale, standing, volts
+from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, LOOK, MAGENTA, ORANGE, STANCE, shade_stances
 from hopform._hopping.run import Run, simulate
 from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
@@ -203,7 +202,8 @@ def hall_sensor(robot: Robot) -> Drawn:
     detector, height = TouchdownDetector(high=0.6, low=0.4, count=3, dt=1e-3), 0.2 * scale(robot)
     run = simulate(robot, flat(3), FeedForward(height), height=height)
     completed(run)
-    t = picture.sampled_length(run.duration, 1.0 / detector.dt)
+    rate = 1.0 / detector.dt
+    t = np.arange(int(run.duration * rate) + 1) / rate
     signal = in_contact(run, t) + NOISE * np.random.default_rng(15).standard_normal(t.size)
     events = detector.detect(signal.tolist())
     detected = np.array([event.time for event in events if event.kind == "touchdown"])
@@ -243,7 +243,7 @@ def hall_sensor(robot: Robot) -> Drawn:
     return figure, ours, data
 
 
-def in_contact(run: Run, t: picture.Array) -> picture.Array:
+def in_contact(run: Run, t: Array) -> Array:
     """1 in stance, 0 in flight."""
     found = np.zeros_like(t)
     for hop in run.hops:
@@ -251,9 +251,7 @@ def in_contact(run: Run, t: picture.Array) -> picture.Array:
     return found
 
 
-def draw_signal(
-    axes: Axes, run: Run, t: picture.Array, signal: picture.Array, detector: TouchdownDetector, detected: picture.Array
-) -> None:
+def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: TouchdownDetector, detected: Array) -> None:
     shade_stances(axes, run, "stance")
     axes.plot(t, signal, color=BLUE, linewidth=0.6, label="signal")
     axes.axhline(detector.high, color=GREEN, linestyle="--", linewidth=1.0, label="touch begins above")

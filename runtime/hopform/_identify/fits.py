@@ -25,7 +25,6 @@ from hopform._robots import Provenance, Robot, load_robot
 from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
 
-Model = str
 TITLES = {
     "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
     "ramp": "friction threshold (5) from a ramp",

@@ -39,14 +39,14 @@ from hopform._solver.package import Steps, records
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
 
-NEUTRAL = {"delay": 0.0, "gain": 1.0, "clock": 1.0, "lag": 0.0}
-"""Each letter at the value that changes nothing."""
 _POWERS = {"k": 2, "b1": 1, "b2": 1, "f1": 2, "f2": 2, "g": 2, "gamma2": 2}
 """The powers of 1/s in which a letter counts, masses and lengths apart."""
 
 
 class Sensor(NamedTuple):
-    """The letters of a recording's sensor, clock and logger: delay [s], gain, clock, lag [s]."""
+    """The letters of a recording's sensor, clock and logger: delay [s], gain, clock, lag [s]; by default they change
+    nothing.
+    """
 
     delay: float = 0.0
     gain: float = 1.0
@@ -201,7 +201,7 @@ class Experiment:
         """The letters of sensor, clock and logger under values of the parameters."""
         here = {name: self.names.get(name) for name in Sensor._fields}
         return Sensor(**{
-            name: values[parameter] if parameter is not None else self.constants.get(name, NEUTRAL[name])
+            name: values[parameter] if parameter is not None else self.constants.get(name, Sensor._field_defaults[name])
             for name, parameter in here.items()
         })  # fmt: skip
 
