@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, TypeAlias, cas
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform import _checks as checks
+import hopform._checks as checks
 from hopform._checks import finite, items, pair, positive, shaped, shown, times_within, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from hopform import _export as packages
+import hopform._export as packages
 from hopform._checks import shown
 from hopform._cli.output import figures as renderer
 from hopform._cli.output import pick, show, to_json, warn
