@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import hopform
-from hopform._export import Wanted, package
-from hopform._export.selftest import selftest
-from hopform._solver.package import TRAVEL
+from hopform._export import Wanted, package, selftest
+from hopform._solver.package import records
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "play"
@@ -66,7 +65,7 @@ def facts() -> dict[str, Any]:
             }
             for name, robot in robots.items()
         },
-        "unused": ["name", "description", TRAVEL.name],
+        "unused": ["name", "description", records.TRAVEL.name],
         "digests": {name: f"{selftest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))},
         "words": {kind.table: [asdict(word) for word in kind.words] for kind in tables},
     }

@@ -20,7 +20,7 @@ from os import environ
 from pathlib import Path
 from typing import NamedTuple
 
-from hopform._export.selftest import selftest
+from hopform._export import selftest
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "tests" / "conformance" / "firmware"

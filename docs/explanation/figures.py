@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 import hopform
 from hopform._figures.plots import BLUE, GREEN, GREY, MAGENTA, ORANGE, house_style, render
 from hopform._solver.c import plan_of
-from hopform._solver.columns import MAX_PHASES
-from hopform._solver.package import records
+from hopform._solver.package import MAX_PHASES, records
 from hopform_solver import formulas, kernels, phases
 from hopform_solver.sensitivity import COLUMNS
 

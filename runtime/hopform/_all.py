@@ -2,9 +2,16 @@
 
 from hopform import __version__, controllers, terrain, ufuncs
 from hopform._batch import Batch, solve_stances
-from hopform._control.exact import Command, choose_current
-from hopform._control.printed import PrintedCommand, choose_current_as_printed
-from hopform._control.reach import FixedPoint, Reachability, next_apex, reachability
+from hopform._control import (
+    Command,
+    FixedPoint,
+    PrintedCommand,
+    Reachability,
+    choose_current,
+    choose_current_as_printed,
+    next_apex,
+    reachability,
+)
 from hopform._errors import BackendError, HopformError, MissingExtra
 from hopform._flight import Flight, FlightPhase, design_return, solve_flight
 from hopform._hopping.run import Errors, Hop, Run, simulate

@@ -20,10 +20,10 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrix
 from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
+from hopform._solver import package
 from hopform._solver.choice import BackEnd
-from hopform._solver.columns import CHUNK, MAX_PHASES, RESULTS, STATES, STATUS, Events, results_like
 from hopform._solver.library import Backend
-from hopform._solver.package import EVENTS, ROBOT_FIELDS, ROWS, Field, checked
+from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, checked, records
 from hopform._stance import TOUCHING_ULP, State, precision_of
 
 Progress = Callable[[int, int], object]
@@ -217,9 +217,8 @@ def solve_stances(
     function("progress", progress)
     given_u = cast(object, u)
     if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
-        raise HopformError(
-            f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(given_u)}"
-        )
+        message = f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(given_u)}"
+        raise HopformError(message)
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | ({} if x2 is None else {"x2": x2})
     plain, labels = labelled({**states, **fields})
     given = {name: numbers(name, plain[name], UNITS[name]) for name in states}
@@ -230,7 +229,7 @@ def solve_stances(
     columns = (*(given[name] for name in STATES), *robots.values())
     size = math.prod(shape)
     back_end = robot.solver.back_end(backend)
-    results = results_like(size, real)
+    results = package.results_like(size, real)
     matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if with_derivatives else None
     compressions = np.empty(size, real) if with_compression else None
     job = _Job(columns, shape, size, most, real, results, matrices, compressions)
@@ -254,7 +253,7 @@ def solve_stances(
 def _run(
     job: _Job, back_end: BackEnd, events: bool, threads: int, progress: Progress | None
 ) -> tuple[NDArray[Any], NDArray[np.int8]] | tuple[None, None]:
-    found: dict[int, Events] = {}
+    found: dict[int, package.Events] = {}
 
     def solve(part: slice) -> int:
         columns, results = job.chunk(part), [result[part] for result in job.results]
@@ -287,7 +286,7 @@ def _in_threads(solve: Callable[[slice], int], parts: list[slice], threads: int)
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _joined(job: _Job, lists: Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
+def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
     """The events of all stances, a row each, NaN and 0 behind the last one."""
     counts = job.results[-1]
     longest = int(counts.max(initial=0))
@@ -306,7 +305,7 @@ def _joined(job: _Job, lists: Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
 
 def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any]]:
     """The robot's fields as arrays, those of `fields` in place of its own; HopformError for one out of its domain."""
-    known = {field.name: field for field in ROBOT_FIELDS}
+    known = {field.name: field for field in records.ROBOT_FIELDS}
     for name in fields:
         if name not in known:
             close = difflib.get_close_matches(name, [*known, *_INPUTS], 1, 0.5)
@@ -319,7 +318,7 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
             array = array_of(name, fields[name], field.unit)
             fits = np.asarray(checked.inside(field.domain, array))
 
-            def reason(bad: float, name: str = name, field: Field = field) -> str:
+            def reason(bad: float, name: str = name, field: records.Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
 
             refuse_any(name, array, fits, reason)

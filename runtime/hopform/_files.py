@@ -88,9 +88,8 @@ def check_files(reads: Iterable[Named], writes: Iterable[Named]) -> None:
                 raise HopformError(f"{what} {name_of(path)} would overwrite {other} {name_of(read)}: name another file")
         for other, written in outputs:
             if are_one(written, path):
-                raise HopformError(
-                    f"two outputs name the same file: {other} {name_of(written)} and {what} {name_of(path)}"
-                )
+                message = f"two outputs name the same file: {other} {name_of(written)} and {what} {name_of(path)}"
+                raise HopformError(message)
         outputs.append((what, path))
 
 

@@ -20,8 +20,7 @@ from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
-from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightEnding, FlightLedger, Gains, formulas
-from hopform._solver.package import records as solver_records
+from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, formulas, records
 from hopform._stance import DOUBLE, TOUCHING_ULP, Event, Real, State, body_height, placed, precision_of
 
 
@@ -54,7 +53,7 @@ class Flight(Motion):
     robot: Robot
     backend: Backend
     dtype: np.dtype[Any]
-    status: FlightEnding
+    status: records.FlightEnding
     duration: float
     end: State
     touchdown: State | None
@@ -105,13 +104,11 @@ class Flight(Motion):
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
-        energy, _ = self._energies(t)
-        return Energy(*(shaped(value, t) for value in energy))
+        return self._energies(t)[0]
 
     def ledger(self, t: ArrayLike) -> FlightLedger:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
-        _, entries = self._energies(t)
-        return FlightLedger(*(shaped(value, t) for value in entries))
+        return self._energies(t)[1]
 
     def _card(self) -> Card:
         start = self.at(0.0)
@@ -140,7 +137,9 @@ class Flight(Motion):
         order = np.argsort(times, kind="stable")
         energy, ledger = self._solved.energy_at(times[order])
         back = np.argsort(order, kind="stable")
-        return Energy(*(value[back] for value in energy)), FlightLedger(*(value[back] for value in ledger))
+        return Energy(*(shaped(one[back], t) for one in energy)), FlightLedger(
+            *(shaped(one[back], t) for one in ledger)
+        )
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
         return times_within(t, self.dtype, self.duration)
@@ -213,11 +212,11 @@ def design_return(robot: Robot, time: SupportsFloat) -> Gains:
     return Gains(*map(float, gains))
 
 
-def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.LegState:
+def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> records.LegState:
     """The state at take-off; y is how far the foot is below the ground ahead, 0 where x2 is left out."""
     x_1, v_1, v_2 = placed(robot, x1, v1, v2)
     y = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
-    return solver_records.LegState(x_1, v_1, v_2, 0.0 if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0) else y)
+    return records.LegState(x_1, v_1, v_2, 0.0 if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0) else y)
 
 
 def _gains(gains: Sequence[SupportsFloat]) -> Gains:

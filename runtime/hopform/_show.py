@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import numbers
 from hopform._errors import HopformError, MissingExtra, printable
 from hopform._files import path_of, write
-from hopform._solver.package import ROBOT_FIELDS
+from hopform._solver.package import records
 
 if TYPE_CHECKING:
     import xarray
@@ -39,7 +39,7 @@ UNITS: dict[str, str] = {
     "onset_time": "s", "onset_u": "A", "onset_u_low": "A", "onset_u_high": "A",
     "v1": "m/s", "v2": "m/s", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
     "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "force": "N",
-} | {field.name: field.unit for field in ROBOT_FIELDS}  # fmt: skip
+} | {field.name: field.unit for field in records.ROBOT_FIELDS}  # fmt: skip
 """Units of what results hold, by name; what is not here is a number without one, or a word."""
 
 DURATION_OF = attrgetter("duration")
@@ -95,8 +95,7 @@ class Shown(ABC):
         The figure is one of pyplot, so that `plt.show()` and notebooks show it, and `.plot().figure.savefig(...)`
         writes it. Raises MissingExtra without matplotlib.
         """
-        axes: Axes = drawing("results").drawn(self, ax)
-        return axes
+        return cast("Axes", drawing("results").drawn(self, ax))
 
     def to_xarray(self) -> "xarray.Dataset":
         """Its arrays with named dimensions, units in `attrs`; `.to_dataframe()` is one call from there.
@@ -220,8 +219,7 @@ def dataset(arrays: Arrays, title: str) -> "xarray.Dataset":
         variables[name] = of_xarray.Variable(dims, np.asarray(values), attrs)
     coords = {name: each for name, each in variables.items() if each.dims == (name,)}
     rest = {name: each for name, each in variables.items() if name not in coords}
-    found: xarray.Dataset = of_xarray.Dataset(rest, coords, {"title": title})
-    return found
+    return cast("xarray.Dataset", of_xarray.Dataset(rest, coords, {"title": title}))
 
 
 def drawing(module: str) -> Any:
@@ -254,8 +252,7 @@ def animate(
     >>> hopform.animate(run, seconds=0.1, rate=4)
     Animation of hopper_c: 1 pictures, 4 a second
     """
-    made: Animation = drawing("animation").animated(run, h_des, speed, rate, seconds)
-    return made
+    return cast("Animation", drawing("animation").animated(run, h_des, speed, rate, seconds))
 
 
 @dataclass(frozen=True, repr=False)

@@ -11,31 +11,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, TypeAlias, cas
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import (
-    LARGEST,
-    MEMORY,
-    finite,
-    is_one,
-    items,
-    nonnegative,
-    pair,
-    positive,
-    shaped,
-    shown,
-    times_within,
-    whole,
-)
-from hopform._checks import count as counted
+import hopform._checks as checks
+from hopform._checks import finite, items, pair, positive, shaped, shown, times_within, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
 from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
 from hopform._solver.choice import SolvedStance
-from hopform._solver.columns import Steps
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, MOST_STEPS, AnyEvent, Ending, Energy, Ledger, formulas
-from hopform._solver.package import records as solver_records
+from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Steps, formulas, records
 
 if TYPE_CHECKING:
     from hopform._flight import Flight
@@ -102,7 +87,7 @@ class Stance(Motion):
     u: Steps
     backend: Backend
     dtype: np.dtype[Any]
-    status: Ending
+    status: records.Ending
     duration: float
     end: State
     takeoff: State | None
@@ -194,7 +179,7 @@ class Stance(Motion):
         whole = all(column.flags.c_contiguous for column in into)
         x1, v1, x2, v2 = into if whole else np.empty((4, t.size), self.dtype)
         if self.duration > 0.0:
-            self._solved.grid(step, solver_records.LegState(x1, v1, v2, x2))
+            self._solved.grid(step, records.LegState(x1, v1, v2, x2))
         else:
             for column, values in zip((x1, v1, v2, x2), self._solver_state(t), strict=True):
                 column[...] = values
@@ -237,13 +222,13 @@ class Stance(Motion):
         """
         return shaped(self._solver_state(t).y, t)
 
-    def energy(self, t: ArrayLike) -> Energy:
+    def energy(self, t: ArrayLike) -> records.Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
         if type(t) is float and self.dtype is DOUBLE:
             return self._solved.energy(self._time(t))
-        return Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
+        return records.Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
-    def ledger(self, t: ArrayLike) -> Ledger:
+    def ledger(self, t: ArrayLike) -> records.Ledger:
         """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for
         `at`.
         """
@@ -295,7 +280,7 @@ class Stance(Motion):
             "compression_max": ((), self.compression_max, {"units": "m"}),
         }
 
-    def _solver_state(self, t: ArrayLike) -> solver_records.LegState:
+    def _solver_state(self, t: ArrayLike) -> records.LegState:
         times = self._times(t)
         return self._solved.state_at(times)
 
@@ -336,7 +321,8 @@ def solve_stance(
     start = start_of(robot, x1, v1, x2, v2)
     steps = steps_of(u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
-    most = max_phases if type(max_phases) is int and 0 < max_phases <= LARGEST else whole("max_phases", max_phases)
+    quick = type(max_phases) is int and 0 < max_phases <= checks.LARGEST
+    most = max_phases if quick else whole("max_phases", max_phases)
     back_end = robot.solver.back_end(backend)
     solved = back_end.solve_stance(robot.parameters, start, steps, longest, most, precision)
     return _stance(robot, steps, back_end.name, precision, solved, x2 is not None)
@@ -355,15 +341,13 @@ def uniform_times(
     if (count is None) == (dt is None):
         raise HopformError(f"either count or dt must be given, got count = {shown(count)}, dt = {shown(dt)}")
     if dt is None:
-        number = counted("count", count, EACH)
+        number = checks.count("count", count, EACH)
         step = duration / (number - 1) if number > 1 else 0.0
     else:
         step = positive("dt", dt, "s")
         last = duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))
-        if last >= MEMORY // EACH:
-            raise HopformError(
-                f"dt must be > {duration / (MEMORY // EACH)!r} s for a stance of {duration!r} s, got {step!r}"
-            )
+        if last >= (most := checks.MEMORY // EACH):
+            raise HopformError(f"dt must be > {duration / most!r} s for a stance of {duration!r} s, got {step!r}")
         number = math.floor(last) + 1
     t = np.arange(number, dtype=dtype)
     t *= dtype.type(step)
@@ -394,7 +378,7 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     >>> round(touchdown_velocity(load_robot("hopper_c"), 0.2), 4)
     -1.9308
     """
-    drop = nonnegative("height", height, "m")
+    drop = checks.nonnegative("height", height, "m")
     return float(formulas.touchdown_velocity(checked_robot(robot).parameters, drop))
 
 
@@ -414,7 +398,7 @@ def _stance(
     return stance
 
 
-def _with_height(stance: Stance, state: solver_records.LegState) -> State:
+def _with_height(stance: Stance, state: records.LegState) -> State:
     height = float(body_height(stance.robot, stance.dtype, state.x1, state.y))
     return State(state.x1, state.v1, height, state.v2)
 
@@ -440,11 +424,11 @@ def placed(robot: Robot, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float
     return x_1, v_1, v_2
 
 
-def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_records.LegState:
+def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> records.LegState:
     """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
     x_1, v_1, v_2 = placed(robot, x1, v1, v2)
     if x2 is None:
-        start: solver_records.LegState = tuple_of(solver_records.LegState, (x_1, v_1, v_2, 0.0))
+        start: records.LegState = tuple_of(records.LegState, (x_1, v_1, v_2, 0.0))
         return start
     height = finite("x2", x2, "m")
     y = x_1 - height + robot.L0 + robot.c
@@ -453,17 +437,17 @@ def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_reco
     if y < 0.0:
         highest = x_1 + robot.L0 + robot.c
         raise HopformError(f"x2 must be <= x1 + L0 + c = {highest!r} m, or the spring pulls, got {height!r}")
-    return solver_records.LegState(x_1, v_1, v_2, y)
+    return records.LegState(x_1, v_1, v_2, y)
 
 
 def steps_of(u: Current) -> Steps:
     """A current, or steps of it, as steps (t, u) [s, A] that begin at 0; HopformError for what is neither."""
     if type(u) is float and math.isfinite(u):  # the common case, before a protocol is asked
         return ((0.0, u),)
-    if is_one(u):
+    if checks.is_one(u):
         return ((0.0, finite("u", u, "A")),)
     steps: list[tuple[float, float]] = []
-    for number, step in enumerate(items("u", u, "a current in A or steps (t, u)", MOST_STEPS)):
+    for number, step in enumerate(items("u", u, "a current in A or steps (t, u)", records.MOST_STEPS)):
         t, current = pair(f"u[{number}]", step, "(t, u)")
         steps.append((finite(f"u[{number}] time", t, "s"), finite(f"u[{number}] current", current, "A")))
     if not steps:

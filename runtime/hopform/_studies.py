@@ -6,7 +6,7 @@ What is swept or compared is a dimension with its name; units stand in `attrs`.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any, SupportsFloat, TypeVar
+from typing import TYPE_CHECKING, Any, SupportsFloat, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -60,9 +60,8 @@ def sweep(
         if not isinstance(value, of_xarray.DataArray):
             array = numbers(name, value, UNITS.get(name, "1"))
             if array.ndim > 1:
-                raise HopformError(
-                    f"{name} must be a number, a list of numbers or a DataArray, got shape {array.shape}"
-                )
+                message = f"{name} must be a number, a list of numbers or a DataArray, got shape {array.shape}"
+                raise HopformError(message)
             if array.ndim:
                 axes[name] = of_xarray.DataArray(array, dims=name, coords={name: array})
             else:
@@ -81,8 +80,7 @@ def sweep(
         batch = solve_stances(robot, **axes, threads=threads, backend=backend, progress=progress or bar)
     fixed = {name: of_xarray.Variable((), value, {"units": UNITS[name]}) for name, value in single.items()}
     found: Any = batch.to_xarray()
-    labelled: xarray.Dataset = found.assign_coords(fixed)
-    return labelled
+    return cast("xarray.Dataset", found.assign_coords(fixed))
 
 
 def compare(

@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 
 from hopform._batch import solve_stances
 from hopform._checks import finite, flag, function, is_one, items, keep, nonnegative, positive, shown, whole
-from hopform._control.exact import checked_target, choose_current
-from hopform._control.printed import choose_current_as_printed
-from hopform._control.reach import check_map, home_of
+from hopform._control import check_map, checked_target, choose_current, choose_current_as_printed, home_of
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
-from hopform._solver.columns import MAX_PHASES
+from hopform._solver.package import MAX_PHASES
 from hopform._stance import DOUBLE, Current, Stance, State, solve_stance, start_of
 from hopform.terrain import MOST_HOPS, heights_of
 

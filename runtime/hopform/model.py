@@ -35,9 +35,8 @@ def _derivation() -> ModuleType:
                 raise MissingExtra("hopform.model", "derive") from None
             if error.name != name.removesuffix(".model"):
                 raise
-    raise HopformError(
-        "hopform.model is the derivation's, which is neither installed here nor in this folder's checkout"
-    )
+    message = "hopform.model is the derivation's, which is neither installed here nor in this folder's checkout"
+    raise HopformError(message)
 
 
 def __getattr__(name: str) -> Any:

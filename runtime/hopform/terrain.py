@@ -93,9 +93,8 @@ def read(path: str | Path) -> Heights:
     if rows and number_of(rows[0][1][0]) is None:
         head = [name.strip() for name in rows[0][1]]
         if COLUMN not in head:
-            raise HopformError(
-                f"{source}, line {rows[0][0]}: there is no column {COLUMN!r}, only {shown(', '.join(head))[1:-1]}"
-            )
+            message = f"{source}, line {rows[0][0]}: there is no column {COLUMN!r}, only {shown(', '.join(head))[1:-1]}"
+            raise HopformError(message)
         column, title, rows = head.index(COLUMN), repr(COLUMN), rows[1:]
     elif rows and len(rows[0][1]) > 1:
         raise HopformError(f"{source}, line {rows[0][0]}: several columns need a head, one of them named {COLUMN!r}")

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform._errors import BackendError
+from hopform._solver import package
 from hopform._solver.c import library
 from hopform._solver.c_batch import ufunc_of
 from hopform._solver.choice import DEFAULT
-from hopform._solver.columns import CHUNK, CODES, INPUTS, MAX_PHASES, REFUSED, RESULTS, SIGNATURE, STATUS, results_like
-from hopform._solver.package import ROBOT_FIELDS
+from hopform._solver.package import CHUNK, CODES, INPUTS, MAX_PHASES, REFUSED, RESULTS, SIGNATURE, STATUS
 
 __all__ = [
     "CHUNK", "CODES", "INPUTS", "MAX_PHASES", "REFUSED", "RESULTS", "SIGNATURE", "STATUS", "stance", "stance_on_arrays",
@@ -37,16 +37,16 @@ def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = No
     real = np.dtype(np.float32 if single else np.float64)
     *lanes, robot = arrays
     if not robot.shape:
-        raise ValueError(f"robot must have {len(ROBOT_FIELDS)} fields on its last axis, got {robot!r}")
-    if robot.shape[-1] != len(ROBOT_FIELDS):
-        robot = np.full((*robot.shape[:-1], len(ROBOT_FIELDS)), np.nan, real)
+        raise ValueError(f"robot must have {len(package.records.ROBOT_FIELDS)} fields on its last axis, got {robot!r}")
+    if robot.shape[-1] != len(package.records.ROBOT_FIELDS):
+        robot = np.full((*robot.shape[:-1], len(package.records.ROBOT_FIELDS)), np.nan, real)
     shape = np.broadcast_shapes(*(lane.shape for lane in lanes), robot.shape[:-1])
-    results = results_like(shape, real) if out is None else tuple(out)
-    columns = [*lanes, *(robot[..., n] for n in range(len(ROBOT_FIELDS)))]
+    results = package.results_like(shape, real) if out is None else tuple(out)
+    columns = [*lanes, *(robot[..., n] for n in range(len(package.records.ROBOT_FIELDS)))]
     for first in range(0, int(np.prod(shape)), CHUNK):
         part = slice(first, first + CHUNK)
         chunk = [np.asarray(np.broadcast_to(column, shape).flat[part], dtype=real) for column in columns]
-        found = results_like(chunk[0].size, real)
+        found = package.results_like(chunk[0].size, real)
         DEFAULT.arrays.solve_columns(chunk, found, MAX_PHASES, events=False)
         for result, values in zip(results, found, strict=True):
             result.flat[part] = values

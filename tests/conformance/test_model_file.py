@@ -28,7 +28,7 @@ from derive.emit.program import program as derived_program
 from derive.emit.render import Options, render
 from derive.model.equations import Model, Term
 from derive.model.quantities import v2
-from hopform._solver import arrays, c_flight
+from hopform._solver import arrays, c
 from hopform._solver import c as native
 from hopform._solver.choice import C
 from hopform._solver.package import Package
@@ -331,7 +331,7 @@ def fly_by_library(
         "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.byref(types.Gains(*gains)),
         ctypes.c_double(horizon), ctypes.c_int32(max_phases), phases, ctypes.c_int32(max_phases), ctypes.byref(flight),
     )  # fmt: skip
-    solved = c_flight.NativeFlight(library, types, parameters, plan, phases, flight)  # type: ignore[arg-type]
+    solved = c.NativeFlight(library, types, parameters, plan, phases, flight)  # type: ignore[arg-type]
     _, ledger = solved.energy_at(np.array([flight.duration]))
     ledger = type(ledger)(*(entry[0] for entry in ledger))
     return flown(solved, flight.ending, flight.duration, ledger)

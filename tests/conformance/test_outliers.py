@@ -143,7 +143,7 @@ def minima(problem: search.Problem, found: estimation.Solution) -> Iterator[esti
 @pytest.mark.parametrize(("loss", "seed"), [("soft_l1", 0), ("huber", 1), ("cauchy", 2)])
 def test_no_start_leads_to_a_lower_robust_cost(case, loss, seed):
     problem = problem_of(case, measured(case, seed)[0])
-    found = search.minimise(problem, loss)
+    found = search.minimise(dataclasses.replace(problem, loss=loss))
     costs = [each.cost for each in minima(problem, found)]
     assert found.cost <= 1.01 * min(costs)
     if case == "drop":
@@ -152,22 +152,22 @@ def test_no_start_leads_to_a_lower_robust_cost(case, loss, seed):
 
 def test_the_lowest_robust_cost_wins_whichever_start_leads_there(monkeypatch):
     """One of the two ways is led to a false minimum, with which the other one is compared."""
-    problem = problem_of("drop", measured("drop", 1)[0])
-    least = search.minimise(problem, "huber")
+    problem = dataclasses.replace(problem_of("drop", measured("drop", 1)[0]), loss="huber")
+    least = search.minimise(problem)
     false = next(each for each in minima(problem, least) if each.cost > 1.1 * least.cost)
-    assert abs(search._weighed(problem, false, {}, "huber").values["k"] - 900.0) > 5.0
+    assert abs(search._weighed(problem, false, {}).values["k"] - 900.0) > 5.0
     searched = search._searched
     ways = {
         "_without_outliers": lambda *_: false,
-        "_searched": lambda problem, loss, *more: false if loss == "huber" else searched(problem, loss, *more),
+        "_searched": lambda problem, *more: false if problem.loss == "huber" else searched(problem, *more),
     }
     monkeypatch.setattr(search, "is_noise", lambda *_: False)
-    monkeypatch.setattr(search, "_traded", lambda _problem, found, _loss: found)
-    monkeypatch.setattr(search, "_unstuck", lambda _problem, found, _loss: found)
+    monkeypatch.setattr(search, "_traded", lambda _, found: found)
+    monkeypatch.setattr(search, "_unstuck", lambda _, found: found)
     for way, led_aside in ways.items():
         with monkeypatch.context() as patched:
             patched.setattr(search, way, led_aside)
-            found = search.minimise(problem, "huber")
+            found = search.minimise(problem)
         assert found.values["k"] == pytest.approx(least.values["k"], abs=0.1), way
 
 

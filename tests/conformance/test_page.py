@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._export.selftest import selftest
-from hopform._robots.provenance import Provenance
+from hopform._export import selftest
+from hopform._robots import Provenance
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "play"

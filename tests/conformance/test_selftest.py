@@ -13,7 +13,7 @@ import pytest
 
 import hopform
 from derive.model.selftest import CASES, ROBOTS
-from hopform._export.selftest import selftest
+from hopform._export import selftest
 from tests.conformance.firmware import golden
 from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, C, sources
 from tests.needs import the_first

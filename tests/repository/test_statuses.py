@@ -5,8 +5,8 @@ from pathlib import Path
 
 from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
 from hopform import _batch, _checks, _files, _robots, _stance, terrain
+from hopform import _control as reach
 from hopform._cli import options
-from hopform._control import reach
 from hopform._hopping import run, touchdown
 from hopform._identify import kinds, synthetic
 from hopform._solver import c as native
@@ -43,8 +43,8 @@ def test_the_table_of_the_readme_lists_them_all():
 
 
 def test_python_has_a_reason_for_each_error_and_for_nothing_else():
-    assert {number: meaning for number, meaning in statuses().values() if number < 0} == native.REFUSALS
-    for number, reason in native.REFUSALS.items():
+    assert {number: meaning for number, meaning in statuses().values() if number < 0} == native.records.REFUSALS
+    for number, reason in native.records.REFUSALS.items():
         assert str(native.refusal("stance_at", number)) == reason
 
 

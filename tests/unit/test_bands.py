@@ -10,7 +10,7 @@ import pytest
 
 import hopform
 from hopform import _cli as cli
-from hopform._robots.provenance import Provenance
+from hopform._robots import Provenance
 from tests.unit.test_cli import fits
 
 HOPPER = hopform.load_robot("hopper_c")

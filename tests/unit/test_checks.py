@@ -9,7 +9,7 @@ import pytest
 import hopform
 from hopform._cli import main
 from hopform._identify import fit_drop_test, fit_robot, fit_step_response
-from hopform._identify.checks import check
+from hopform._identify.joint import check
 from hopform._identify.synthetic import TESTS, record, to_csv
 
 HOPPER = hopform.load_robot("hopper_c")

@@ -338,7 +338,7 @@ def test_a_run_is_saved_by_the_same_rule(tmp_path, monkeypatch, method, path):
 @pytest.mark.parametrize("command", ["export", "figures"])
 def test_a_folder_that_cannot_be_made_is_known_before(tmp_path, monkeypatch, capsys, command, folder):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hopform._cli.figures.drawn", None)
+    monkeypatch.setattr("hopform._cli.folders.drawn", None)
     monkeypatch.setattr("hopform._export.package", None)
     Path("file").write_text("old")
     Path("full").mkdir()

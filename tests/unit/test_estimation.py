@@ -10,12 +10,12 @@ import pytest
 from scipy import optimize, signal, stats
 
 import hopform
-from hopform._identify import estimation, fit_drop_test, fit_step_response, kinds
+from hopform._identify import estimation, fit_drop_test, fit_step_response, fits
 from hopform._identify.drop import ATTACHED
 from hopform._identify.estimation import Parameter
-from hopform._identify.filtering import low_passed
-from hopform._identify.recipe import fit as fit_of
+from hopform._identify.fits import fit as fit_of
 from hopform._identify.search import Problem
+from hopform._identify.segments import low_passed
 from hopform._identify.synthetic import record
 from tests.fits import ALONE
 
@@ -64,7 +64,7 @@ def closed_form(experiment):
 
 def solved(experiment, parameters):
     solution = estimation.solve([experiment], parameters, sigma=[1e-3], precision=1e-15)
-    return solution, *estimation.estimates(solution, [experiment])
+    return solution, *estimation.estimates(solution)
 
 
 def test_covariance_and_intervals_are_those_of_linear_least_squares():
@@ -151,7 +151,7 @@ def test_a_robust_profile_of_a_linear_parameter_is_its_t_interval(loss):
     experiment = with_outliers(line({"a": 0.3, "f1": 0.2}), 0.05, seed=2)
     parameters = [Parameter("a", "m", 0.0, 0.1), Parameter("f1", "m/s^2", 0.1, 0.1, "nonnegative", profiled=True)]
     solution = estimation.solve([experiment], parameters, sigma=[1e-3], loss=loss, precision=1e-12)
-    found, _ = estimation.estimates(solution, [experiment], loss=loss)
+    found, _ = estimation.estimates(solution)
     half = stats.t.ppf(0.975, solution.freedom) * found[1].stderr
     assert found[1].method == "profile"
     assert (found[1].low, found[1].high) == pytest.approx(
@@ -178,7 +178,7 @@ def test_correlations_and_hold_out_are_those_of_the_data(monkeypatch):
         "step", "x1", (Line(experiment.design, shifted),),
         tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), (), {}, (), (),
     )  # fmt: skip
-    monkeypatch.setattr(kinds, "start", lambda *_, **__: problem)
+    monkeypatch.setattr(fits, "problem_of", lambda *_: problem)
     fit = fit_of({ATTACHED: record(hopform.load_robot("hopper_c"), "decay", seed=1)}, diagnose=False)
     _, covariance, _ = closed_form(Line(experiment.design, shifted))
     expected = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])

@@ -94,7 +94,7 @@ def test_the_amalgamated_pair_gives_the_digest_of_the_library(tmp_path):
     files = [HERE / "selftest.c", BOARDS / "board.c", "hopform.c"]
     run(*CC, "-std=c99", *FLAGS, "-I", BOARDS, "-I", ".", *files, "-o", "selftest", "-lm", cwd=tmp_path)
     said = subprocess.run([tmp_path / "selftest"], capture_output=True, text=True, check=True).stderr
-    from hopform._export.selftest import selftest
+    from hopform._export import selftest
 
     assert said == f"f32 {selftest('float32'):08x} f64 {selftest('float64'):08x}\n"
 
@@ -137,7 +137,7 @@ int main(void)
 @pytest.mark.sliced
 @pytest.mark.parametrize("way", the_first(list(WAYS)))
 def test_another_cmake_project_consumes_the_package(packages, tmp_path, way):
-    from hopform._export.selftest import selftest
+    from hopform._export import selftest
 
     cmake = shutil.which("cmake")
     assert cmake is not None, "cmake is not installed"
@@ -284,7 +284,7 @@ def test_a_folder_with_files_is_left_alone(tmp_path, capsys):
 
 
 def test_the_digests_of_the_selftest_are_printed(capsys):
-    from hopform._export.selftest import selftest
+    from hopform._export import selftest
 
     assert main(["selftest", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["hopform_selftest_f32"] == f"{selftest():08x}"

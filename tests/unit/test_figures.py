@@ -18,7 +18,7 @@ from matplotlib.colors import to_rgb
 import hopform
 from hopform import _cli as cli
 from hopform import _figures as figures
-from hopform._cli import figures as figures_command
+from hopform._cli import folders as figures_command
 from hopform._figures import animation, plots
 from tests.repository.test_house import packages
 from tests.unit.test_cli import fits
@@ -401,7 +401,7 @@ def test_the_colours_stay_apart_for_colour_blind_eyes():
 
 @pytest.mark.parametrize("number", ALL)
 def test_each_number_is_written_as_svg_and_png_with_its_caption(tmp_path, monkeypatch, capsys, number):
-    monkeypatch.setattr(figures_command, "draw", lambda number, robot: drawn(number))
+    monkeypatch.setattr(figures_command, "draw", lambda number, *_: drawn(number))
     assert cli.main(["figures", str(tmp_path / "out"), "--only", str(number), "--json"]) == 0
     name = f"fig_{number:02d}"
     record = json.loads(capsys.readouterr().out)
@@ -506,12 +506,12 @@ def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
 
 
 def test_importing_the_figures_loads_no_matplotlib(tmp_path):
-    loaded = "import sys, hopform._figures, hopform._cli.figures; print('matplotlib' in sys.modules)"
+    loaded = "import sys, hopform._figures, hopform._cli.folders; print('matplotlib' in sys.modules)"
     assert python(loaded, cwd=tmp_path) == (0, "False\n", "")
 
 
 def test_the_figures_need_numpy_and_matplotlib_alone():
     """The rule of the house for the runtime, in this folder of it."""
     found = sorted(Path(figures.__file__).parent.glob("*.py"))
-    assert len(found) == 15
+    assert len(found) == 10
     assert {name for path in found for name in packages(path)} == {"hopform", "numpy", "matplotlib"}

@@ -197,7 +197,7 @@ def test_a_report_may_stand_beside_everything_else(tmp_path, monkeypatch):
     ],
 )
 def test_figures_are_refused_before_they_are_drawn(tmp_path, monkeypatch, refused, made, said):
-    monkeypatch.setattr("hopform._cli.figures.draw", None)
+    monkeypatch.setattr("hopform._cli.folders.draw", None)
     (tmp_path / "out").mkdir()
     made(tmp_path / "out" / "fig_12.svg")
     assert said in refused("figures", "out", "--only", "12")

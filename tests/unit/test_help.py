@@ -11,8 +11,7 @@ import pytest
 
 import hopform
 from hopform import _cli as cli
-from hopform._cli.help import EXAMPLES
-from hopform._cli.options import OPTIONS
+from hopform._cli.options import EXAMPLES, OPTIONS
 
 
 def test_every_command_has_two_examples():

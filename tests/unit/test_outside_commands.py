@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hopform import _cli as cli
-from hopform._cli import figures as figures_command
+from hopform._cli import folders as figures_command
 from hopform._cli import identify as identify_command
 from hopform._identify import fit_drop_test
 from tests.calls import DECAY

@@ -10,8 +10,7 @@ import hopform
 from hopform._cli import main
 from hopform._identify import fit_drop_test, fit_robot, fit_step_response
 from hopform._identify.synthetic import record, to_csv
-from hopform._robots import robot_from_toml
-from hopform._robots.provenance import Provenance
+from hopform._robots import Provenance, robot_from_toml
 from tests.fits import ALONE
 
 HOPPER = hopform.load_robot("hopper_c")

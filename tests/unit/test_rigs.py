@@ -10,7 +10,7 @@ import pytest
 from scipy import signal
 
 import hopform
-from hopform._identify import hopping, sensors
+from hopform._identify import motion, rigs
 from hopform._identify.rigs import LETTERS, Experiment
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -81,9 +81,9 @@ def test_derivatives_by_sensor_clock_and_logger_are_the_limits_of_differences(ki
 
 def test_a_delayed_current_moves_its_steps_and_keeps_the_first():
     steps = ((0.0, 1.0), (0.1, 2.0), (0.2, 3.0))
-    assert sensors.delayed(steps, 0.05) == ((0.0, 1.0), (pytest.approx(0.15), 2.0), (0.25, 3.0))
-    assert sensors.delayed(steps, -0.15) == ((0.0, 2.0), (pytest.approx(0.05), 3.0))
-    assert sensors.delayed(steps, 0.0) == steps
+    assert rigs.delayed(steps, 0.05) == ((0.0, 1.0), (pytest.approx(0.15), 2.0), (0.25, 3.0))
+    assert rigs.delayed(steps, -0.15) == ((0.0, 2.0), (pytest.approx(0.05), 3.0))
+    assert rigs.delayed(steps, 0.0) == steps
 
 
 def test_a_clock_of_another_speed_is_the_motion_at_other_times():
@@ -144,7 +144,7 @@ def test_a_drop_is_what_solve_flight_and_solve_stance_make_of_it():
     )
     expected = np.concatenate([s.at(np.linspace(0.01, 0.9, 7) * s.duration).x2 for s in (flight, stance, second)])
     assert (
-        np.abs(hopping.drop(robot.parameters, (0.0, 0.0, 0.6, 0.0), ((0.0, 0.0),), times).states[:, 2] - expected).max()
+        np.abs(motion.drop(robot.parameters, (0.0, 0.0, 0.6, 0.0), ((0.0, 0.0),), times).states[:, 2] - expected).max()
         <= 1e-12
     )
 
@@ -163,7 +163,7 @@ def test_a_drop_over_a_free_actuator_is_what_solve_flight_and_solve_stance_make_
             expected.append(np.stack(part.at(t)[:4], axis=1))
             begin += part.duration
         state = stance.takeoff._asdict()
-    moved = hopping.drop(robot.parameters, (0.02, 0.1, 0.6, 0.0), ((0.0, 0.0),), np.concatenate(times))
+    moved = motion.drop(robot.parameters, (0.02, 0.1, 0.6, 0.0), ((0.0, 0.0),), np.concatenate(times))
     assert np.abs(moved.states - np.concatenate(expected)).max() <= 1e-11
 
 
@@ -174,8 +174,8 @@ def test_steps_of_the_current_come_when_the_clock_says():
     for change in (0.1, 0.3):
         steps = ((0.0, 2.0), (change, -1.5), (0.9, 1.0))
         times = np.linspace(0.0, 1.5, 151)
-        whole = hopping.drop(HOPPER.parameters, (0.0, 0.0, 0.6, 0.0), steps, times).states
+        whole = motion.drop(HOPPER.parameters, (0.0, 0.0, 0.6, 0.0), steps, times).states
         cut = 70
         rest = tuple((max(t - times[cut], 0.0), u) for t, u in steps[1:])
-        second = hopping.drop(HOPPER.parameters, whole[cut].tolist(), rest, times[cut:] - times[cut]).states
+        second = motion.drop(HOPPER.parameters, whole[cut].tolist(), rest, times[cut:] - times[cut]).states
         assert np.abs(second - whole[cut:]).max() <= 1e-10

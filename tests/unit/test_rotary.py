@@ -17,8 +17,8 @@ import pytest
 import hopform
 from hopform import _cli as cli
 from hopform._identify import Fit, fit_drop_test, fit_force, fit_step_response, friction_threshold, parse_recording
+from hopform._identify.recordings import Units
 from hopform._identify.simulators import exported, quantities
-from hopform._identify.units import Units
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 

@@ -17,7 +17,7 @@ import rich.progress
 import hopform
 from hopform import _cli as cli
 from hopform import _progress, terrain
-from hopform._solver import c_flight
+from hopform._solver import c as native
 from hopform.controllers import FeedForward, ReturnMap
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -74,7 +74,7 @@ def test_a_flight_of_many_phases_is_the_same_after_a_pickle(backend, dtype):
     )
     flight = hopform.solve_flight(shaken, x1=0.01, v2=2.0, gains=(4e6, 0.0), backend=backend, dtype=dtype)
     again = pickle.loads(pickle.dumps(flight))
-    assert len(flight.phases) > c_flight._CAPACITY
+    assert len(flight.phases) > native._CAPACITY
     assert again.phases == flight.phases and again == flight
     t = np.linspace(0.0, flight.duration, 50, dtype=dtype)
     assert all((one == other).all() for one, other in zip(again.at(t), flight.at(t), strict=True))

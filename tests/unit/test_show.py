@@ -194,7 +194,7 @@ def test_a_command_has_its_curve():
     [("Ending", "ENDINGS"), ("CommandStatus", "COMMANDS"), ("EventKind", "EVENTS"), ("FlightEnding", "FLIGHT_ENDINGS")],
 )
 def test_the_type_of_a_word_has_the_words_of_its_table(alias, table):
-    assert get_args(getattr(package, alias)) == tuple(getattr(package, table).values())
+    assert get_args(getattr(package.records, alias)) == tuple(getattr(package, table).values())
 
 
 def test_an_animation_shows_foot_time_and_current_and_is_saved(tmp_path):

@@ -30,8 +30,8 @@ SETTINGS: dict[str, Any] = {
 
 COMMANDS = {
     "robots": "solve", "equations": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "record":
-    "identify", "control": "solve", "reach": "solve", "figures": "figures", "export": "export", "selftest":
-    "export",
+    "identify", "control": "solve", "reach": "solve", "figures": "folders", "export": "folders", "selftest":
+    "folders",
 }  # fmt: skip
 """The module of each command."""
 
@@ -45,8 +45,7 @@ class Command(TyperCommand):
 
     def loaded(self) -> Any:
         """The command with its options."""
-        from hopform._cli.help import GroupedCommand
-        from hopform._cli.options import described
+        from hopform._cli.options import GroupedCommand, described
 
         name, one = str(self.name), typer.Typer(add_completion=False, **SETTINGS)
         function = getattr(import_module(f"hopform._cli.{COMMANDS[name]}"), name)

@@ -20,7 +20,7 @@ from hopform._checks import MEMORY
 from hopform._cli.output import Record, number
 from hopform._errors import HopformError
 from hopform._files import name_of
-from hopform._robots.provenance import Provenance
+from hopform._robots import Provenance
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

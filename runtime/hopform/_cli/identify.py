@@ -17,21 +17,18 @@ from hopform._cli.output import check_outputs, figures, picture, show, to_json, 
 from hopform._errors import HopformError
 from hopform._files import Named, name_of, write
 from hopform._identify import synthetic
-from hopform._identify.checks import Check, check
 from hopform._identify.estimation import Progress
-from hopform._identify.fits import Fit, Options, Trace, is_no_fit, missed
-from hopform._identify.joint import KINDS, LETTERS
+from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
+from hopform._identify.joint import KINDS, LETTERS, Check, check
 from hopform._identify.kinds import problem_of
 from hopform._identify.nuisances import NUISANCES, said
 from hopform._identify.ramp import Threshold, friction_threshold
-from hopform._identify.recipe import fit
 from hopform._identify.recordings import Recording, read_recording
 from hopform._identify.simulators import exported
 from hopform._identify.step import fit_force
 from hopform._progress import progress_bar
-from hopform._robots import Robot
+from hopform._robots import Provenance, Robot
 from hopform._robots import file_of as robot_file
-from hopform._robots.provenance import Provenance
 
 _NORMAL = 1.96
 """Standard errors of half a 95 % interval."""
@@ -80,18 +77,27 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
     """The answer; HopformError names what is wrong with a file."""
     if wanted.added_mass and len(wanted.added_mass) != len(wanted.files):
         raise HopformError(f"--added-mass names {len(wanted.added_mass)} masses for {len(wanted.files)} files")
-    roles, recordings = _read(wanted)
+    read = _read(wanted)
+    recordings = [recording for _, recording in read]
+    by_role: dict[str, list[Recording]] = {
+        role: [recording for own, recording in read if own == role] for role in synthetic.TESTS
+    }
     if wanted.kind == "ramp":
         given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
         return friction_threshold(recordings, spring=wanted.spring, loss=wanted.loss, **given)
     try:
         if wanted.kind == "check":
-            return check(_by_role(roles, recordings), wanted.known)
-        found = _fitted(wanted, roles, recordings, progress)
+            return check(by_role, wanted.known)
+        found = _fitted(wanted, by_role, recordings, progress)
     except HopformError as error:
         if wanted.kind not in ("all", "check"):
             raise
-        raise HopformError(f"{error}{_taken_for(str(error), wanted.files, roles, recordings)}") from None
+        taken = [
+            f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
+            for name, (role, each) in zip(wanted.files, read, strict=True)
+            if str(error).startswith(f"{each.source}, ") and role_and_path(name)[0] is None
+        ]
+        raise HopformError(f"{error}{''.join(taken[:1])}") from None
     off = [trace for trace in found.traces if is_no_fit(trace)]
     if off:
         worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
@@ -101,14 +107,6 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
 
 _OTHER = {"drop": "decay", "free": "drop", "step": "air", "ramp": "step"}
 """What a recording without a kind may be instead of what its columns show."""
-
-
-def _taken_for(error: str, files: Sequence[str], roles: Sequence[str], recordings: Sequence[Recording]) -> str:
-    """The kind that a file was taken for, where none was given and the error is about it."""
-    for name, role, recording in zip(files, roles, recordings, strict=True):
-        if error.startswith(f"{recording.source}, ") and role_and_path(name)[0] is None:
-            return f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
-    return ""
 
 
 def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformError:
@@ -134,14 +132,15 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformE
     )
 
 
-def _fitted(wanted: Wanted, roles: Sequence[str], recordings: Sequence[Recording], progress: Progress | None) -> Fit:
+def _fitted(
+    wanted: Wanted, by_role: Mapping[str, list[Recording]], recordings: Sequence[Recording], progress: Progress | None
+) -> Fit:
     how: Options = {"loss": wanted.loss, "progress": progress, "nuisances": wanted.nuisances}
     kind = wanted.kind
     if wanted.force:
         return fit_force(recordings, known=wanted.known, **how)
     if kind == "all":
-        given = _by_role(roles, recordings)
-        return fit({of: given[role] for role, of in KINDS.items()}, wanted.known, **how)
+        return fit({of: by_role[role] for role, of in KINDS.items()}, wanted.known, **how)
     try:
         return fit({KINDS[kind]: recordings}, wanted.known, **how)
     except HopformError as error:
@@ -162,20 +161,14 @@ def _other_kind(kind: str, recordings: Sequence[Recording], known: Mapping[str, 
     return f"; or is it a {other}: hopform identify {other}?"
 
 
-def _by_role(roles: Sequence[str], recordings: Sequence[Recording]) -> dict[str, list[Recording]]:
-    """The recordings of each role."""
-    return {role: [r for r, own in zip(recordings, roles, strict=True) if own == role] for role in synthetic.TESTS}
-
-
-def _read(wanted: Wanted) -> tuple[list[str], list[Recording]]:
-    roles, recordings = list[str](), list[Recording]()
-    for n, name in enumerate(wanted.files):
+def _read(wanted: Wanted) -> list[tuple[str, Recording]]:
+    """The recordings with their roles."""
+    found = list[tuple[str, Recording]]()
+    for name, mass in zip(wanted.files, wanted.added_mass or (0.0,) * len(wanted.files), strict=True):
         role, path = role_and_path(name)
-        recording = read_recording(path)
-        mass = wanted.added_mass[n] if wanted.added_mass else 0.0
-        recordings.append(replace(recording, added_mass=mass))
-        roles.append(role or (wanted.kind if wanted.kind in synthetic.TESTS else _role(recording)))
-    return roles, recordings
+        recording = replace(read_recording(path), added_mass=mass)
+        found.append((role or (wanted.kind if wanted.kind in synthetic.TESTS else _role(recording)), recording))
+    return found
 
 
 def role_and_path(name: str) -> tuple[str | None, str]:

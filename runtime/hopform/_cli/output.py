@@ -97,8 +97,7 @@ def to_csv(columns: Mapping[str, ArrayLike]) -> str:
 
 def figures() -> ModuleType:
     """`hopform._figures.plots`, which needs the extra `plot`."""
-    plots: ModuleType = drawing("plots")
-    return plots
+    return cast("ModuleType", drawing("plots"))
 
 
 def picture(path: Path, answer: Shown, over: Callable[["Axes"], None] | None = None) -> bytes:
@@ -106,15 +105,13 @@ def picture(path: Path, answer: Shown, over: Callable[["Axes"], None] | None = N
     figure = drawing("results").figure_of(answer)
     if over is not None:
         over(figure.axes[0])
-    drawn: bytes = figures().render(figure, path.suffix)
-    return drawn
+    return cast("bytes", figures().render(figure, path.suffix))
 
 
 def check_outputs(
     json: bool,
     csv: str | None = None,
     plot: Path | None = None,
-    *,
     reads: Iterable[Named] = (),
     more: Iterable[Named] = (),
 ) -> None:

@@ -14,8 +14,8 @@ from rich.console import RenderableType
 
 from hopform._cli.output import number, pick, table
 from hopform._errors import HopformError, printable
-from hopform._identify.checks import Check
 from hopform._identify.fits import NEW, OLD, TITLES, Fit
+from hopform._identify.joint import Check
 from hopform._identify.ramp import Threshold
 
 Answer = Fit | Threshold | Check

@@ -15,8 +15,7 @@ from hopform._cli import tables
 from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
 from hopform._cli.options import BackendName, ControllerName, Precision
 from hopform._cli.output import check_outputs, emit, show, to_json
-from hopform._control.exact import TRIED
-from hopform._control.reach import check_map
+from hopform._control import TRIED, check_map
 from hopform._files import name_of
 from hopform._hopping.run import csv_of
 from hopform._progress import progress_bar
@@ -226,9 +225,8 @@ def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[flo
     if name in hopform.terrain.NAMES:
         return hopform.terrain.generate(name, 8 if hops is None else hops, size, seed)
     if not os.path.exists(name):
-        raise hopform.HopformError(
-            f"there is no terrain {shown(name)}; known: {', '.join(hopform.terrain.NAMES)}, or a CSV file"
-        )
+        message = f"there is no terrain {shown(name)}; known: {', '.join(hopform.terrain.NAMES)}, or a CSV file"
+        raise hopform.HopformError(message)
     heights = hopform.terrain.read(name)
     if hops is not None and hops > len(heights):
         raise hopform.HopformError(f"{name_of(name)} has {len(heights)} heights, too few for --hops {hops}")

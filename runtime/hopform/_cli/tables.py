@@ -18,7 +18,7 @@ from hopform._errors import printable
 from hopform._hopping.run import motion_of
 from hopform._robots import FIELDS
 from hopform._show import UNITS, name_of
-from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
+from hopform._solver.package import records
 from hopform._stance import aed_at
 from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, unit_of_time, value_of
 
@@ -35,7 +35,7 @@ LEDGER = {
     "stop_loss": "actuator, lost at stops",
     "spring_work": "the actuator's work on the body",
 }
-OF_ROBOT = (*LEDGER_OF_ROBOT, "stop_loss")
+OF_ROBOT = (*records.LEDGER_OF_ROBOT, "stop_loss")
 OUTCOMES = {"completed": "hops on", "stopped": "stays on the ground", "tripped": "trips over the ground ahead"}
 OURS = "Values of shipped robots are this project's own: the paper gives none."
 
@@ -161,7 +161,7 @@ def states(solved: Stance) -> Table:
 def ledger(solved: Stance) -> Table:
     """The ledger at the ending, with its sums."""
     entries = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
-    parts = (OF_ROBOT, LEDGER_OF_BODY)
+    parts = (OF_ROBOT, records.LEDGER_OF_BODY)
     words = LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}
     rows = [
         (text, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))

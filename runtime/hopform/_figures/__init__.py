@@ -10,7 +10,9 @@ computed and a caption.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import partial
+from types import MappingProxyType
+from typing import TYPE_CHECKING, cast
 
 from hopform._checks import shown
 from hopform._errors import HopformError
@@ -21,24 +23,24 @@ if TYPE_CHECKING:
     from hopform._figures.picture import Picture
 
 DRAWN: dict[int, tuple[str, str, str, str, str]] = {
-    1: ("schematic", "schematic", "hopper_c", "The model",
+    1: ("machine", "schematic", "hopper_c", "The model",
         "photographs of Hoppers B and C, (a), (b), and the schematic of their model, (c)"),
-    2: ("actuator", "step_response", "hopper_c", "Step response of the actuator",
+    2: ("machine", "step_response", "hopper_c", "Step response of the actuator",
         "Hopper C's actuator, measured, under the largest current step for a brief time: its velocity is limited"),
-    3: ("actuator", "compression_cycles", "hopper_c", "Compression in steady hopping",
+    3: ("machine", "compression_cycles", "hopper_c", "Compression in steady hopping",
         "measured compression cycles of Hopper C in steady hopping: x1 still compresses when the stance has ended"),
     4: ("verification", "initial_model", "hopper_b", "Initial model",
         "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small hops "
         "and for x1"),
     5: ("return_maps", "family_of_maps", "hopper_b", "Apex reachability, {name}",
         "overlaid return maps of Hopper B for different control actions, measured"),
-    6: ("first_controller", "on_even_ground", "hopper_b", "First controller, even ground",
+    6: ("tracking", "on_even_ground", "hopper_b", "First controller, even ground",
         "simulated tracking of references by Hopper B's first controller on even ground"),
-    7: ("first_controller", "on_uneven_ground", "hopper_b", "First controller, uneven ground",
+    7: ("tracking", "on_uneven_ground", "hopper_b", "First controller, uneven ground",
         "simulations in which Hopper B's first controller cannot hold the height on uneven terrain"),
-    8: ("first_controller", "with_errors_of_measurement", "hopper_b", "First controller, errors of measurement",
+    8: ("tracking", "with_errors_of_measurement", "hopper_b", "First controller, errors of measurement",
         "the controller's experiments on Hopper B"),
-    9: ("actuator", "friction_threshold", "hopper_c", "Dry friction of the actuator",
+    9: ("machine", "friction_threshold", "hopper_c", "Dry friction of the actuator",
         "a slowly rising current (bottom) until motion of the actuator is detected (top), from which (5) gives f1"),
     10: ("verification", "improved_model", "hopper_c", "Improved model",
          "measured step responses (x1, top) and drop tests (x2, bottom) of Hopper C against the improved model: "
@@ -54,45 +56,42 @@ DRAWN: dict[int, tuple[str, str, str, str, str]] = {
     14: ("energies", "actuated", "hopper_c", "Energy of actuated hopping",
          "the same with 3 A: energy added in U-shaped minima between the flights' plateaus, settling at a steady "
          "hopping height"),
-    15: ("contact", "hall_sensor", "hopper_c", "Touchdown from a Hall sensor",
+    15: ("machine", "hall_sensor", "hopper_c", "Touchdown from a Hall sensor",
          "the Hall sensor's signal on Hopper C in real hopping: noisy, ground contact easily detected"),
-    16: ("feedforward", "on_even_ground", "hopper_c", "Energy-based controller, even ground",
+    16: ("tracking", "exact_on_even_ground", "hopper_c", "Energy-based controller, even ground",
          "simulations of the energy-based controller on even terrain"),
-    17: ("feedforward", "on_uneven_ground", "hopper_c", "Energy-based controller, uneven ground",
+    17: ("tracking", "exact_on_uneven_ground", "hopper_c", "Energy-based controller, uneven ground",
          "the same on uneven terrain, as accurate as on even"),
 }  # fmt: skip
 """The figures by their number in the paper: module and function that draw, the shipped robot that it is drawn from, its
 title, and what the paper shows."""
 
 
-def draw(number: int, robot: Robot | None = None) -> "Picture":
+RECORDED = {4: ("drop", "step"), 9: ("ramp",), 10: ("drop", "step")}
+"""The figures that recordings of these roles give."""
+MEASURED = "measured step responses (x1) and drop tests (x2) against a model"
+"""What the paper shows in Figs. 4 and 10, beside recordings of another robot."""
+
+
+def draw(number: int, robot: Robot | None = None, sources: Mapping[str, str] = MappingProxyType({})) -> "Picture":
     """The figure of a number in `DRAWN`, its caption and its data, from a robot or from a shipped one.
 
-    Where gamma2 > 0 the current is counted the other way, so that it lifts. Raises HopformError for another number, or
-    where the robot cannot do what the figure shows; MissingExtra without matplotlib.
+    sources: CSV files of recordings by their role, from which Figs. 4, 9 and 10 are drawn where all of theirs are
+    there. Else, where gamma2 > 0, the current is counted the other way, so that it lifts. Raises HopformError for
+    another number, where the robot cannot do what the figure shows, or for a recording that cannot be fitted;
+    MissingExtra without matplotlib, or without scipy for a recording.
     """
     if number not in DRAWN:
         raise HopformError(f"figure must be one of {', '.join(map(str, DRAWN))}, got {shown(number)}")
     picture = drawing("picture")
     module, function, name, title, paper = DRAWN[number]
     own = load_robot(name) if robot is None else robot
-    if own.gamma2 > 0.0 and number != 1:  # the same robot, its current counted so that it lifts
-        own = replace(own, gamma2=-own.gamma2)
-    make = getattr(drawing(module), function)
-    found: Picture = picture.finished(number, title, paper, own, make)
-    return found
-
-
-def draw_recordings(number: int, robot: Robot | None, sources: Mapping[str, str]) -> "Picture | None":
-    """Fig. 4, 9 or 10 from recordings, whose CSV files are given by their role; None for another, or without its own.
-
-    Raises HopformError for a recording that cannot be fitted, MissingExtra without matplotlib or scipy.
-    """
-    roles = {4: ("drop", "step"), 9: ("ramp",), 10: ("drop", "step")}.get(number, ())
-    if not roles or not set(roles) <= sources.keys():
-        return None
-    picture, recorded = drawing("picture"), drawing("recorded")
-    _, _, name, title, paper = DRAWN[number]
-    own, paper = load_robot(name) if robot is None else robot, recorded.PAPER.get(number, paper)
-    found: Picture = picture.finished(number, title, paper, own, recorded.drawn(number, sources))
-    return found
+    if number in RECORDED and sources.keys() >= set(RECORDED[number]):
+        recorded = drawing("verification")
+        make = partial(recorded.threshold if number == 9 else recorded.models, sources)
+        paper = paper if number == 9 else MEASURED
+    else:
+        if own.gamma2 > 0.0 and number != 1:  # the same robot, its current counted so that it lifts
+            own = replace(own, gamma2=-own.gamma2)
+        make = getattr(drawing(module), function)
+    return cast("Picture", picture.finished(number, title, paper, own, make))

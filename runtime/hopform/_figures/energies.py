@@ -8,20 +8,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from hopform._control.reach import home_of
+from hopform._control import home_of
 from hopform._errors import HopformError
+from hopform._figures import plots
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, panels, scale, volts
-from hopform._figures.plots import (
-    BLACK,
-    BLUE,
-    GREEN,
-    MAGENTA,
-    ORANGE,
-    SKY,
-    room_for_a_constant,
-    run_times,
-    shade_stances,
-)
 from hopform._hopping.run import Run, simulate
 from hopform._robots import Robot
 from hopform.terrain import flat
@@ -80,24 +70,23 @@ def actuated(robot: Robot) -> Drawn:
 
 def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
     """Parts and sum of the body's energy over a run, with the sum as (24) predicts it; and these numbers."""
-    t = np.asarray(run_times(run), dtype=float)
+    t = np.asarray(plots.run_times(run), dtype=float)
     kinetic, weight, spring = parts(run, t)
     energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
     figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
     for axes in (top, bottom):
-        shade_stances(axes, run, "stance")
+        plots.shade_stances(axes, run, "stance")
         lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
         height = np.zeros(len(lifts))
         frame = axes.get_xaxis_transform()
-        axes.plot(lifts, height, "^", color=BLACK, markersize=3.5, transform=frame, label="take-off")
-    top.plot(t, energy, color=SKY, linewidth=4.0, label="kinetic + potential")
-    top.plot(t, predicted, color=MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, predicted")
-    top.set_ylabel("body energy [J]")
-    room_for_a_constant(top, 0.5)
+        axes.plot(lifts, height, "^", color=plots.BLACK, markersize=3.5, transform=frame, label="take-off")
+    top.plot(t, energy, color=plots.SKY, linewidth=4.0, label="kinetic + potential")
+    top.plot(t, predicted, color=plots.MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, predicted")
+    plots.name_axis(top, "body energy [J]")
     legend(top)
-    bottom.plot(t, kinetic, color=BLUE, linewidth=1.0, label="kinetic")
-    bottom.plot(t, weight, color=GREEN, linewidth=1.0, linestyle="--", label="gravitational")
-    bottom.plot(t, spring, color=ORANGE, linewidth=1.0, linestyle="-.", label="spring")
+    bottom.plot(t, kinetic, color=plots.BLUE, linewidth=1.0, label="kinetic")
+    bottom.plot(t, weight, color=plots.GREEN, linewidth=1.0, linestyle="--", label="gravitational")
+    bottom.plot(t, spring, color=plots.ORANGE, linewidth=1.0, linestyle="-.", label="spring")
     bottom.set(xlabel="time [s]", ylabel="its parts [J]")
     legend(bottom, handles=bottom.get_lines()[1:])
     off = float(np.abs(energy - predicted).max())

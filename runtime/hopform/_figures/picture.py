@@ -104,11 +104,6 @@ def standing(robot: Robot) -> float:
     return robot.L0 + robot.c - robot.m_s * robot.g / robot.k
 
 
-def sampled_length(duration: float, rate: float) -> Array:
-    """Times [s] of samples at a rate [1/s]."""
-    return np.arange(int(duration * rate) + 1) / rate
-
-
 def named(robot: Robot) -> str:
     """A robot's name in captions; Hopper B's input is in V, not in A."""
     return f"{name_of(robot)} (its input is in V)" if robot.name == "hopper_b" else name_of(robot)

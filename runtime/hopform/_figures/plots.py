@@ -11,8 +11,8 @@ each time. The extra `plot` brings matplotlib.
 
 import io
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from types import MappingProxyType
@@ -28,8 +28,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hopform._batch import Batch
-from hopform._control.exact import Command
-from hopform._control.reach import Reachability
+from hopform._control import Command, Reachability
 from hopform._errors import HopformError
 from hopform._flight import Flight
 from hopform._hopping.run import Hop, Run
@@ -105,6 +104,15 @@ def render(figure: Figure, suffix: str) -> bytes:
     return buffer.getvalue()
 
 
+@contextmanager
+def framed(make: Make, width: float, height: float, title: str) -> Generator[Figure, None, None]:
+    """A figure [in] in the house style, to be filled, then titled."""
+    with house_style():
+        figure = make(figsize=(width, height), layout="constrained")
+        yield figure
+        figure.suptitle(title)
+
+
 # ---- one stance ----
 
 
@@ -119,11 +127,10 @@ def plot_stance(stance: Stance, make: Make = Figure) -> Figure:
     """
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
-    panels: list[Drawing] = [draw_actuator, draw_body, draw_force, draw_energy]
+    panels: list[Drawing] = [draw_strokes, draw_body, draw_force, draw_energy]
     if len(stance.u) > 1:
         panels.append(draw_current)
-    with house_style():
-        figure = make(figsize=(6.4, 1.45 * len(panels) + 1.1), layout="constrained")
+    with framed(make, 6.4, 1.45 * len(panels) + 1.1, title_of(stance)) as figure:
         rows: list[Axes] = list(figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
         for draw, axes in zip(panels, rows, strict=True):
             draw(axes, stance, t, t * scale)
@@ -132,7 +139,6 @@ def plot_stance(stance: Stance, make: Make = Figure) -> Figure:
         shade(rows[1], stance.phases, [mode(phase.mode_2) for phase in stance.phases], scale)
         rows[-1].set_xlabel(f"time since touchdown [{unit}]")
         figure.align_ylabels(rows)
-        figure.suptitle(title_of(stance))
         legend_of_modes(figure, stance)
     return figure
 
@@ -154,10 +160,9 @@ def stance_times(stance: Stance) -> Curve:
     return np.asarray(np.minimum(t, stance.duration))
 
 
-def draw_actuator(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, 100.0 * np.asarray(stance.at(t).x1), color=BLUE)
-    axes.set_ylabel("actuator $x_1$ [cm]")
-    room_for_a_constant(axes, 0.5)
+def draw_strokes(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
+    axes.plot(shown, 100.0 * np.asarray(moved.at(t).x1), color=BLUE)
+    name_axis(axes, "actuator $x_1$ [cm]")
 
 
 def draw_body(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
@@ -181,8 +186,7 @@ def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
 def draw_twice(axes: Axes, shown: Curve, energy: Curve, predicted: Curve, words: str) -> None:
     axes.plot(shown, energy, color=PALE_BLUE, linewidth=4.0, label="kinetic + potential")
     axes.plot(shown, predicted, color=MAGENTA, linewidth=1.1, label=words)
-    axes.set_ylabel("body energy [J]")
-    room_for_a_constant(axes, 0.5)
+    name_axis(axes, "body energy [J]")
 
 
 def draw_current(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
@@ -190,18 +194,17 @@ def draw_current(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     within = [(at * scale, u) for at, u in stance.u if at <= stance.duration]
     ends = [at for at, _ in within[1:]] + [stance.duration * scale]
     axes.stairs([u for _, u in within], [within[0][0], *ends], baseline=None, color=BLUE, linewidth=1.4)
-    axes.set_ylabel("current $u$ [A]")
-    room_for_a_constant(axes, 0.5)
+    name_axis(axes, "current $u$ [A]")
 
 
 def draw_currents(axes: Axes, moved: Run | Hop | Flight, t: Curve) -> None:
     axes.plot(t, moved.current(t), color=BLUE, linewidth=1.4 if isinstance(moved, Flight) else 0.9)
-    axes.set_ylabel("current $u$ [A]")
-    room_for_a_constant(axes, 0.5)
+    name_axis(axes, "current $u$ [A]")
 
 
-def room_for_a_constant(axes: Axes, least: float) -> None:
-    """At least so much on the vertical axis, so that rounding does not look like motion."""
+def name_axis(axes: Axes, label: str, least: float = 0.5) -> None:
+    """The name of the vertical axis, which spans at least so much that rounding does not look like motion."""
+    axes.set_ylabel(label)
     low, high = axes.get_ylim()
     if high - low < least:
         middle = (low + high) / 2.0
@@ -268,11 +271,10 @@ def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
     current.
     """
     t = run_times(run)
-    with house_style():
-        figure = make(figsize=(6.4, 6.4), layout="constrained")
+    with framed(make, 6.4, 6.4, title_of_run(run)) as figure:
         rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5, 0.6]))
         draw_heights(rows[0], run, t)
-        draw_strokes(rows[1], run, t)
+        draw_strokes(rows[1], run, t, t)
         draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), PREDICTED)
         draw_currents(rows[3], run, t)
         for axes in rows:
@@ -282,7 +284,6 @@ def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
         figure.legend([Patch(**STANCE), *lines], ["stance", *words], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)
-        figure.suptitle(title_of_run(run))
     return figure
 
 
@@ -359,12 +360,6 @@ def apexes(run: Run) -> tuple[Curve, Curve]:
     return times[times <= run.duration], heights[times <= run.duration]
 
 
-def draw_strokes(axes: Axes, run: Run | Hop | Flight, t: Curve) -> None:
-    axes.plot(t, 100.0 * np.asarray(run.at(t).x1), color=BLUE)
-    axes.set_ylabel("actuator $x_1$ [cm]")
-    room_for_a_constant(axes, 0.5)
-
-
 def run_times(run: Run | Hop) -> Curve:
     """Uniform times, and both sides of every touchdown and take-off, where the energy jumps."""
     corners = np.array(stances_of(run)).reshape(-1)
@@ -379,16 +374,15 @@ def run_times(run: Run | Hop) -> Curve:
 def plot_flight(flight: Flight, make: Make = Figure) -> Figure:
     """A flight over time: body and foot over the ground ahead, the actuator on its way back, its current."""
     t = np.linspace(0.0, flight.duration, SAMPLES)
-    with house_style():
-        figure = make(figsize=(6.4, 4.6), layout="constrained")
+    title = literal(name_of(flight.robot)) + plain(f": {flight.status} after {flight.duration:.4g} s")
+    with framed(make, 6.4, 4.6, title) as figure:
         rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.5, 1.0, 0.8]))
         flight_panel(rows[0], flight)
         rows[0].set_xlabel("")
-        draw_strokes(rows[1], flight, t)
+        draw_strokes(rows[1], flight, t, t)
         draw_currents(rows[2], flight, t)
         rows[2].set_xlabel("time since take-off [s]")
         figure.align_ylabels(rows)
-        figure.suptitle(literal(name_of(flight.robot)) + plain(f": {flight.status} after {flight.duration:.4g} s"))
     return figure
 
 
@@ -443,16 +437,14 @@ def plot_reach(found: Reachability, make: Make = Figure) -> Figure:
     """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the
     stroke.
     """
-    with house_style():
-        figure = make(figsize=(5.2, 4.8), layout="constrained")
+    margin = f", stop margin {100.0 * found.stop_margin:.3g} cm" if found.stop_margin else ""
+    words = f", {found.currents[0]:.4g} to {found.currents[-1]:.4g} A{margin}"
+    with framed(make, 5.2, 4.8, literal(name_of(found.robot)) + plain(words)) as figure:
         axes: Axes = figure.subplots()
         reach_panel(axes, found)
         lines, words_of = axes.get_legend_handles_labels()
         shown = [(line, word) for line, word in zip(lines, words_of, strict=True) if word and not word.startswith("_")]
         figure.legend(*zip(*shown, strict=True), loc="outside lower center", ncols=3)
-        margin = f", stop margin {100.0 * found.stop_margin:.3g} cm" if found.stop_margin else ""
-        words = f", {found.currents[0]:.4g} to {found.currents[-1]:.4g} A{margin}"
-        figure.suptitle(literal(name_of(found.robot)) + plain(words))
     return figure
 
 
@@ -484,10 +476,8 @@ def limits(values: Curve) -> tuple[float, float]:
 
 def plot_command(found: Command, make: Make = Figure) -> Figure:
     """The next apex over the current and the current that was chosen."""
-    with house_style():
-        figure = make(figsize=(6.0, 3.4), layout="constrained")
+    with framed(make, 6.0, 3.4, literal(name_of(found.question.robot)) + plain(f": {found.u:.5g} A")) as figure:
         command_panel(figure.subplots(), found)
-        figure.suptitle(literal(name_of(found.question.robot)) + plain(f": {found.u:.5g} A"))
     return figure
 
 

@@ -1,17 +1,174 @@
-"""The picture of each type of result, whole and as one panel: what `.plot()` and `--plot` draw."""
+"""Pictures of recordings, fits and friction thresholds; and the picture of each type of result, whole and as one panel:
+what `.plot()` and `--plot` draw.
+"""
 
 # pyright: reportUnknownMemberType=false
-
-from collections.abc import Callable
+# matplotlib's own annotations leave the type of **kwargs open.
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hopform._checks import shown
 from hopform._errors import HopformError
-from hopform._figures import fits, plots
+from hopform._figures import plots
+from hopform._identify.estimation import Estimate
+from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
+from hopform._identify.ramp import Rise, Threshold
+from hopform._identify.recordings import SI, Recording, Units
 from hopform._show import Shown
+
+
+def plot_recording(recording: Recording, make: plots.Make = Figure) -> Figure:
+    """The columns of a recording over time."""
+    title = plots.literal(Path(recording.source).name)
+    with plots.framed(make, 6.4, 1.6 * len(recording.columns) + 0.8, title) as figure:
+        rows = figure.subplots(len(recording.columns), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, name in zip(rows, sorted(recording.columns, reverse=True), strict=True):
+            recording_panel(axes, recording, name)
+        for axes in rows[:-1]:
+            axes.set(xlabel="")
+    return figure
+
+
+def recording_panel(axes: Axes, recording: Recording, name: str | None = None) -> None:
+    """One column of a recording over time."""
+    shown = name or next(iter(recording.columns))
+    column = recording.columns[shown]
+    scale, unit = (100.0, "cm") if column.quantity == "length" else (1.0, SI[column.quantity])
+    axes.plot(recording.time, scale * column.values, lw=0.9, color=plots.BLUE)
+    axes.set(xlabel="t [s]", ylabel=f"{shown} [{unit}]")
+
+
+def plot_fit(fit: Fit, make: plots.Make = Figure) -> Figure:
+    """Each recording with both models, the residuals over time, position and velocity, then the intervals of the
+    parameters and their correlations.
+    """
+    traces, shown = [trace for trace in fit.traces if trace.time.size > 1], _with_intervals(fit)
+    names = list(dict.fromkeys(name for pair in fit.correlations for name in pair))
+    last = 0.7 + 0.22 * max(len(shown), len(names))
+    with plots.framed(make, 8.0, 4.2 * len(traces) + last, f"Identification: {TITLES[fit.kind]}") as figure:
+        heights = [*([2.0, 1.0, 1.0] * len(traces)), max(last, 1.0)]
+        grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
+        for n, trace in enumerate(traces):
+            above, below = (figure.add_subplot(grid[3 * n + row, :]) for row in range(2))
+            left, right = (figure.add_subplot(grid[3 * n + 2, column]) for column in range(2))
+            _draw_trace(above, below, trace, fit.units)
+            _draw_residuals(left, right, trace, fit.units)
+        _draw_intervals(figure.add_subplot(grid[-1, 0] if names else grid[-1, :]), shown)
+        if names:
+            _draw_correlations(figure.add_subplot(grid[-1, 1]), fit.correlations, names)
+    return figure
+
+
+def _draw_residuals(left: Axes, right: Axes, trace: Trace, units: Units) -> None:
+    """Residuals over position, where a guide shows, and over velocity, where a friction law does."""
+    unit, factor = units.shown(trace.quantity)
+    residual = factor * (trace.predicted - trace.measured)
+    rate = factor * np.gradient(trace.predicted, trace.time)
+    for axes, over, label in ((left, factor * trace.predicted, f"{trace.quantity} [{unit}]"),
+                              (right, rate, f"d {trace.quantity}/dt [{unit}/s]")):  # fmt: skip
+        axes.plot(over, residual, ".", ms=1.5, color=plots.BLUE)
+        axes.set(xlabel=label)
+    left.set(ylabel=f"residual [{unit}]")
+
+
+def _draw_correlations(axes: Axes, correlations: Mapping[tuple[str, str], float], names: Sequence[str]) -> None:
+    """Correlations of the parameters from -1, blue, to 1, red."""
+    at = {name: n for n, name in enumerate(names)}
+    table = np.eye(len(names))
+    for (first, second), value in correlations.items():
+        table[at[first], at[second]] = table[at[second], at[first]] = value
+    axes.imshow(table, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    axes.set(xticks=range(len(names)), yticks=range(len(names)), xlabel="correlations")
+    axes.set_xticklabels(names, rotation=90)
+    axes.set_yticklabels(names)
+    axes.grid(visible=False)
+
+
+def _draw_trace(above: Axes, below: Axes, trace: Trace, units: Units) -> None:
+    unit, factor = units.shown(trace.quantity)
+    trace_panel(above, trace, units)
+    if trace.old is not None:
+        below.plot(trace.time, factor * (trace.old - trace.measured), lw=0.6, color=plots.MAGENTA)
+    below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
+    above.set(xlabel="", xticklabels=[])
+    ends = (float(trace.time[0]), float(trace.time[-1]))
+    above.set_xlim(ends)
+    below.set_xlim(ends)
+    below.set(xlabel="t [s]", ylabel=f"residual [{unit}]")
+
+
+def trace_panel(axes: Axes, trace: Trace, units: Units) -> None:
+    """A recording beside the models that were fitted to it."""
+    unit, factor = units.shown(trace.quantity)
+    axes.plot(trace.time, factor * trace.measured, ".", ms=2, color=plots.GREY, label="measured")
+    if trace.old is not None:
+        axes.plot(trace.time, factor * trace.old, "--", lw=0.9, color=plots.MAGENTA, label=OLD)
+    axes.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=NEW)
+    axes.set(xlabel="t [s]", ylabel=f"{trace.quantity} [{unit}]")
+    axes.set_title(plots.literal(Path(trace.label).name), loc="left", fontsize=9)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
+
+
+def _with_intervals(fit: Fit) -> list[Estimate]:
+    """Estimates whose interval is shown as a share of the value: none that may have either sign, none of one
+    recording.
+    """
+    return [
+        each for each in fit.estimates
+        if not each.own and math.isfinite(each.high - each.low) and each.high - each.low < 2.0 * abs(each.value)
+    ]  # fmt: skip
+
+
+def _draw_intervals(axes: Axes, shown: Sequence[Estimate]) -> None:
+    """95 % intervals as shares of the values, on a scale that shows small and large ones."""
+    for row, each in enumerate(reversed(shown)):
+        ends = 100.0 * (np.array([each.low, each.high]) - each.value) / abs(each.value)
+        axes.plot(ends, [row, row], "|-", color=plots.BLUE)
+        axes.plot([0.0], [row], "o", ms=3, color=plots.BLUE)
+    axes.set(xlabel="95 % interval about the value [%]", yticks=range(len(shown)))
+    axes.set_xscale("symlog", linthresh=0.1)
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set_yticklabels([each.name for each in reversed(shown)])
+    axes.margins(x=0.05, y=0.1)
+
+
+def plot_threshold(threshold: Threshold, make: plots.Make = Figure) -> Figure:
+    """Each onset of motion with the motion that fits it, its time and interval, and the current over the same time."""
+    with plots.framed(make, 8.0, 3.1 * len(threshold.rises) + 0.4, f"Identification: {TITLES['ramp']}") as figure:
+        grid = figure.subplots(2 * len(threshold.rises), 1, height_ratios=[2.0, 1.0] * len(threshold.rises))
+        for n, rise in enumerate(threshold.rises):
+            _draw_rise(grid[2 * n], grid[2 * n + 1], rise, threshold.units)
+    return figure
+
+
+def _draw_rise(above: Axes, below: Axes, rise: Rise, units: Units) -> None:
+    onset, begin = rise.onset, float(rise.time[0])
+    rise_panel(above, rise, units)
+    below.plot(rise.time, rise.u, lw=0.8, color=plots.BLUE)
+    for axes in (above, below):
+        axes.axvspan(onset.time_low, onset.time_high, color=plots.MAGENTA, alpha=0.2, label="onset, 95 %")
+        axes.axvline(onset.time, color=plots.MAGENTA, lw=0.9)
+        axes.set_xlim(begin, float(rise.time[-1]))
+    below.axhspan(onset.u_low, onset.u_high, color=plots.GREY, alpha=0.3)
+    above.set(xlabel="", xticklabels=[])
+    below.set(xlabel="t [s]", ylabel=f"u [{units.drive}]")
+
+
+def rise_panel(axes: Axes, rise: Rise, units: Units) -> None:
+    """Samples around an onset of motion, and the motion that fits them."""
+    axes.plot(rise.time, 1e3 * rise.x1, ".", ms=2, color=plots.GREY, label="measured")
+    axes.plot(rise.time, 1e3 * rise.fitted, lw=1.1, color=plots.BLUE, label="rest, then a rise")
+    source = plots.literal(Path(rise.onset.source).name)
+    axes.set_title(f"{source}, direction {rise.onset.direction:+d}", loc="left", fontsize=9)
+    axes.set(xlabel="t [s]", ylabel=f"x1 [{units.shown('x1')[0]}]")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
+
 
 Whole = Callable[[Any, plots.Make], Figure]
 Panel = Callable[[Axes, Any], object]
@@ -21,10 +178,8 @@ def alone(panel: Panel, width: float, height: float) -> Whole:
     """A figure of that panel alone [in]."""
 
     def whole(result: Any, make: plots.Make) -> Figure:
-        with plots.house_style():
-            figure = make(figsize=(width, height), layout="constrained")
+        with plots.framed(make, width, height, plots.literal(repr(result).partition("\n")[0])) as figure:
             panel(figure.subplots(), result)
-            figure.suptitle(plots.literal(repr(result).partition("\n")[0]))
         return figure
 
     return whole
@@ -39,9 +194,9 @@ PICTURES: dict[str, tuple[Whole, Panel]] = {
     "Sensitivities": (alone(plots.sensitivities_panel, 9.0, 3.6), plots.sensitivities_panel),
     "Reachability": (plots.plot_reach, plots.reach_panel),
     "Command": (plots.plot_command, plots.command_panel),
-    "Recording": (fits.plot_recording, fits.recording_panel),
-    "Fit": (fits.plot_fit, lambda axes, fit: fits.trace_panel(axes, fit.traces[0], fit.units)),
-    "Threshold": (fits.plot_threshold, lambda axes, found: fits.rise_panel(axes, found.rises[0], found.units)),
+    "Recording": (plot_recording, recording_panel),
+    "Fit": (plot_fit, lambda axes, fit: trace_panel(axes, fit.traces[0], fit.units)),
+    "Threshold": (plot_threshold, lambda axes, found: rise_panel(axes, found.rises[0], found.units)),
 }
 
 

@@ -10,11 +10,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
-from hopform._control.exact import choose_current
-from hopform._control.reach import Reachability, reachability
-from hopform._figures.first_controller import rms
+from hopform._control import Reachability, choose_current, reachability
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, panels, scale, volts
 from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, limits
+from hopform._figures.tracking import rms
 from hopform._hopping.run import simulate
 from hopform._robots import Robot
 from hopform.controllers import Touchdown
@@ -28,7 +27,8 @@ def family_of_maps(robot: Robot) -> Drawn:
     colours = ScalarMappable(Normalize(*limits(currents)), "viridis_r")
     free = np.where(reach.admissible, 100 * reach.apex, np.nan)
     stopped = np.where(beside(reach.limited), 100 * reach.apex, np.nan)
-    silent = reach.heights[np.isnan(reach.apex).any(axis=1)]
+    silent, held = np.isnan(reach.apex).any(axis=1), np.isfinite(reach.hold)
+    up_to, highest = (float(reach.heights[some].max(initial=0.0)) for some in (silent, held))
     figure, (axes,) = panels(1, 4.3)
     shade(axes, reach, "reachable by some input")
     for column, colour in enumerate(map(colours.to_rgba, currents)):
@@ -52,7 +52,7 @@ def family_of_maps(robot: Robot) -> Drawn:
         f"the next apex after drops of {cm(reach.heights[0])} to {cm(reach.heights[-1])}, actuator at its origin, "
         f"under {currents.size} constant inputs. Heights that one gives back: {points}. Without actuation "
         f"{cm(half, 0)} become {cm(passive(reach, half))}; the highest that can be held is "
-        f"{cm(highest_held(reach))}. Up to {cm(float(silent.max(initial=0.0)))} some inputs lead to no take-off: "
+        f"{cm(highest)}. Up to {cm(up_to)} some inputs lead to no take-off: "
         "their curves begin above that"
     )
     data = {"reach": reach}
@@ -127,12 +127,6 @@ def grouped(ends: Array, currents: Array, least: float) -> list[tuple[float, str
         else:
             groups.append([column])
     return [(float(ends[group].mean()), ", ".join(f"{currents[n]:g}" for n in sorted(group))) for group in groups]
-
-
-def highest_held(reach: Reachability) -> float:
-    """The highest height [m] that some current gives back."""
-    held = reach.heights[np.isfinite(reach.hold)]
-    return float(held.max(initial=0.0))
 
 
 def passive(reach: Reachability, height: float) -> float:

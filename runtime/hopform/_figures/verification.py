@@ -1,21 +1,27 @@
-"""The model against measurements: without dry friction on hopper_b (Fig. 4), with it on hopper_c (Fig. 10).
+"""The model against measurements: without dry friction on hopper_b (Fig. 4), with it on hopper_c (Fig. 10); or against
+recordings of one's own, of a ramp too (Fig. 9).
 
 The measurements are synthetic: the robot itself, simulated, with noise. The initial model (1), (2) has viscous friction
 alone; its two coefficients are fitted, each to its recording, so that it is not blamed for a bad guess.
 """
-
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hopform._figures.first_controller import rms
+from hopform._figures import results
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, ORANGE
+from hopform._figures.tracking import rms
 from hopform._hopping.run import simulate
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.ramp import friction_threshold
+from hopform._identify.recordings import read_recording
+from hopform._identify.step import fit_step_response
 from hopform._robots import Robot
 from hopform._stance import solve_stance
 from hopform.terrain import flat
@@ -144,3 +150,52 @@ def drawn(measured: Recordings, models: dict[str, tuple[Recordings, str, str]], 
     bottom.set(xlabel="time since the drop [s]", ylabel="body $x_2$ [cm]", xlim=drop)
     legend(top)
     return figure
+
+
+# ---- from recordings of one's own: what identification makes of them ----
+
+
+def models(sources: Mapping[str, str], robot: Robot) -> Drawn:
+    """Figs. 4 and 10: a step response and a drop test beside both models, each fitted to its recording."""
+    of_drop = fit_drop_test(read_recording(sources["drop"]), known={"m_s": robot.m_s}, holdout=False)
+    of_step = fit_step_response(read_recording(sources["step"]), known={"m_eff": robot.m_eff}, holdout=False)
+    traces = (of_step.traces[0], of_drop.traces[0])
+    figure, rows = panels(2, 4.4)
+    for axes, fit in zip(rows, (of_step, of_drop), strict=True):
+        results.trace_panel(axes, fit.traces[0], fit.units)
+        under(axes)
+    left = "; ".join(
+        f"in {each.quantity} {mm(each.tests.rms, 3)} rms, {mm(each.old_rms, 3)} with viscous friction alone"
+        for each in traces
+    )
+    fitted = [each for fit in (of_step, of_drop) for each in fit.estimates if not each.own]
+    numbers = ", ".join(f"{each.name} = {each.value:.4g} {each.unit}" for each in fitted)
+    ours = f"recordings of {named(robot)}, each fitted by (3), (4) and by (1), (2): {left}. Fitted: {numbers}"
+    data = {each.quantity: {"time": each.time, "measured": each.measured, "fitted": each.predicted, "viscous": each.old}
+            for each in traces if each.old is not None}  # fmt: skip
+    return figure, ours, data
+
+
+def under(axes: Axes) -> None:
+    """The legend as in the other figures, the file's name left to the caption."""
+    axes.set_title("", loc="left")
+    legend(axes, 2)
+
+
+def threshold(sources: Mapping[str, str], robot: Robot) -> Drawn:
+    """Fig. 9: the current at which the actuator begins to move."""
+    found = friction_threshold(read_recording(sources["ramp"]), m_eff=robot.m_eff, gamma2=robot.gamma2)
+    rise = found.rises[0]
+    figure, (top, bottom) = panels(2, 3.4, sharex=True, height_ratios=[1.0, 0.8])
+    results.rise_panel(top, rise, found.units)
+    under(top)
+    top.set_xlabel("")
+    bottom.plot(rise.time, rise.u)
+    bottom.axhspan(rise.onset.u_low, rise.onset.u_high, alpha=0.3)
+    bottom.set(xlabel="t [s]", ylabel=f"current $u$ [{volts(robot)}]")
+    ours = (
+        f"a ramp recorded from {named(robot)}: {len(found.onsets)} onsets of motion, u* = {found.u:.4g} {volts(robot)} "
+        f"({found.low:.4g} to {found.high:.4g}), which (5), taken in magnitudes, makes f1 = {found.f1:.4g} m/s^2"
+    )
+    data = {"time": rise.time, "x1": rise.x1, "fitted": rise.fitted, "u": rise.u, "u*": np.array([found.u])}
+    return figure, ours, data

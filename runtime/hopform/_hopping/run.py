@@ -20,13 +20,13 @@ from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
 from hopform._checks import finite, nonnegative, positive, shaped, shown, times_within
-from hopform._control.reach import home_of
+from hopform._control import home_of
 from hopform._errors import HopformError
 from hopform._files import path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, name_of, span
-from hopform._solver.package import Energy, Gains, formulas
+from hopform._solver.package import formulas, records
 from hopform._stance import DOUBLE, Real, Stance, State, aed_at, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
@@ -133,7 +133,7 @@ class _Legs(Motion):
 
         return State(*self._from_legs(t, over_level, 4))
 
-    def energy(self, t: ArrayLike) -> Energy:
+    def energy(self, t: ArrayLike) -> records.Energy:
         """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
         spring.
         """
@@ -142,7 +142,7 @@ class _Legs(Motion):
             energy, weight = leg.motion.energy(times), leg.motion.robot.m_s * leg.motion.robot.g
             return energy.body + weight * leg.ground, energy.total + weight * leg.ground
 
-        return Energy(*self._from_legs(t, from_level, 2))
+        return records.Energy(*self._from_legs(t, from_level, 2))
 
     def aed(self, t: ArrayLike) -> Real:
         """The body's energy predicted [J]: that of the start, plus the AED (24), the impacts and the spring's
@@ -520,7 +520,7 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
     if gains is None:
         square = v2 * v2 + 2.0 * model.g * x1
         fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if square > 0.0 else 0.0
-        gains = Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))
+        gains = records.Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))
     ratio = plant.gamma2 / model.gamma2
     if ratio < 0.0:
         raise HopformError(f"model.gamma2 must have the sign of the robot's, got {model.gamma2!r} N/A")

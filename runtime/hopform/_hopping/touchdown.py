@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from hopform._checks import MEMORY, count, finite, items, keep, nonnegative, positive, seeded
 from hopform._errors import HopformError
 from hopform._robots import Robot
-from hopform._solver.package import Contact
+from hopform._solver.package import records
 from hopform._solver.package import touchdown as solver
 from hopform._stance import Event, solve_stance
 
@@ -27,7 +27,7 @@ _NUMBERS = "numbers in units of the signal"
 _EACH = 64  # [B] a sample
 MOST_DRAWN = 10**9
 """Samples that a simulation draws at most, on average."""
-_KINDS: dict[int, Contact] = {solver.TOUCHDOWN: "touchdown", solver.TAKEOFF: "takeoff"}
+_KINDS: dict[int, records.Contact] = {solver.TOUCHDOWN: "touchdown", solver.TAKEOFF: "takeoff"}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,14 +19,12 @@ from hopform._errors import HopformError
 from hopform._identify import recordings as of_recordings
 from hopform._identify import segments
 from hopform._identify.estimation import Parameter
-from hopform._identify.filtering import CUTOFFS, filtered_part, moving_rows
-from hopform._identify.fits import Fit, Options
+from hopform._identify.fits import Fit, Options, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings
 from hopform._identify.motion import Array, Values
-from hopform._identify.recipe import fit
-from hopform._identify.recordings import Recording
+from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import Kind as Rig
-from hopform._identify.units import Units
+from hopform._identify.segments import CUTOFFS, filtered_part, moving_rows
 
 _BODY = ("m_s", "k", "b2", "f2")
 _LEG = (*_BODY, "length", "impact_loss")

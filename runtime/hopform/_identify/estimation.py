@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hopform._errors import HopformError
 from hopform._identify.motion import Array, Values
+from hopform._identify.recordings import outliers
 from hopform._identify.rigs import Experiment
 from hopform._show import of_extra
 
@@ -79,6 +80,7 @@ class Solution:
     cost: float
     evaluations: int
     loss: str = "linear"
+    experiments: Sequence[Experiment] = ()
 
     @property
     def count(self) -> int:
@@ -92,6 +94,26 @@ class Solution:
     def noise(self) -> Array:
         """Standard deviation of each sample."""
         return np.repeat(self.sigma, [part.size for part in self.residuals])
+
+    @property
+    def scaled(self) -> Array:
+        """The Jacobian by the coordinates of the optimiser, residuals in standard deviations."""
+        return self.jacobian * _Coordinates(self.parameters).slopes(self.values) / self.noise[:, np.newaxis]
+
+    @property
+    def inliers(self) -> Masks:
+        """Which samples of each recording are no outliers."""
+        return [bulk(part, self.loss) for part in self.residuals]
+
+    @property
+    def tests(self) -> "list[Tests]":
+        """Of each recording's residuals without outliers."""
+        return [tests_of(part[some]) for part, some in zip(self.residuals, self.inliers, strict=True)]
+
+    @property
+    def inflation(self) -> float:
+        """Of the variance, by what neighbouring residuals have in common."""
+        return max(each.inflation for each in self.tests)
 
 
 def of_scipy(module: str) -> Any:
@@ -206,8 +228,9 @@ def solve(
     values = coordinates.out(start) | held
     end = at(start)
     return Solution(
-        tuple(parameters), values, tuple(end.parts), weights, end.rows, float(end.seen @ end.seen), evaluations, loss
-    )
+        tuple(parameters), values, tuple(end.parts), weights, end.rows, float(end.seen @ end.seen), evaluations, loss,
+        experiments,
+    )  # fmt: skip
 
 
 class _Place(NamedTuple):
@@ -283,12 +306,20 @@ def best(solutions: Sequence[Solution]) -> Solution:
     return min(solutions, key=lambda each: each.cost)
 
 
-def cost_of(solution: Solution, experiments: Sequence[Experiment], sigma: Sequence[float], loss: str) -> float:
+def again(
+    solution: Solution, experiments: Sequence[Experiment], start: Sequence[Parameter] | None = None, **how: Any
+) -> Solution:
+    """The least squares of experiments from a start, or from where a solution came to, under its noise and loss."""
+    how = {"sigma": solution.sigma, "loss": solution.loss} | how
+    return solve(experiments, started(solution) if start is None else start, **how)
+
+
+def cost_of(solution: Solution, experiments: Sequence[Experiment], sigma: Sequence[float]) -> float:
     """The cost of a solution's parameters under given standard deviations of the noise."""
-    return solve(experiments, started(solution), sigma=sigma, loss=loss, most=1).cost
+    return again(solution, experiments, sigma=sigma, most=1).cost
 
 
-def deviations(solution: Solution, experiments: Sequence[Experiment], loss: str) -> tuple[float, ...]:
+def deviations(solution: Solution, experiments: Sequence[Experiment]) -> tuple[float, ...]:
     """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known
     noise.
 
@@ -297,7 +328,7 @@ def deviations(solution: Solution, experiments: Sequence[Experiment], loss: str)
     share = solution.freedom / solution.count
 
     def size(part: Array) -> float:
-        square = float((part**2).mean()) if loss == "linear" else scale(part) ** 2
+        square = float((part**2).mean()) if solution.loss == "linear" else scale(part) ** 2
         return math.sqrt(max(square, 1e-24) / share)
 
     return tuple(each.noise or size(part) for each, part in zip(experiments, solution.residuals, strict=True))
@@ -327,6 +358,11 @@ def influence(solution: Solution) -> Influence:
         _, first, second = _ROBUST[solution.loss](z)
         psi, slope = psi * first, max(float((first + 2.0 * z * second).mean()), 0.1)
     return Influence(psi, slope, float(psi @ psi) / solution.freedom / slope)
+
+
+def bulk(residual: Array, loss: str) -> NDArray[np.bool_]:
+    """Which residuals are none of single samples far off their neighbours; all, unless a robust loss was asked for."""
+    return np.full(residual.size, True) if loss == "linear" else ~outliers(residual)
 
 
 def scale(residual: Array) -> float:
@@ -380,7 +416,7 @@ def spread(solution: Solution) -> Spread:
     """The covariance of the parameters under the noise that the residuals show; infinite where the data do not identify
     one."""
     scales = _Coordinates(solution.parameters).slopes(solution.values)
-    scaled = solution.jacobian * scales / solution.noise[:, np.newaxis]
+    scaled = solution.scaled
     norms = np.sqrt((scaled**2).sum(axis=0))
     alive = norms > 1e-9 * norms.max(initial=0.0)
     _, singular, directions = np.linalg.svd(triangle(scaled[:, alive] / norms[alive]))
@@ -405,13 +441,7 @@ def spread(solution: Solution) -> Spread:
 
 
 def estimates(
-    solution: Solution,
-    experiments: Sequence[Experiment],
-    *,
-    loss: str = "linear",
-    inflation: float = 1.0,
-    profiles: bool = True,
-    progress: Progress | None = None,
+    solution: Solution, *, inflation: float = 1.0, profiles: bool = True, progress: Progress | None = None
 ) -> tuple[tuple[Estimate, ...], Spread]:
     """Each parameter with its 95 % interval; inflation: of the variance, by what the residuals have in common in time.
 
@@ -436,19 +466,12 @@ def estimates(
         if parameter.profiled and profiles:
             if progress:
                 progress(f"interval of {parameter.name}")
-            low, high, method = _profile(solution, experiments, parameter, stderr, loss, inflation)
+            low, high, method = _profile(solution, parameter, stderr, inflation)
         found.append(Estimate(parameter.name, parameter.unit, value, stderr, low, high, method, parameter.own))
     return tuple(found), seen
 
 
-def _profile(
-    solution: Solution,
-    experiments: Sequence[Experiment],
-    parameter: Parameter,
-    stderr: float,
-    loss: str,
-    inflation: float,
-) -> tuple[float, float, str]:
+def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation: float) -> tuple[float, float, str]:
     """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of the estimate."""
     value = solution.values[parameter.name]
     two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
@@ -474,10 +497,8 @@ def _profile(
         grown = list[float]()
         for way in tuple(ways):
             start, most = way(trial)
-            held = solve(
-                experiments, start, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=most,
-                precision=1e-4
-            )  # fmt: skip
+            fixed = {parameter.name: trial}
+            held = again(solution, solution.experiments, start, fixed=fixed, most=most, precision=1e-4)
             grown.append((held.cost - solution.cost) / unit)
             if grown[-1] <= 4.0 * expected + 1.0:
                 break
@@ -551,7 +572,7 @@ def expected_decrease(solution: Solution) -> float:
     if not solution.parameters:
         return 0.0
     coordinates = _Coordinates(solution.parameters)
-    scaled = solution.jacobian * coordinates.slopes(solution.values) / solution.noise[:, np.newaxis]
+    scaled = solution.scaled
     left, slope, unit = influence(solution)
     at, downhill, end = coordinates.into(solution.values), -(left @ scaled), 1e-4
     shut = ((at <= coordinates.low + end) & (downhill < 0.0)) | ((at >= coordinates.high - end) & (downhill > 0.0))

@@ -4,28 +4,27 @@ identify.
 
 import dataclasses
 import math
+import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple, TypedDict
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform._checks import flag, function, word
 from hopform._errors import HopformError
-from hopform._identify import estimation
+from hopform._identify import estimation, nuisances
 from hopform._identify.estimation import Estimate, Progress, Solution, Tests
+from hopform._identify.kinds import Kind, Recordings, problem_of
 from hopform._identify.motion import Array, Values
-from hopform._identify.nuisances import Diagnosis, said
-from hopform._identify.recordings import noise_of, quantum_of
-from hopform._identify.repeats import Repeat
-from hopform._identify.search import Problem
-from hopform._identify.units import HOPPER, Units
-from hopform._robots import Robot, load_robot
-from hopform._robots.provenance import Provenance
+from hopform._identify.nuisances import Diagnosis, Repeat, said
+from hopform._identify.recordings import HOPPER, Units, noise_of, quantum_of
+from hopform._identify.search import Problem, least_squares, minimise, part_of, selected
+from hopform._robots import Provenance, Robot, load_robot
 from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
 
-Model = str
 TITLES = {
     "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
     "ramp": "friction threshold (5) from a ramp",
@@ -202,45 +201,12 @@ def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
     return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
 
 
-class Minimum(NamedTuple):
-    """A minimum: of each recording which samples are no outliers, and the tests of their residuals."""
-
-    problem: Problem
-    solution: Solution
-    inliers: list[NDArray[np.bool_]]
-    tests: list[Tests]
-
-    @property
-    def hopeless(self) -> bool:
-        """Whether it is no fit at all."""
-        return any(
-            each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
-            for each, test in zip(self.problem.experiments, self.tests, strict=True)
-        )
-
-    @property
-    def inflation(self) -> float:
-        """Of the variance, by what neighbouring residuals have in common."""
-        return max(each.inflation for each in self.tests)
-
-
-def reported(
-    best: Minimum,
-    intervals: tuple[tuple[Estimate, ...], estimation.Spread],
-    diagnoses: tuple[Diagnosis, ...],
-    traces: tuple[Trace, ...],
-    repeats: tuple[tuple[Repeat, ...], Sequence[str]],
-) -> Fit:
-    """What was found, what the data identify and what they do not, and what was odd."""
-    problem, (estimates, spread), (several, differing) = best.problem, intervals, repeats
-    outlying, coloured = _outlying(traces, best.inliers), _coloured(traces, best.inflation)
-    return Fit(
-        problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
-        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
-        warnings=(*problem.warnings, *outlying, *coloured, *said(diagnoses, problem.units.shown("x1"))),
-        evaluations=best.solution.evaluations, seconds=math.nan, solution=best.solution, diagnoses=diagnoses,
-        covariance=spread.covariance * best.inflation, repeats=several, units=problem.units, scale=problem.scale,
-    )  # fmt: skip
+def _hopeless(problem: Problem, solution: Solution) -> bool:
+    """Whether a minimum is no fit at all."""
+    return any(
+        each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
+        for each, test in zip(problem.experiments, solution.tests, strict=True)
+    )
 
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
@@ -322,3 +288,126 @@ def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> d
             if not (first.own or second.own) and math.isfinite(size[i] * size[j]) and size[i] * size[j] > 0.0:
                 found[second.name, first.name] = float(spread.covariance[i, j] / (size[i] * size[j]))
     return found
+
+
+# ---- the recipe ----
+
+
+def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options: Unpack[Options]) -> Fit:
+    """The recipe. given: recordings, or their files, by their kind. Raises HopformError where one cannot be of its
+    kind, MissingExtra without scipy.
+    """
+    began, asked = clock.perf_counter(), checked(options)
+    problem = problem_of(given, known, asked.backend, asked.loss)
+    asked.stage("fit")
+    problem, solution = _minimum(problem, asked.nuisances)
+    usable, inflation = not _hopeless(problem, solution), solution.inflation
+    estimates, spread = estimation.estimates(solution, inflation=inflation, profiles=usable, progress=asked.stage)
+    asked.stage("diagnoses")
+    diagnoses = nuisances.diagnose(problem, solution) if asked.diagnose else ()
+    asked.stage("the old model")
+    old = _old(problem, solution) if asked.compare and usable and problem.coulomb else {}
+    asked.stage("hold-out")
+    left_out = _holdout(problem, solution) if asked.holdout and usable else [math.nan] * len(solution.sigma)
+    repeats, differing = nuisances.repeats_of(problem, solution, estimates) if usable else ((), ())
+    traces = _traces(problem, solution, old, left_out)
+    odd = [*_outlying(traces, solution.inliers), *_coloured(traces, inflation)]
+    return Fit(
+        problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
+        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
+        warnings=(*problem.warnings, *odd, *said(diagnoses, problem.units.shown("x1"))),
+        evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
+        covariance=spread.covariance * inflation, repeats=repeats, units=problem.units, scale=problem.scale,
+    )  # fmt: skip
+
+
+class Asked(NamedTuple):
+    """The options of a fit, each with its value."""
+
+    loss: str
+    compare: bool
+    holdout: bool
+    diagnose: bool
+    nuisances: tuple[str, ...]
+    backend: str | None
+    stage: Progress
+
+
+def checked(options: Options) -> Asked:
+    """The options; HopformError for one that is none, or for a value that it cannot have."""
+    for name in options:
+        word("an option of a fit", name, tuple(Options.__annotations__))
+    compare, holdout, further = (flag(name, options.get(name, True)) for name in ("compare", "holdout", "diagnose"))
+    function("progress", options.get("progress"))
+    loss = word("loss", options.get("loss", "linear"), ("linear", "soft_l1", "huber", "cauchy"))
+    wanted = tuple(dict.fromkeys(word("nuisances", each, nuisances.NUISANCES) for each in options.get("nuisances", ())))
+    stage: Progress = options.get("progress") or (lambda _: None)
+    return Asked(loss, compare, holdout, further, wanted, options.get("backend"), stage)
+
+
+def _traces(
+    problem: Problem, solution: Solution, old: Mapping[int, Array], left_out: Sequence[float]
+) -> tuple[Trace, ...]:
+    tests, inliers = solution.tests, solution.inliers
+    return tuple(
+        Trace(
+            each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
+            each.measured + residual,
+            each.measured + old[n] if n in old else None, tests[n],
+            estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan, left_out[n],
+        )
+        for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
+    )  # fmt: skip
+
+
+def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution]:
+    """The minimum of a problem; with nuisances, those are fitted from where it is without them."""
+    solution = minimise(problem)
+    if not wanted:
+        return problem, solution
+    wider = nuisances.with_nuisances(problem, wanted)
+    idle = [each for each in wanted if all(each not in one.names for one in wider.experiments)]
+    if idle:
+        raise HopformError(f"nuisances: {idle[0]} is none of these recordings: no current changes in any of them")
+    _, parameters = nuisances.extended(wider, solution)
+    wider = replace(wider, parameters=tuple(parameters), starts=({p.name: p.start for p in parameters}, *wider.starts))
+    return wider, minimise(wider)
+
+
+def _old(problem: Problem, solution: Solution) -> dict[int, Array]:
+    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
+
+    It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more
+    and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
+    """
+    inliers = solution.inliers
+    numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
+    viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
+    starts = tuple(
+        solution.values
+        | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
+        for more in (1.0, 1.6, 3.0)
+    )
+    whole, fixed = [problem.experiments[n] for n in numbers], dict.fromkeys(problem.coulomb, 0.0)
+    some = selected(whole, [inliers[n] for n in numbers])
+    found = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)
+    return dict(zip(numbers, estimation.again(found, whole, fixed=fixed, most=1).residuals, strict=True))
+
+
+_QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
+
+
+def _holdout(problem: Problem, solution: Solution) -> list[float]:
+    """rms over the last third of each recording, without outliers, of a fit to the first two."""
+    short = [each.upto(part_of(each, 2.0 / 3.0)) for each in problem.experiments]
+    fitted = estimation.again(solution, short, most=20, precision=1e-6)
+    errors = list[float]()
+    for whole, part, some in zip(problem.experiments, short, solution.inliers, strict=True):
+        last = np.flatnonzero(some[part.time.size :]) + part.time.size
+        try:
+            predicted, _ = whole.predict(fitted.values)
+            rest = (predicted - whole.measured)[last]
+            errors.append(estimation.rms(rest) if rest.size else math.nan)
+        except HopformError:
+            errors.append(math.nan)
+    return errors

@@ -1,17 +1,31 @@
-"""All recordings of a robot, fitted together into one robot.
+"""All recordings of a robot: what they can tell, before anything is fitted, and their fit into one robot.
 
 The spring is the same in drop tests and in step responses against it: one weighed mass gives the scale of every force.
 A ramp adds its threshold (5) with its uncertainty. Each recording counts by its own noise.
+
+Before a fit, the intervals to expect are the bound of Cramer and Rao by the Fisher information,
+
+    covariance >= (J^T J)^-1 sigma^2
+
+at the values of a first quick descent, with the noise that the samples show. A plan is the same of synthetic
+recordings.
 """
 
-from collections.abc import Mapping
-from typing import Unpack
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Unpack
 
+import numpy as np
+
+from hopform._identify import estimation
 from hopform._identify.drop import ATTACHED, FREE, GROUND
-from hopform._identify.fits import Fit, Options
-from hopform._identify.kinds import Kind, Recordings, read_several
+from hopform._identify.estimation import Estimate, Solution
+from hopform._identify.fits import Fit, Options, blind, fit
+from hopform._identify.kinds import Kind, Recordings, problem_of, read_several
+from hopform._identify.motion import Array, Values
 from hopform._identify.ramp import RAMP
-from hopform._identify.recipe import fit
+from hopform._identify.recordings import HOPPER, Recording, Units, gaps_of, noise_of, outliers, quantum_of
+from hopform._identify.search import Problem, follow
 from hopform._identify.step import AIR, HELD
 
 KINDS: Mapping[str, Kind] = {
@@ -44,3 +58,119 @@ def fit_robot(
         "free_drops": (FREE, free_drops), "ramps": (RAMP, ramps),
     }  # fmt: skip
     return fit({kind: read_several(some, name) for name, (kind, some) in handed.items()}, known, **options)
+
+
+# ---- before a fit: telemetry, excitation, and the intervals to expect ----
+
+
+class Telemetry(NamedTuple):
+    """A recording as it was sampled: rate [Hz], duration [s], longest gap [s], noise, quantum and travel of its
+    position [m], outliers, lowest and highest current [A].
+    """
+
+    source: str
+    role: str
+    samples: int
+    duration: float
+    rate: float
+    gap: float
+    noise: float
+    quantum: float
+    travel: float
+    outliers: int
+    lowest: float
+    highest: float
+
+
+class Check(NamedTuple):
+    """Telemetry of each recording; the intervals to expect, in the order of the parameters; what is missing."""
+
+    recordings: tuple[Telemetry, ...]
+    expected: tuple[Estimate, ...]
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...]
+    units: Units = HOPPER
+
+
+def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at: Values | None = None) -> Check:
+    """What recordings, by their role (drop, free, decay, step, air, ramp), can tell of a robot; at: values of
+    parameters at which that is asked; if none, where the first start of the search leads. Raises HopformError as
+    `fit_robot` does.
+    """
+    problem = problem_of({kind: of.get(role, ()) for role, kind in KINDS.items()}, known)
+    telemetry = tuple(_telemetry(each, role) for role, some in of.items() for each in some)
+    found, spread = expected(problem, at if at is not None else follow(problem).values)
+    letters = [name.partition("@")[0] for name in spread.weak]
+    helps = dict.fromkeys(_HELPS[letter] for letter in letters if letter in _HELPS)
+    warnings = [each for one in telemetry for each in _odd(one)]
+    return Check(
+        telemetry, found, (*problem.statements, *blind(spread), *helps), (*problem.warnings, *warnings), problem.units
+    )
+
+
+_HELPS = {
+    "m_s": "a weighed body (--known m_s), or decays with a weighed mass added, give m_s",
+    "k": "a drop or a decay of a weighed body gives k",
+    "b2": "a decay over many half periods gives b2 and f2",
+    "f2": "a decay over many half periods gives b2 and f2",
+    "length": "a drop onto the ground gives L0 + c and impact_loss",
+    "impact_loss": "a drop onto the ground gives L0 + c and impact_loss",
+    "m_eff": "a step response against a known spring, or a known force constant, gives m_eff",
+    "b1": "a step response of both signs and several sizes gives b1 and f1",
+    "f1": "a slow ramp of the current both ways gives f1",
+    "gamma2": "a step response of a weighed actuator, or against a known spring, gives gamma2",
+}
+"""The recording that tells a parameter."""
+
+
+def expected(problem: Problem, at: Values) -> tuple[tuple[Estimate, ...], estimation.Spread]:
+    """The intervals that a problem's recordings would give, with the noise that their samples show."""
+    values = {p.name: at.get(p.name, p.start) for p in problem.parameters}
+    sigma = [each.noise or noise_level(each.measured) for each in problem.experiments]
+    _, rows = estimation.residuals(problem.experiments, problem.parameters, values)
+    # Residuals of one standard deviation, so that the covariance is that of the noise.
+    rest = tuple(
+        np.full(each.time.size, size * math.sqrt(1.0 - len(problem.parameters) / max(rows.shape[0], 1)))
+        for each, size in zip(problem.experiments, sigma, strict=True)
+    )
+    solution = Solution(problem.parameters, values, rest, tuple(sigma), rows, float(rows.shape[0]), 1)
+    return estimation.estimates(solution, profiles=False)
+
+
+def noise_level(values: Array) -> float:
+    """Standard deviation of a position's noise [m], at least that of its quantum's rounding."""
+    return max(noise_of(values), quantum_of(values) / math.sqrt(12.0), 1e-12)
+
+
+def _telemetry(recording: Recording, role: str) -> Telemetry:
+    of = "x1" if role in ("step", "air", "ramp") else "x2"
+    x, time = recording.position(of), recording.time
+    u = recording.current() if recording.has_current() else np.zeros(1)
+    return Telemetry(
+        recording.source, role, time.size, float(time[-1] - time[0]), 1.0 / float(np.median(np.diff(time))),
+        max((length for _, length in gaps_of(time)), default=0.0), noise_of(x), quantum_of(x), float(np.ptp(x)),
+        int(np.count_nonzero(outliers(x))), float(u.min()), float(u.max()),
+    )  # fmt: skip
+
+
+_FEW_STEPS, _ONE_SIDED = 200.0, 0.1
+"""Travel in quanta or standard deviations of noise that a fit wants; share of the largest current that the other
+direction should have.
+"""
+
+
+def _odd(one: Telemetry) -> list[str]:
+    """What is poor about a recording."""
+    found = list[str]()
+    level = max(one.noise, one.quantum)
+    if one.travel < _FEW_STEPS * level:
+        found.append(f"it moves by {one.travel / level:.0f} times its noise or quantum: let it move further")
+    if one.outliers:
+        found.append(f"{one.outliers} samples are far off their neighbours: fit it with --loss huber")
+    if one.gap > 0.0:
+        found.append(f"a gap of {one.gap:.3g} s")
+    if one.role in ("step", "air", "free") and min(-one.lowest, one.highest) < _ONE_SIDED * max(
+        -one.lowest, one.highest
+    ):
+        found.append("the current has one direction: friction and a constant load are one; record both")
+    return [f"{one.source}: {each}" for each in found]

@@ -17,12 +17,11 @@ from hopform._checks import items, mapping, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter
 from hopform._identify.motion import Array, Values
-from hopform._identify.recordings import Recording, independent, mended, read_recording, units_of
+from hopform._identify.recordings import HOPPER, Recording, Units, independent, mended, read_recording, units_of
 from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.search import Problem
-from hopform._identify.units import HOPPER, Units
-from hopform._solver.columns import Steps
+from hopform._solver.package import Steps
 
 File = str | Path
 Recordings = Sequence[Recording | File] | Recording | File
@@ -153,13 +152,8 @@ class Kind:
             {name: value for name, value in group.known.items() if math.isfinite(value)},
             (*group.statements, *(note for cut in group.cuts for note in cut.rests())),
             tuple(f"{each.source}: {note}" for each in group.recordings for note in each.notes),
-            parts=self.parts, units=group.units, scale=group.scale,
+            parts=self.parts, units=group.units, scale=group.scale, loss=group.loss,
         )  # fmt: skip
-
-
-def read(given: Mapping[Kind, Recordings]) -> dict[Kind, tuple[Recording, ...]]:
-    """The recordings of each kind."""
-    return {kind: read_several(recordings, "recordings") for kind, recordings in given.items()}
 
 
 def read_several(recordings: Recordings, name: str) -> tuple[Recording, ...]:
@@ -207,27 +201,21 @@ def check(
     return groups
 
 
-def segment(groups: Sequence[Group]) -> list[Group]:
-    """Each kind with its motions."""
-    found = list[Group]()
-    for group in groups:
-        found.append(group.kind.segment(group, _motions(found)))
-    return found
-
-
 def _motions(groups: Sequence[Group]) -> int:
     return sum(len(each.cuts) for each in groups)
 
 
-def start(groups: Sequence[Group], backend: str | None = None, *, whole: bool = False) -> Problem:
-    """The least-squares problem of all motions, with the starts that they show; whole: of a robot, of several kinds."""
+def problem_of(
+    given: Mapping[Kind, Recordings], known: Values | None = None, backend: str | None = None, loss: str = "linear"
+) -> Problem:
+    """The least-squares problem of recordings by their kind: read, checked, cut into motions, with the starts that
+    these show; of several kinds that of a robot.
+    """
+    groups = list[Group]()
+    for group in check({kind: read_several(some, "recordings") for kind, some in given.items()}, known, loss):
+        groups.append(group.kind.segment(group, _motions(groups)))
     several = [each.kind.posed(each, _motions(groups[:n]), backend) for n, each in enumerate(groups)]
-    return _merged(several) if whole else several[0]
-
-
-def problem_of(given: Mapping[Kind, Recordings], known: Values | None = None, backend: str | None = None) -> Problem:
-    """The least-squares problem of recordings, to which the first stages lead."""
-    return start(segment(check(read(given), known)), backend, whole=len(given) > 1)
+    return _merged(several) if len(given) > 1 else several[0]
 
 
 _OWN = ("rest", "x", "v", "x1", "v1")
@@ -296,7 +284,7 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         tuple(each for p in problems for each in p.warnings),
         parts=max((p.parts for p in problems), key=len),
         units=next((each.units for each in problems if each.quantity == "x1"), problems[0].units),
-        scale=all(p.scale for p in problems),
+        scale=all(p.scale for p in problems), loss=problems[0].loss,
     )  # fmt: skip
 
 
@@ -333,9 +321,8 @@ def checked_known(known: Values | None, allowed: Sequence[str], units: Units = H
     values = dict[str, float]()
     for name, value in mapping("known", known).items():
         if not isinstance(name, str) or name not in allowed:
-            raise HopformError(
-                f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
-            )
+            message = f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
+            raise HopformError(message)
         unit = units.of(UNITS[name])
         number = real(f"known: {name}", value, unit or "1")
         if not (math.isfinite(number) or name in ("x1_min", "x1_max")):

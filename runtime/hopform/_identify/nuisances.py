@@ -1,4 +1,4 @@
-"""Nuisances: what clock, logger and sensor may have done to a recording, tested after every fit.
+"""Questions after every fit: what clock, logger and sensor may have done to a recording; how far repeats differ.
 
 Each candidate is one more parameter (a delay is one per recording). Rao's score test at the minimum says what it would
 bring to first order,
@@ -8,24 +8,34 @@ bring to first order,
 and a candidate with a score is fitted. The friction law has a score alone: c is the response to a force
 e^(-(v/v_s)^2) sign(v) at the velocities of the fit, exact through sticking. Outliers are a candidate too: the samples
 that are off their neighbours are left out.
+
+Of several recordings of one rig each is fitted alone, from where all together came to. The spread of k values gives an
+interval of their mean,
+
+    mean +- t_(k-1) s/sqrt(k)
+
+which holds what differs from recording to recording too: temperature, the place on the guide, the hand. The interval
+of the fit knows noise alone. The wider of the two is the one to quote. Values differ by more than noise where Cochran's
+Q = sum (value - mean)^2/stderr^2 exceeds what chance allows.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import estimation
-from hopform._identify.estimation import Parameter, Solution
+from hopform._identify.estimation import LEVEL, Estimate, Parameter, Solution
 from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import outliers
-from hopform._identify.rigs import UNITS, Experiment
-from hopform._identify.search import Problem, bulk, follow, is_noise, selected
+from hopform._identify.rigs import UNITS, Experiment, Sensor
+from hopform._identify.search import Problem, follow, is_noise, selected
 
-NUISANCES = ("delay", "gain", "clock", "lag")
+NUISANCES = Sensor._fields
 """What can be fitted on request."""
 _SHAPES: Mapping[str, Parameter] = {
     "delay": Parameter("delay", UNITS["delay"], 0.0, 1e-3, "real", own=True, low=-0.1, high=0.1),
@@ -117,15 +127,15 @@ _INDEPENDENT = 1e-3
 """Share of a derivative's size that the fitted parameters must leave of it."""
 
 
-def diagnose(problem: Problem, solution: Solution, loss: str) -> tuple[Diagnosis, ...]:
+def diagnose(problem: Problem, solution: Solution) -> tuple[Diagnosis, ...]:
     """The causes that would explain the residuals of a fit better than noise does, the best first."""
     found = list[Diagnosis]()
     fitted = {letter for each in problem.experiments for letter in each.names}
     for letter in NUISANCES:
         if letter not in fitted:
-            found += _fitted(with_nuisances(problem, [letter]), solution, loss, letter)
-    found += _stribeck(problem, solution, loss)
-    if loss == "linear":
+            found += _fitted(with_nuisances(problem, [letter]), solution, letter)
+    found += _stribeck(problem, solution)
+    if solution.loss == "linear":
         found += _without_outliers(problem, solution)
     return tuple(sorted(found, key=lambda each: -each.decrease))
 
@@ -140,31 +150,25 @@ class _Score(NamedTuple):
     independent: bool
 
 
-def extended(problem: Problem, solution: Solution, loss: str) -> tuple[_Score, list[Parameter]]:
+def extended(problem: Problem, solution: Solution) -> tuple[_Score, list[Parameter]]:
     """The score of a problem's further parameters at a solution without them, and all of its parameters one step of
     Gauss and Newton on.
     """
     own = len(solution.parameters)
     further = problem.parameters[own:]
     at = {p.name: p.start for p in further} | solution.values
-    residual, jacobian = _whitened(problem, solution, at, loss)
+    parts, rows = estimation.residuals(problem.experiments, problem.parameters, at)
+    weight = _weights(solution)
+    residual, jacobian = np.concatenate(parts) * weight, rows * weight[:, np.newaxis]
     score = _decrease(residual, jacobian[:, :own], jacobian[:, own:], further)
     starts = [estimation.clip(p, score.values[p.name]) for p in further]
     moved = [p._replace(start=start) for p, start in zip(further, starts, strict=True)]
     return score, [*estimation.started(solution), *moved]
 
 
-def _whitened(problem: Problem, solution: Solution, values: Values, loss: str) -> tuple[Array, Array]:
-    """Residuals and their derivatives in standard deviations, samples that are outliers left out."""
-    parts, rows = estimation.residuals(problem.experiments, problem.parameters, values)
-    weight = _weights(solution, loss)
-    return np.concatenate(parts) * weight, rows * weight[:, np.newaxis]
-
-
-def _weights(solution: Solution, loss: str) -> Array:
+def _weights(solution: Solution) -> Array:
     """Of each sample, 1/sigma; 0 for an outlier."""
-    pairs = zip(solution.residuals, solution.sigma, strict=True)
-    return np.concatenate([bulk(part, loss) / sigma for part, sigma in pairs])
+    return np.concatenate([some / sigma for some, sigma in zip(solution.inliers, solution.sigma, strict=True)])
 
 
 def _decrease(residual: Array, known: Array, new: Array, further: Sequence[Parameter]) -> _Score:
@@ -180,28 +184,28 @@ def _decrease(residual: Array, known: Array, new: Array, further: Sequence[Param
     return _Score(float((rest**2).sum()) if independent else 0.0, values, independent)
 
 
-def _fitted(problem: Problem, solution: Solution, loss: str, letter: str) -> list[Diagnosis]:
+def _fitted(problem: Problem, solution: Solution, letter: str) -> list[Diagnosis]:
     """What a nuisance brings, fitted from where its score points."""
     new = [p.name for p in problem.parameters[len(solution.parameters) :]]
     if not new:
         return []
-    score, start = extended(problem, solution, loss)
+    score, start = extended(problem, solution)
     if letter == "lag" and not score.independent:
         start = [p._replace(start=_LAG) if p.name in new else p for p in start]
     elif score.decrease < _SCORE:
         return []
-    again = estimation.solve(problem.experiments, start, sigma=solution.sigma, loss=loss, most=25, precision=1e-6)
-    if not is_noise(problem, again, loss):  # the minimum without it may be far from that with it
-        other = follow(problem, loss)
+    again = estimation.again(solution, problem.experiments, start, most=25, precision=1e-6)
+    if not is_noise(problem, again):  # the minimum without it may be far from that with it
+        other = follow(problem)
         noise = [min(pair) for pair in zip(again.sigma, other.sigma, strict=True)]
-        again = min(again, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise, loss))
+        again = min(again, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise))
     values = {name: again.values[name] for name in new}
-    return _worth(letter, values, solution, again.residuals, loss)
+    return _worth(letter, values, solution, again.residuals)
 
 
-def _worth(name: str, values: Values, solution: Solution, after: Sequence[Array], loss: str) -> list[Diagnosis]:
+def _worth(name: str, values: Values, solution: Solution, after: Sequence[Array]) -> list[Diagnosis]:
     """A diagnosis, if it explains more than noise would, of the samples that are no outliers after it."""
-    chosen = [bulk(part, loss) for part in after]
+    chosen = [estimation.bulk(part, solution.loss) for part in after]
     old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in (solution.residuals, after))
     return brought(name, values, old, new, solution.sigma, len(solution.parameters))
 
@@ -234,16 +238,16 @@ SPEEDS = (0.02, 0.06, 0.2)
 """Stribeck velocities that are tried, as shares of the largest velocity."""
 
 
-def _stribeck(problem: Problem, solution: Solution, loss: str) -> list[Diagnosis]:
+def _stribeck(problem: Problem, solution: Solution) -> list[Diagnosis]:
     """The score of friction that is higher at rest; over a free actuator of its own friction, not of the body's."""
     response = np.concatenate([each.response_to_stribeck(solution.values, SPEEDS) for each in problem.experiments])
-    tried = [each for column in response.T if column.any() for each in _stribeck_at(solution, column, loss)]
+    tried = [each for column in response.T if column.any() for each in _stribeck_at(solution, column)]
     found = [each for each in tried if each.values["level"] > 0.0 and each.after < WORTH * each.before]
     return [max(found, key=lambda each: each.decrease)] if found else []
 
 
-def _stribeck_at(solution: Solution, response: Array, loss: str) -> list[Diagnosis]:
-    weight = _weights(solution, loss)[:, np.newaxis]
+def _stribeck_at(solution: Solution, response: Array) -> list[Diagnosis]:
+    weight = _weights(solution)[:, np.newaxis]
     rows = np.column_stack([solution.jacobian, response])
     residual = np.concatenate(solution.residuals)
     size = np.maximum(np.sqrt(((rows * weight) ** 2).sum(axis=0)), 1e-300)
@@ -251,7 +255,7 @@ def _stribeck_at(solution: Solution, response: Array, loss: str) -> list[Diagnos
     found = np.linalg.lstsq(scaled, residual * weight[:, 0], rcond=1e-9)[0] / size
     ends = np.cumsum([part.size for part in solution.residuals])[:-1]
     after: list[Array] = np.split(np.asarray(residual - rows @ found, dtype=np.float64), ends)
-    return _worth("Stribeck", {"level": -float(found[-1])}, solution, after, loss)
+    return _worth("Stribeck", {"level": -float(found[-1])}, solution, after)
 
 
 def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
@@ -260,8 +264,8 @@ def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
     if all(mask.all() for mask in masks):
         return []
     some = selected(problem.experiments, masks)
-    again = estimation.solve(some, estimation.started(solution), sigma=solution.sigma, most=25, precision=1e-6)
-    whole = estimation.solve(problem.experiments, estimation.started(again), sigma=solution.sigma, most=1)
+    again = estimation.again(solution, some, most=25, precision=1e-6)
+    whole = estimation.again(again, problem.experiments, most=1)
     pairs = zip(whole.residuals, again.residuals, strict=True)
     off = sum(int((np.abs(part) > _OFF * estimation.rms(kept)).sum()) for part, kept in pairs)
     if not off:
@@ -276,3 +280,104 @@ _SPOILT = 0.8
 """Share of the rms that outliers must leave, to be named."""
 _OFF = 6.0
 """Times the rms of a fit without them that outliers are off it."""
+
+
+# ---- repeats ----
+
+
+class Repeat(NamedTuple):
+    """A parameter over repeated recordings: its value of each alone, the 95 % interval of their mean, that of the fit
+    to all, which of the two to quote: `spread` or `interval`, and whether the values differ by more than noise.
+    """
+
+    name: str
+    unit: str
+    values: tuple[float, ...]
+    low: float
+    high: float
+    fitted_low: float
+    fitted_high: float
+    quote: str
+    differ: bool
+
+
+def repeats_of(
+    problem: Problem, solution: Solution, estimates: Sequence[Estimate]
+) -> tuple[tuple[Repeat, ...], tuple[str, ...]]:
+    """The parameters that each of several recordings of one rig identifies alone, and statements about them."""
+    found, statements = list[Repeat](), list[str]()
+    for group in _groups(problem):
+        alone = [_alone(problem, solution, each) for each in group]
+        shared = [each for each in estimates if not each.own and all(each.name in one for one in alone)]
+        some = [_repeat(each, [one[each.name] for one in alone]) for each in shared]
+        found += some
+        differing = [each for each in some if each.differ]
+        statements += [*map(_said, differing), *_traded(differing)]
+    return tuple(found), tuple(statements)
+
+
+def _groups(problem: Problem) -> list[list[list[int]]]:
+    """Motions of one rig under one mass, where there are several; of each the numbers of its experiments."""
+    rigs = dict[tuple[str, float], dict[str, list[int]]]()
+    for n, each in enumerate(problem.experiments):
+        if each.kind != "threshold":
+            motions = rigs.setdefault((each.kind, each.added_mass), {})
+            motions.setdefault(each.names["x"], []).append(n)
+    return [list(motions.values()) for motions in rigs.values() if len(motions) > 1]
+
+
+def _alone(problem: Problem, solution: Solution, numbers: Sequence[int]) -> dict[str, tuple[float, float]]:
+    """The parameters that one motion identifies alone, each with its standard error."""
+    motion = [problem.experiments[n] for n in numbers]
+    names = {name for each in motion for name in each.names.values()}
+    start = [p for p in estimation.started(solution) if p.name in names]
+    sigma = [solution.sigma[n] for n in numbers]
+    found = estimation.again(solution, motion, start, sigma=sigma, most=30, precision=1e-7)
+    spread = estimation.spread(found)
+    errors = np.sqrt(np.diag(spread.covariance) * found.inflation).tolist()
+    return {
+        p.name: (found.values[p.name], error) for p, error in zip(start, errors, strict=True)
+        if p.name not in spread.weak
+    }  # fmt: skip
+
+
+_CHANCE = 0.999
+"""Quantile of Q up to which chance explains it."""
+
+
+def _repeat(each: Estimate, alone: Sequence[tuple[float, float]]) -> Repeat:
+    count, values = len(alone), [value for value, _ in alone]
+    half = estimation.student(0.5 + 0.5 * LEVEL, count - 1) * float(np.std(values, ddof=1)) / math.sqrt(count)
+    middle = float(np.mean(values))
+    quote = "spread" if 2.0 * half > each.high - each.low else "interval"
+    weights = np.array([1.0 / max(error, 1e-300) ** 2 for _, error in alone])
+    mean = float(weights @ np.array(values)) / float(weights.sum())
+    q = float(weights @ (np.array(values) - mean) ** 2)
+    differ = q > estimation.chi_square(_CHANCE, count - 1)
+    return Repeat(
+        each.name, each.unit, tuple(values), middle - half, middle + half, each.low, each.high, quote, differ
+    )  # fmt: skip
+
+
+def _said(each: Repeat) -> str:
+    values = ", ".join(f"{value:.4g}" for value in each.values)
+    low, high = (each.low, each.high) if each.quote == "spread" else (each.fitted_low, each.fitted_high)
+    which = "their mean" if each.quote == "spread" else "the fit"
+    return (
+        f"{each.name} of each recording alone: {values} {each.unit}".rstrip() + "; they differ by more than noise "
+        f"explains: quote {low:.4g} .. {high:.4g}, the interval of {which}, which is the wider one"
+    )
+
+
+_TRADED = 0.9
+"""Correlation over the recordings from which two parameters are traded for each other."""
+
+
+def _traded(some: Sequence[Repeat]) -> list[str]:
+    """Pairs of parameters of which one is large where the other is small, in three recordings at least."""
+    return [
+        f"{one.name} and {other.name} are traded against each other from recording to recording "
+        f"(correlation {r:+.2f}): their values belong together"
+        for one, other in combinations(some, 2) if len(one.values) > 2
+        and abs(r := float(np.corrcoef(one.values, other.values)[0, 1])) > _TRADED
+    ]  # fmt: skip

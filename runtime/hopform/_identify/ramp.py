@@ -26,13 +26,12 @@ from hopform._checks import finite, flag
 from hopform._errors import HopformError
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, of_scipy, student
+from hopform._identify.fits import checked
 from hopform._identify.kinds import Group, Kind, Recordings, read_some
 from hopform._identify.motion import Array
-from hopform._identify.recipe import checked
-from hopform._identify.recordings import Recording, units_of
+from hopform._identify.recordings import HOPPER, Recording, Units, units_of
 from hopform._identify.rigs import UNITS, Experiment
 from hopform._identify.search import Problem
-from hopform._identify.units import HOPPER, Units
 from hopform._show import Arrays, Card, Curve, Shown, span
 
 

@@ -1,10 +1,12 @@
 """Recordings: a CSV with named columns and units, read into SI units, and what its samples show by themselves.
 
 The first line names the columns, each with its unit: `time_s,x_mm,current_A`. Every fault is one line with file, line,
-column.
+column. A rotary recording has its position as an angle. Then masses are moments of inertia about its axis [kg m^2],
+forces are torques [N m], lengths are angles [rad]; the equations of motion stay as they are.
 """
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,10 +19,66 @@ from hopform._checks import nonnegative, number_of, shown
 from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text, rows_of
 from hopform._identify.motion import Array
-from hopform._identify.units import COLUMNS, COUNTS, DRIVES, SI, Units, unit_of
 from hopform._show import Arrays, Card, Curve, Shown, span
-from hopform._solver.columns import Steps
-from hopform._solver.package import MOST_STEPS
+from hopform._solver.package import Steps, records
+
+COLUMNS: dict[str, tuple[str, float]] = {
+    "s": ("time", 1.0), "ms": ("time", 1e-3), "us": ("time", 1e-6),
+    "m": ("length", 1.0), "cm": ("length", 1e-2), "mm": ("length", 1e-3), "um": ("length", 1e-6),
+    "rad": ("angle", 1.0), "mrad": ("angle", 1e-3), "deg": ("angle", math.pi / 180.0), "rev": ("angle", 2.0 * math.pi),
+    "A": ("current", 1.0), "mA": ("current", 1e-3),
+    "V": ("voltage", 1.0), "mV": ("voltage", 1e-3),
+    "N": ("force", 1.0), "kN": ("force", 1e3),
+    "Nm": ("torque", 1.0), "mNm": ("torque", 1e-3),
+}  # fmt: skip
+"""Units after the last underscore of a column's name: the quantity, and the multiple of its SI unit."""
+COUNTS = re.compile(r"([0-9]+(?:\.[0-9]+)?)per(rev|rad|deg|m|mm)")
+"""The unit of an encoder's counts: how many a turn, or a length, has."""
+DRIVES = {"current": "A", "voltage": "V", "force": "N", "torque": "N m"}
+"""What may drive an actuator, with its SI unit."""
+SI = {"time": "s", "length": "m", "angle": "rad", **DRIVES, "": ""}
+"""The SI units of what a column may hold; of one that no fit uses, none."""
+_ROTARY = {
+    "kg": "kg m^2", "N/m": "N m/rad", "N s/m": "N m s/rad", "m/s^2": "rad/s^2", "m": "rad", "m/s": "rad/s", "N": "N m",
+}  # fmt: skip
+
+
+def unit_of(text: str) -> tuple[str, float] | None:
+    """The quantity of a column's unit and the multiple of its SI unit; None for one that is not known."""
+    if (counts := COUNTS.fullmatch(text)) and float(counts[1]) > 0.0:
+        quantity, factor = COLUMNS[counts[2]]
+        return quantity, factor / float(counts[1])
+    return COLUMNS.get(text)
+
+
+class Units(NamedTuple):
+    """The SI units of a position, m or rad, and of what drives it."""
+
+    position: str = "m"
+    drive: str = "A"
+
+    @property
+    def force(self) -> str:
+        """N, or N m about an axis."""
+        return "N" if self.position == "m" else "N m"
+
+    def of(self, unit: str) -> str:
+        """The unit of a parameter whose unit is `unit` in a hopper, which moves in m by A."""
+        if unit == "N/A":
+            return f"{self.force}/{self.drive}" if self.drive != self.force else ""
+        if unit == "A":
+            return self.drive
+        return unit if self.position == "m" else _ROTARY.get(unit, unit)
+
+    def shown(self, quantity: str) -> tuple[str, float]:
+        """The unit in which people are shown a quantity of a `Trace`, and its factor."""
+        if quantity in ("x1", "x2"):
+            return f"m{self.position}", 1e3
+        return self.force if quantity == "force" else self.drive, 1.0
+
+
+HOPPER = Units()
+
 
 TIMES = ("time", "t")
 POSITIONS = {"x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos")}
@@ -421,8 +479,13 @@ def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> St
     are one.
     """
     time, u = recording.time[start:end], recording.current()[start:end]
-    if time.size > MOST_STEPS:
-        message = f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate"
-        raise recording.error_of("x1", message, recording.line + MOST_STEPS)
+    if time.size > records.MOST_STEPS:
+        message = f"has {time.size} samples; a fit in position takes up to {records.MOST_STEPS}: record at a lower rate"
+        raise recording.error_of("x1", message, recording.line + records.MOST_STEPS)
+    return current_steps(time, u)
+
+
+def current_steps(time: Array, u: Array) -> Steps:
+    """Samples of a current as steps from t = 0 on."""
     starts = np.concatenate([[True], u[1:] != u[:-1]])
     return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))

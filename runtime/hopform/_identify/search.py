@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from hopform._identify import estimation
 from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.motion import Array, Values
-from hopform._identify.recordings import noise_of, outliers, quantum_of
+from hopform._identify.recordings import HOPPER, Units, noise_of, outliers, quantum_of
 from hopform._identify.rigs import Experiment
-from hopform._identify.units import HOPPER, Units
 
 
 @dataclass(frozen=True)
@@ -38,6 +37,7 @@ class Problem:
     units: Units = HOPPER
     scale: bool = True
     """whether something known fixes the scale of all forces"""
+    loss: str = "linear"
 
     @property
     def coulomb(self) -> list[str]:
@@ -45,7 +45,7 @@ class Problem:
         return [p.name for p in self.parameters if p.name[:1] == "f"]
 
 
-def minimise(problem: Problem, loss: str) -> Solution:
+def minimise(problem: Problem) -> Solution:
     """The best minimum from all starts.
 
     A robust cost has false minima, in which part of the motion counts as outliers. A robust fit therefore starts from
@@ -53,46 +53,46 @@ def minimise(problem: Problem, loss: str) -> Solution:
     the lowest cost wins. Both costs are taken under the smaller standard deviation of the noise, since a false minimum
     has a larger one.
     """
-    if loss == "linear":
+    if problem.loss == "linear":
         return least_squares(problem)
-    first = _weighed(problem, _without_outliers(problem, least_squares), {}, loss)
-    if is_noise(problem, first, loss):
+    first = _weighed(problem, _without_outliers(problem, least_squares), {})
+    if is_noise(problem, first):
         return first
-    other = _searched(problem, loss, {}, first.sigma)
+    other = _searched(problem, {}, first.sigma)
 
     noise = [min(pair) for pair in zip(first.sigma, other.sigma, strict=True)]
-    least = min(first, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise, loss))
-    return _unstuck(problem, _traded(problem, least, loss), loss)
+    least = min(first, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise))
+    return _unstuck(problem, _traded(problem, least))
 
 
 def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
     """The least sum of squares from all starts, where some parameters may be fixed."""
-    found = _searched(problem, "linear", held := dict(fixed or {}))
-    return found if held else _unstuck(problem, _traded(problem, found, "linear"), "linear")
+    linear, held = replace(problem, loss="linear"), dict(fixed or {})
+    found = _searched(linear, held)
+    return found if held else _unstuck(linear, _traded(linear, found))
 
 
-def follow(problem: Problem, loss: str) -> Solution:
+def follow(problem: Problem) -> Solution:
     """The minimum that a problem's first start leads to, and no other."""
-    if loss == "linear":
-        found = _from(problem, loss, {}, problem.parameters, problem.starts[:1] or ({},))
+    if problem.loss == "linear":
+        found = _from(problem, {}, problem.starts[:1] or ({},))
     else:
-        found = _without_outliers(problem, lambda some: follow(some, "linear"))
-    return _weighed(problem, found, {}, loss)
+        found = _without_outliers(problem, follow)
+    return _weighed(problem, found, {})
 
 
-def _searched(problem: Problem, loss: str, held: Values, sigma: Sequence[float] | None = None) -> Solution:
+def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = None) -> Solution:
     """The best minimum from a problem's starts: first over the beginning of each recording, the best of these over more
     and more.
 
     Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further
     away.
     """
-    free = [p for p in problem.parameters if p.name not in held]
-    found = _from(problem, loss, held, free, problem.starts or ({},), sigma)
-    if not held and _level(problem, found, loss) > 1.0:
-        again = _from(problem, loss, held, free, _further(free, found.values), sigma)
+    found = _from(problem, held, problem.starts or ({},), sigma)
+    if not held and _level(problem, found) > 1.0:
+        again = _from(problem, held, _further(problem.parameters, found.values), sigma)
         found = estimation.best([found, again])
-    return _weighed(problem, found, held, loss)
+    return _weighed(problem, found, held)
 
 
 def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) -> Solution:
@@ -102,10 +102,9 @@ def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) ->
 
     def fit(masks: estimation.Masks) -> tuple[Solution, Sequence[Array]]:
         nonlocal starts
-        found = least(replace(problem, experiments=selected(several, masks), starts=starts))
+        found = least(replace(problem, experiments=selected(several, masks), starts=starts, loss="linear"))
         starts = (found.values, *all_starts)
-        whole = estimation.solve(several, estimation.started(found), sigma=found.sigma, most=1)
-        return found, whole.residuals
+        return found, estimation.again(found, several, most=1).residuals
 
     return estimation.trimmed(fit, [~outliers(each.measured) for each in several])
 
@@ -132,27 +131,21 @@ least.
 """
 
 
-def _from(
-    problem: Problem,
-    loss: str,
-    held: Values,
-    free: Sequence[Parameter],
-    starts: Sequence[Values],
-    sigma: Sequence[float] | None = None,
-) -> Solution:
+def _from(problem: Problem, held: Values, starts: Sequence[Values], sigma: Sequence[float] | None = None) -> Solution:
     first, *longer = ([_beginning(each, part) for each in problem.experiments] for part in problem.parts)
-    tried, solve = [_from_start(free, start) for start in starts], partial(estimation.solve, fixed=held, loss=loss)
+    solve = partial(estimation.solve, fixed=held, loss=problem.loss, sigma=sigma)
+    tried = [_from_start([p for p in problem.parameters if p.name not in held], start) for start in starts]
     if len(tried) > _FINALISTS:
-        costs = [solve(first, each, sigma=sigma, most=1).cost for each in tried]
+        costs = [solve(first, each, most=1).cost for each in tried]
         order: list[int] = np.argsort(costs, kind="stable").tolist()
         tried = [tried[n] for n in order[:_FINALISTS]]
 
     def settled(part: Sequence[Experiment], start: Sequence[Parameter]) -> Solution:
         """Where a start comes to over a part; what comes near the noise is followed further."""
-        one = solve(part, start, sigma=sigma, most=8, precision=1e-3)
-        if held or not 1.0 < _level(problem, one, loss) <= _NEAR:
+        one = solve(part, start, most=8, precision=1e-3)
+        if held or not 1.0 < _level(problem, one) <= _NEAR:
             return one
-        return solve(part, estimation.started(one), sigma=sigma, most=8, precision=1e-3)
+        return solve(part, estimation.started(one), most=8, precision=1e-3)
 
     def followed(one: Solution) -> Solution:
         """Where it leads over more and more of the recordings."""
@@ -161,7 +154,7 @@ def _from(
         return one
 
     def explains(one: Solution) -> bool:
-        return not held and is_noise(problem, one, loss)
+        return not held and is_noise(problem, one)
 
     begun, ends = list[Solution](), list[Solution]()
     for start in tried:
@@ -174,26 +167,21 @@ def _from(
         rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)
         ends += [followed(each) for each in rest[: max(_CONTENDERS - len(ends), 1)]]
     last = longer[-1] if longer else first
-    return solve(last, estimation.started(estimation.best(ends)), sigma=sigma, most=25, precision=1e-5)
+    return solve(last, estimation.started(estimation.best(ends)), most=25, precision=1e-5)
 
 
 _NEAR = 3.0
 """A fit within so many times the noise has nearly converged."""
 
 
-def is_noise(problem: Problem, found: Solution, loss: str) -> bool:
+def is_noise(problem: Problem, found: Solution) -> bool:
     """Whether a fit leaves nothing but noise of each recording."""
-    return _level(problem, found, loss) <= 1.0 and all(
-        estimation.tests_of(rest[bulk(rest, loss)]).white for rest in found.residuals
-    )
+    return _level(problem, found) <= 1.0 and all(each.white for each in found.tests)
 
 
-def _level(problem: Problem, found: Solution, loss: str) -> float:
+def _level(problem: Problem, found: Solution) -> float:
     """Residual of the worst recording, over the share that noise and the smallest errors of a model explain."""
-    return max(
-        estimation.rms(rest[bulk(rest, loss)]) / _limit(each)
-        for each, rest in zip(problem.experiments, found.residuals, strict=True)
-    )
+    return max(test.rms / _limit(each) for each, test in zip(problem.experiments, found.tests, strict=True))
 
 
 def _limit(experiment: Experiment) -> float:
@@ -203,11 +191,6 @@ def _limit(experiment: Experiment) -> float:
         return 3.0 * experiment.noise
     noise = max(noise_of(experiment.measured), quantum_of(experiment.measured))
     return max(1.15 * noise, 5e-4 * float(np.ptp(experiment.measured)), 1e-15)
-
-
-def bulk(residual: Array, loss: str) -> NDArray[np.bool_]:
-    """Which residuals are none of single samples far off their neighbours; all, unless a robust loss was asked for."""
-    return np.full(residual.size, True) if loss == "linear" else ~outliers(residual)
 
 
 def _apart(found: Sequence[Solution], share: float) -> list[Solution]:
@@ -244,19 +227,19 @@ def _further(parameters: Sequence[Parameter], found: Values) -> list[dict[str, f
     return starts
 
 
-def _weighed(problem: Problem, found: Solution, fixed: Values, loss: str) -> Solution:
+def _weighed(problem: Problem, found: Solution, fixed: Values) -> Solution:
     """Of all samples, each recording counted by its own noise, until that no longer changes what counts how much.
 
     A common factor of all noises moves no least squares; a robust loss takes the noise itself.
     """
     rounds, precision = (1, 1e-6) if fixed else (3, 1e-8)
-    noise, solve = found.sigma, partial(estimation.solve, problem.experiments, fixed=fixed, loss=loss)
+    noise, loss = found.sigma, problem.loss
+    solve = partial(estimation.again, experiments=problem.experiments, fixed=fixed, loss=loss)
     if len(problem.experiments) > 1 or loss != "linear":
-        seen = solve(estimation.started(found), sigma=noise, most=1)
-        noise = estimation.deviations(seen, problem.experiments, loss)
+        noise = estimation.deviations(solve(found, most=1), problem.experiments)
     for _ in range(rounds):
-        found = solve(estimation.started(found), sigma=noise, most=20, precision=precision)
-        last, noise = noise, estimation.deviations(found, problem.experiments, loss)
+        found = solve(found, sigma=noise, most=20, precision=precision)
+        last, noise = noise, estimation.deviations(found, problem.experiments)
         changes = np.array(noise) / np.array(last)
         change = changes.max() / changes.min() if loss == "linear" else np.exp(np.abs(np.log(changes)).max())
         if float(change) < _STEADY:
@@ -275,13 +258,13 @@ _SMALL_TRADES = ((0.9, 0.9), (1.1, 1.1))
 """Viscous and Coulomb friction times so much; the small ones where residuals are no noise."""
 
 
-def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
+def _traded(problem: Problem, found: Solution) -> Solution:
     """The least of the minima between kinks: where a mass comes to stick the sum of squares has some.
 
     Friction of one kind is traded for the other, and the best is kept. Some of the samples show where that leads.
     A body sticks once, at its end, and its residuals are enough; an actuator sticks at every turn of its current.
     """
-    white = all(estimation.tests_of(rest[bulk(rest, loss)]).white for rest in found.residuals)
+    white = all(each.white for each in found.tests)
     viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
     coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
     if not coulomb or (white and "f1" not in coulomb):
@@ -290,7 +273,7 @@ def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
 
     def least(start: Values) -> Solution:
         tried = _from_start(estimation.started(found), start)
-        return estimation.solve(some, tried, sigma=found.sigma, loss=loss, most=6, precision=1e-4)
+        return estimation.again(found, some, tried, most=6, precision=1e-4)
 
     first = best = least({})
     for b, f in _TRADES if white else _TRADES + _SMALL_TRADES:
@@ -298,10 +281,10 @@ def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
         again = least(moved)
         if again.cost < best.cost * (1.0 - 1e-4):
             best = again
-    return found if best is first else _better(problem, found, estimation.started(best), loss)
+    return found if best is first else _better(problem, found, estimation.started(best))
 
 
-def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
+def _unstuck(problem: Problem, found: Solution) -> Solution:
     """Out of a kink: where least squares ends though its own slopes predict a decrease, it goes on from beside it,
     either way.
 
@@ -313,10 +296,10 @@ def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
         for p in [p for p in found.parameters if p.name[:3] == "v1@" and p.low < p.high]:
             if estimation.expected_decrease(found) >= _KINK:
                 beside = {p.name: min(max(found.values[p.name] + side * _BESIDE * p.scale, p.low), p.high)}
-                found = _better(problem, found, _from_start(estimation.started(found), beside), loss)
+                found = _better(problem, found, _from_start(estimation.started(found), beside))
     for name, side in [(name, side) for name in coulomb for side in (1.0, -1.0)]:
         if estimation.expected_decrease(found) >= _KINK:
-            found = _better(problem, found, estimation.moved(found, name, side), loss)
+            found = _better(problem, found, estimation.moved(found, name, side))
     return found
 
 
@@ -326,10 +309,10 @@ _KINK = 0.05
 """Variances by which the slopes at a minimum may still predict a decrease."""
 
 
-def _better(problem: Problem, found: Solution, start: Sequence[Parameter], loss: str) -> Solution:
+def _better(problem: Problem, found: Solution, start: Sequence[Parameter]) -> Solution:
     """The fit from a start by all samples, if its cost is lower."""
-    again = estimation.solve(problem.experiments, start, sigma=found.sigma, loss=loss, most=8, precision=1e-4)
-    return _weighed(problem, again, {}, loss) if again.cost < found.cost * (1.0 - 1e-5) else found
+    again = estimation.again(found, problem.experiments, start, most=8, precision=1e-4)
+    return _weighed(problem, again, {}) if again.cost < found.cost * (1.0 - 1e-5) else found
 
 
 _ENOUGH = 400

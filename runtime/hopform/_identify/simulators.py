@@ -22,7 +22,6 @@ from hopform._identify.fits import Fit
 from hopform._identify.motion import Array
 from hopform._identify.rigs import UNITS
 
-FORMATS = ("mjcf", "urdf", "isaac")
 NAME = "identified"
 _TINY = 1e-9
 """[kg, kg m^2] what a body has that must have some: armature holds what moves."""
@@ -43,7 +42,7 @@ class Quantity(NamedTuple):
 
 
 def exported(fit: Fit, form: str) -> str:
-    """A text in one of `FORMATS`; HopformError for a fit that is of no actuator, or that misses what a simulator
+    """A text in one of `_FORMATS`; HopformError for a fit that is of no actuator, or that misses what a simulator
     needs.
     """
     if not fit.scale:

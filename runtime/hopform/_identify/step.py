@@ -12,25 +12,24 @@ import math
 import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform._checks import flag, positive
 from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
-from hopform._identify.filtering import CUTOFFS, Filtered, filtered, joined, moving_rows
-from hopform._identify.fits import Fit, Options, Trace
+from hopform._identify.fits import Fit, Options, Trace, checked, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
 from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
-from hopform._identify.recipe import checked, fit
-from hopform._identify.recordings import Recording
+from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import UNITS
-from hopform._identify.search import bulk, follow
-from hopform._identify.units import Units
+from hopform._identify.search import follow
+from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, moving_rows
 
 
 def fit_step_response(
@@ -156,30 +155,27 @@ def fit_force(
     if set(wanted) - {"delay"}:
         raise HopformError(f"nuisances: a fit in force takes delay alone, got {', '.join(wanted)}")
     asked.stage("fit in force")
-    solve = _late if wanted else _sides
-    delay, parts, equation = solve(several, values, cutoff, loss)
-    names, a, b = equation
+    equation = (_late if wanted else _equation)(several, values, cutoff, loss)
+    a, b, parts = equation.a, equation.b, equation.parts
     if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
-        raise several[0].error_of(
-            "x1", "does not distinguish friction, mass and load: move both ways, at several speeds", several[0].line
-        )
+        message = "does not distinguish friction, mass and load: move both ways, at several speeds"
+        raise several[0].error_of("x1", message, several[0].line)
     found, covariance, residual = _linear(a, b, loss)
-    sizes = np.cumsum([part.time.size for part in parts])[:-1]
-    estimates, spread = _force_estimates(names, found, covariance, values, a.shape[0], units, delay)
+    estimates, spread = _force_estimates(equation, found, covariance, units)
     step = max(float(np.median(np.diff(each.time))) for each in several)
-    diagnoses = _causes(parts, equation, values, loss, step) if asked.diagnose else ()
-    scale = -values["gamma2"] if "gamma2" in values else -found[names.index("gamma2")]
-    old = _viscous_alone(names, a, b) if asked.compare else np.full_like(b, np.nan)
-    left_out = _left_out(parts, a, b) if asked.holdout else [math.nan] * len(parts)
+    diagnoses = _causes(equation, loss, step) if asked.diagnose else ()
+    scale = -equation.of("gamma2", found)
+    kept = a[:, [n for n, name in enumerate(equation.names) if name != "coulomb"]]
+    viscous = b - kept @ np.linalg.lstsq(kept, b, rcond=None)[0] if asked.compare else np.full_like(b, np.nan)
+    left_out = _left_out(equation) if asked.holdout else [math.nan] * len(parts)
+    each_part = zip(several, parts, equation.split(residual), equation.split(viscous), left_out, strict=True)
     traces = tuple(
         Trace(
             each.source, "force", part.time, scale * part.u, scale * part.u - rest,
             None if np.isnan(worse).any() else scale * part.u - worse, estimation.tests_of(rest),
             estimation.rms(worse), error,
         )
-        for each, part, rest, worse, error in zip(
-            several, parts, np.split(residual, sizes), np.split(old, sizes), left_out, strict=True
-        )
+        for each, part, rest, worse, error in each_part
     )  # fmt: skip
     took = clock.perf_counter() - began
     force = Fit(
@@ -192,68 +188,76 @@ def fit_force(
     return replace(force, statements=_beside(several, force, loss), seconds=clock.perf_counter() - began)
 
 
-_Equation = tuple[list[str], Array, Array]
-"""Names of the coefficients, their columns, and the known side, all in N."""
+class _Equation(NamedTuple):
+    """The equation of filtered recordings, in N: names of the coefficients, their columns, and the known side; the
+    parameter that is known, and the delay [s] by which the currents come later.
+    """
+
+    names: list[str]
+    a: Array
+    b: Array
+    parts: list[Filtered]
+    known: Values
+    delay: float
+
+    def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
+        """Values by recording."""
+        return np.split(values, np.cumsum([part.time.size for part in self.parts])[:-1])
+
+    def of(self, name: str, found: Sequence[float]) -> float:
+        """A coefficient, known or found; NaN if it is neither."""
+        return self.known.get(name, found[self.names.index(name)] if name in self.names else math.nan)
+
+    def late(self, found: Sequence[float]) -> float:
+        """The delay [s] that is left, by its coefficient, -gamma2 delay."""
+        return -self.of("late", found) / self.of("gamma2", found)
 
 
-def _sides(
+def _equation(
     recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str, delay: float | None = None
-) -> tuple[float, list[Filtered], _Equation]:
+) -> _Equation:
     """Both sides of the equation, filtered; with a delay [s] of the position, the current comes as much later, and what
     is left of it is a coefficient.
     """
-    late = [each if delay is None else each.with_late_current(delay) for each in recordings]
-    parts = [filtered(each, cutoff, mend=loss != "linear") for each in late]
-    return delay or 0.0, parts, _force_equation(parts, known, delay is not None)
+    later = [each if delay is None else each.with_late_current(delay) for each in recordings]
+    parts = [filtered(each, cutoff, mend=loss != "linear") for each in later]
+    rows = joined(parts)
+    columns = {"b1": rows.v, "coulomb": rows.side, "constant": rows.one}
+    if delay is not None:  # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'
+        columns["late"] = rows.rate
+    if "gamma2" in known:
+        columns, b = {"m_eff": rows.acceleration, **columns}, -known["gamma2"] * rows.u
+    else:
+        columns, b = {"gamma2": rows.u, **columns}, -known["m_eff"] * rows.acceleration
+    return _Equation(list(columns), np.stack(list(columns.values()), axis=1), b, parts, known, delay or 0.0)
 
 
-def _late(
-    recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str
-) -> tuple[float, list[Filtered], _Equation]:
-    """The delay, by Gauss and Newton, and the equation there."""
+def _late(recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str) -> _Equation:
+    """The equation at the delay that Gauss and Newton lead to."""
     delay = 0.0
     for _ in range(_MOST_STEPS):
-        names, a, b = _sides(recordings, known, cutoff, loss, delay)[2]
-        more = _delay_of(names, _linear(a, b, loss)[0], known)
+        equation = _equation(recordings, known, cutoff, loss, delay)
+        more = equation.late(_linear(equation.a, equation.b, loss)[0])
         if abs(more) <= _ALIKE:
             break
         delay = min(max(delay + more, -_LONGEST), _LONGEST)
-    return _sides(recordings, known, cutoff, loss, delay)
+    return _equation(recordings, known, cutoff, loss, delay)
 
 
 _MOST_STEPS, _ALIKE, _LONGEST = 12, 1e-6, 0.1
 """Steps to a delay, and the last one's size [s]; the longest delay [s]."""
 
 
-def _delay_of(names: Sequence[str], found: Sequence[float], known: Values) -> float:
-    """The delay [s] by its coefficient, -gamma2 delay."""
-    at = {name: n for n, name in enumerate(names)}
-    return -found[at["late"]] / known.get("gamma2", found[at["gamma2"]] if "gamma2" in at else math.nan)
-
-
-def _force_equation(parts: Sequence[Filtered], known: Values, late: bool = False) -> _Equation:
-    rows = joined(parts)
-    # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'.
-    common = [rows.v, rows.side, rows.one, *([rows.rate] if late else [])]
-    names = ["b1", "coulomb", "constant", *(["late"] if late else [])]
-    if "gamma2" in known:
-        return ["m_eff", *names], np.stack([rows.acceleration, *common], axis=1), -known["gamma2"] * rows.u
-    return ["gamma2", *names], np.stack([rows.u, *common], axis=1), -known["m_eff"] * rows.acceleration
-
-
-def _causes(
-    parts: Sequence[Filtered], equation: _Equation, known: Values, loss: str, step: float
-) -> tuple[Diagnosis, ...]:
+def _causes(equation: _Equation, loss: str, step: float) -> tuple[Diagnosis, ...]:
     """A delay and friction that is higher at rest, as further columns, where they explain more than noise does.
 
     step [s]: from sample to sample.
     """
-    names, a, b = equation
-    ends = np.cumsum([part.time.size for part in parts])[:-1]
+    names, a, b = equation.names, equation.a, equation.b
 
     def rest_of(columns: Array) -> tuple[list[float], list[Array]]:
         found, _, residual = _linear(columns, b, loss)
-        return found, np.split(residual, ends)
+        return found, equation.split(residual)
 
     before = rest_of(a)[1]
     sigma = [max(estimation.scale(part), 1e-300) for part in before]
@@ -261,12 +265,13 @@ def _causes(
     def with_it(name: str, column: Array) -> list[Diagnosis]:
         found, after = rest_of(np.column_stack([a, column]))
         of_time = name == "delay"
-        value = _delay_of([*names, "late"], found, known) if of_time else found[-1] / found[names.index("coulomb")]
-        chosen = [bulk(part, loss) for part in after]
+        further = equation._replace(names=[*names, "late"])
+        value = further.late(found) if of_time else found[-1] / equation.of("coulomb", found)
+        chosen = [estimation.bulk(part, loss) for part in after]
         old, new = ([part[some] for part, some in zip(rest, chosen, strict=True)] for rest in (before, after))
         return brought(name, {"delay" if of_time else "level": value}, old, new, sigma, len(names))
 
-    rows = joined(parts)
+    rows = joined(equation.parts)
     side, v, rate = rows.side, rows.v, rows.rate
     # Between samples a current may be held or not, which is half a sample: no delay within one is named.
     late = [] if "late" in names else with_it("delay", rate)
@@ -308,51 +313,35 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
     return (found / size).tolist(), covariance, residual
 
 
-def _viscous_alone(names: Sequence[str], a: Array, b: Array) -> Array:
-    """Residuals of the equation without Coulomb friction."""
-    kept = a[:, [n for n, name in enumerate(names) if name != "coulomb"]]
-    return np.asarray(b - kept @ np.linalg.lstsq(kept, b, rcond=None)[0])
-
-
-def _left_out(parts: Sequence[Filtered], a: Array, b: Array) -> list[float]:
+def _left_out(equation: _Equation) -> list[float]:
     """rms [N] over the last third of each recording, of a fit to the first two."""
+    a, b, parts = equation.a, equation.b, equation.parts
     last = np.concatenate([np.arange(part.time.size) >= 2 * part.time.size // 3 for part in parts])
     missed = b - a @ np.linalg.lstsq(a[~last], b[~last], rcond=None)[0]
-    sizes = np.cumsum([part.time.size for part in parts])[:-1]
-    return [
-        math.sqrt(float((rest[chosen] ** 2).mean()))
-        for rest, chosen in zip(np.split(missed, sizes), np.split(last, sizes), strict=True)
-    ]
+    pairs = zip(equation.split(missed), equation.split(last), strict=True)
+    return [math.sqrt(float((rest[chosen] ** 2).mean())) for rest, chosen in pairs]
 
 
 def _force_estimates(
-    names: Sequence[str],
-    found: Sequence[float],
-    covariance: Array,
-    known: Values,
-    count: int,
-    units: Units,
-    delay: float,
+    equation: _Equation, found: Sequence[float], covariance: Array, units: Units
 ) -> tuple[tuple[Estimate, ...], Array]:
     """The parameters and the forces behind them, with their covariance; f1 and the offset are quotients, whose errors
     follow to first order.
     """
-    at = {name: n for n, name in enumerate(names)}
-    t = estimation.student(0.5 + 0.5 * LEVEL, max(count - len(names), 1))
-    mass = known.get("m_eff", found[at["m_eff"]] if "m_eff" in at else math.nan)
-    gamma = known.get("gamma2", found[at["gamma2"]] if "gamma2" in at else math.nan)
-    coulomb, constant = found[at["coulomb"]], found[at["constant"]]
-    direct = [n for n in names if n in ("m_eff", "gamma2", "b1")]
+    names = equation.names
+    t = estimation.student(0.5 + 0.5 * LEVEL, max(equation.b.size - len(names), 1))
+    mass, gamma, coulomb, constant = (equation.of(each, found) for each in ("m_eff", "gamma2", "coulomb", "constant"))
+    direct = [name for name in names if name in ("m_eff", "gamma2", "b1")]
     made: list[tuple[str, str, float, dict[str, float]]] = [
-        *((name, UNITS[name], found[at[name]], {name: 1.0}) for name in direct),
+        *((name, UNITS[name], equation.of(name, found), {name: 1.0}) for name in direct),
         ("f1", "m/s^2", coulomb / mass, {"coulomb": 1.0 / mass, "m_eff": -coulomb / mass**2}),
         ("offset", "A", constant / gamma, {"constant": 1.0 / gamma, "gamma2": -constant / gamma**2}),
         ("f1 m_eff", "N", coulomb, {"coulomb": 1.0}),
         ("offset force", "N", constant, {"constant": 1.0}),
     ]
-    if "late" in at:
-        left = _delay_of(names, found, known)
-        made.append(("delay", "s", delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
+    if "late" in names:
+        left = equation.late(found)
+        made.append(("delay", "s", equation.delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
     slopes = np.array([[slope.get(each, 0.0) for each in names] for *_, slope in made])
     whole = np.asarray(slopes @ covariance @ slopes.T)
 
@@ -380,10 +369,10 @@ def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str
     """The fit in position from that in force, and what their difference comes from."""
     known = {"gamma2": force.values["gamma2"], **force.known}
     cuts = [_coarse(each, n) for n, each in enumerate(recordings)]
-    problem = AIR.posed(Group(AIR, recordings, force.units, known, cuts=cuts), 0, None)
+    problem = AIR.posed(Group(AIR, recordings, force.units, known, cuts=cuts, loss=loss), 0, None)
     first = {p.name: force.values.get(p.name, p.start) for p in problem.parameters}
-    solution = follow(replace(problem, starts=(first,), parts=(1.0,)), loss)
-    rest = np.concatenate([each[bulk(each, loss)] for each in solution.residuals])
+    solution = follow(replace(problem, starts=(first,), parts=(1.0,)))
+    rest = np.concatenate([part[some] for part, some in zip(solution.residuals, solution.inliers, strict=True)])
     rms = estimation.rms(rest)
     found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in problem.parameters if not p.own)
     unit, factor = force.units.shown("x1")

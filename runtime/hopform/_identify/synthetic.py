@@ -3,7 +3,7 @@ fits.
 """
 
 import math
-from typing import Literal, NamedTuple, SupportsFloat
+from typing import Any, Literal, NamedTuple, SupportsFloat
 
 import numpy as np
 
@@ -11,10 +11,9 @@ from hopform._checks import MEMORY, flag, nonnegative, positive, seeded, whole, 
 from hopform._errors import HopformError
 from hopform._identify import rigs
 from hopform._identify.motion import Array
-from hopform._identify.recordings import Column, Recording
+from hopform._identify.recordings import Column, Recording, current_steps
 from hopform._robots import Robot, checked_robot
-from hopform._solver.columns import Steps
-from hopform._solver.package import MOST_STEPS
+from hopform._solver.package import records
 
 Test = Literal["drop", "free", "decay", "step", "air", "ramp"]
 TESTS: tuple[Test, ...] = ("drop", "free", "decay", "step", "air", "ramp")
@@ -82,7 +81,8 @@ def record(
             x, time = _again(x, repeats, hertz)
         columns = {"x2": encoder.column("x2_m", 2, x)}
     else:
-        x1 = _actuator(robot, "held" if test == "step" or against else "air", time, u)
+        values = robot.parameters._asdict() | {"rest": 0.0, "offset": 0.0, "x": 0.0, "v": 0.0}
+        x1 = _of("held" if test == "step" or against else "air", values, time, steps=current_steps(time, u))
         columns = {"x1": encoder.column("x1_m", 2, x1)}
     if test not in ("drop", "decay"):
         columns["current"] = Column("current_A", "current", 3, u)
@@ -119,17 +119,16 @@ class _Encoder(NamedTuple):
 
 def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
     span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
-    if not 18.5 < span * hertz < MOST_STEPS - 0.5:
-        raise HopformError(f"duration times rate must give 20 to {MOST_STEPS} samples, got {span * hertz + 1.0:.6g}")
+    if not 18.5 < span * hertz < records.MOST_STEPS - 0.5:
+        message = f"duration times rate must give 20 to {records.MOST_STEPS} samples, got {span * hertz + 1.0:.6g}"
+        raise HopformError(message)
     return np.arange(round(span * hertz) + 1) / hertz, hertz
 
 
 def _current(test: str, time: Array, still: float, most: float) -> Array:
     """The current over a test; 0 where there is none."""
-    if test == "free":
-        return _pulses(time, still, most, _FREE_PATTERN)
-    if test in ("step", "air"):
-        return _pulses(time, still, most, _PATTERN)
+    if test in _PATTERNS:
+        return _pulses(time, still, most, _PATTERNS[test])
     return _ramps(time, still, most) if test == "ramp" else np.zeros(time.size)
 
 
@@ -153,8 +152,8 @@ def _body(
         "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0),
     }  # fmt: skip
     # A sample holds until the next.
-    steps = ((0.0, 0.0), *((since[0] + t, each) for t, each in _steps(since, u[falls])))
-    x[falls], x1[falls] = (_of("free", values, since, added, steps, which) for which in ("x2", "x1"))
+    steps = ((0.0, 0.0), *((since[0] + t, each) for t, each in current_steps(since, u[falls])))
+    x[falls], x1[falls] = (_of("free", values, since, added, steps=steps, of=which) for which in ("x2", "x1"))
     return x, x1
 
 
@@ -169,31 +168,13 @@ def _again(x: Array, repeats: int, rate: float) -> tuple[Array, Array]:
     return whole, np.arange(whole.size) / rate
 
 
-def _steps(time: Array, u: Array) -> Steps:
-    starts = np.concatenate([[True], u[1:] != u[:-1]])
-    return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))
-
-
-def _actuator(robot: Robot, kind: Literal["held", "air"], time: Array, u: Array) -> Array:
-    values = robot.parameters._asdict() | {"rest": 0.0, "offset": 0.0, "x": 0.0, "v": 0.0}
-    return _of(kind, values, time, 0.0, _steps(time, u))
-
-
-def _of(
-    kind: rigs.Kind,
-    values: dict[str, float],
-    time: Array,
-    added: float,
-    steps: Steps = ((0.0, 0.0),),
-    which: Literal["x1", "x2"] = "x2",
-) -> Array:
+def _of(kind: rigs.Kind, values: dict[str, float], time: Array, added: float = 0.0, **how: Any) -> Array:
+    """What is measured on a rig; how: the steps of the current, and of which mass."""
     reach = np.array([0.0, abs(values["x"]) + 1.0])
-    experiment = rigs.Experiment("", kind, time, reach, {}, values, steps, added, of=which)
-    return experiment.predict({})[0]
+    return rigs.Experiment("", kind, time, reach, {}, values, added_mass=added, **how).predict({})[0]
 
 
-_PATTERN = (1.0, -1.0, 0.5, -0.5)
-_FREE_PATTERN = (0.7, -0.35, 1.0, -0.7, 0.35)
+_PATTERNS = dict.fromkeys(("step", "air"), (1.0, -1.0, 0.5, -0.5)) | {"free": (0.7, -0.35, 1.0, -0.7, 0.35)}
 """Shares of the largest current, held as long each."""
 
 

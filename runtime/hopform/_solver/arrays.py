@@ -2,15 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform._errors import HopformError
-from hopform._solver.columns import CODES, RESULTS, Columns, Events, FlightRow, Steps, Target
+from hopform._solver import package
 from hopform._solver.library import Backend
-from hopform._solver.package import REFUSALS, Energy, FlightLedger, Gains, Ledger, Package, records
+from hopform._solver.package import Array, Columns, FlightRow, LegState, Package, Precision, Steps, Target, records
 
 
 @dataclass(frozen=True)
@@ -20,66 +20,62 @@ class Solved:
     package: Package
     solution: Any
 
-    def outcome(self) -> tuple[int, float, records.LegState, float, float]:
+    def outcome(self) -> tuple[int, float, LegState, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
         of = self.solution
-        end = records.LegState(*(float(field) for field in of.end))
+        end = LegState(*(float(field) for field in of.end))
         return int(of.ending), float(of.duration), end, float(of.apex), float(of.aed)
 
     def event_rows(self) -> list[tuple[float, int]]:
         """Time and number of each event."""
         return [(t, event) for t, _, _, event, _ in self.phase_rows() if event]
 
-    def phase_rows(self) -> list[tuple[float, records.LegState, int, int, int]]:
+    def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         p = self.solution.phases
         columns = (p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step)
         rows = zip(*(column.tolist() for column in columns), strict=True)
-        return [(t, records.LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+        return [(t, LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
 
-    def state(self, t: float) -> records.LegState:
+    def state(self, t: float) -> LegState:
         """The state at one time."""
-        return records.LegState(
-            *(float(column[0]) for column in self.state_at(np.array([t], self.solution.duration.dtype)))
-        )
+        return LegState(*(float(column[0]) for column in self.state_at(np.array([t], self.solution.duration.dtype))))
 
-    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
+    def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
-        found: records.LegState = self.package.stance.state_at(self.solution, 0, t)
-        return found
+        return cast("LegState", self.package.stance.state_at(self.solution, 0, t))
 
-    def grid(self, dt: float, out: records.LegState) -> None:
+    def grid(self, dt: float, out: LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension."""
         real = self.solution.duration.dtype.type
         t = np.arange(out.x1.size, dtype=real) * real(dt)
         for column, values in zip(out, self.state_at(t), strict=True):
             column[...] = values
 
-    def energy(self, t: float) -> Energy:
+    def energy(self, t: float) -> records.Energy:
         """Energies at one time."""
-        return Energy(*(float(column[0]) for column in self.energy_at(np.array([t], self.solution.duration.dtype))))
+        return records.Energy(
+            *(float(column[0]) for column in self.energy_at(np.array([t], self.solution.duration.dtype)))
+        )
 
-    def energy_at(self, t: NDArray[np.floating]) -> Energy:
+    def energy_at(self, t: Array) -> records.Energy:
         """Energies at times of one dimension."""
-        found: Energy = self.package.energy.energy_at(self.solution, 0, t)
-        return found
+        return cast("records.Energy", self.package.energy.energy_at(self.solution, 0, t))
 
-    def ledger_at(self, t: NDArray[np.floating]) -> Ledger:
+    def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension."""
-        found: Ledger = self.package.energy.ledger_at(self.solution, 0, t)
-        return found
+        return cast("records.Ledger", self.package.energy.ledger_at(self.solution, 0, t))
 
     def compression_max(self) -> float:
         """The largest compression."""
         with np.errstate(all="ignore"):
             return float(self.package.extrema.compressions(self.solution)[0])
 
-    def sensitivities(self) -> NDArray[np.floating]:
+    def sensitivities(self) -> Array:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
-        found: NDArray[np.floating] = self.package.sensitivity.sensitivities_of(self.solution)
-        return found
+        return cast("Array", self.package.sensitivity.sensitivities_of(self.solution))
 
-    def tangents(self, t: NDArray[np.floating]) -> tuple[records.LegState, NDArray[np.floating]]:
+    def tangents(self, t: Array) -> tuple[LegState, Array]:
         """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
         return self.state_at(t), self.package.sensitivity.tangents_of(self.solution, t)
 
@@ -92,26 +88,25 @@ class ArrayFlight:
     flight: Any
 
     @property
-    def gains(self) -> Gains:
+    def gains(self) -> records.Gains:
         """Gains of the actuator's law."""
-        return Gains(*map(float, self.flight.gains))
+        return records.Gains(*map(float, self.flight.gains))
 
     @property
-    def end(self) -> records.LegState:
+    def end(self) -> LegState:
         """The state at the ending."""
-        return records.LegState(*map(float, self.flight.end))
+        return LegState(*map(float, self.flight.end))
 
     def rows(self) -> list[FlightRow]:
         """The phases."""
         phases = self.flight.phases
         return [FlightRow(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in phases]
 
-    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
+    def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
-        found: records.LegState = self.package.flight.flight_at(self.flight, t)
-        return found
+        return cast("LegState", self.package.flight.flight_at(self.flight, t))
 
-    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, FlightLedger]:
+    def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension."""
         of = self.package.flight
         return of.flight_energy_at(self.flight, t), of.flight_ledger_at(self.flight, t)
@@ -126,13 +121,7 @@ class OnArrays:
         self.package = package
 
     def solve_stance(
-        self,
-        parameters: Any,
-        start: records.LegState,
-        steps: Steps,
-        horizon: float,
-        max_phases: int,
-        dtype: np.dtype[Any],
+        self, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision
     ) -> Solved:
         """One stance; HopformError if the numbers leave the range of the precision."""
         times, values = zip(*steps, strict=True)
@@ -143,8 +132,8 @@ class OnArrays:
         return Solved(self.package, solution)
 
     def solve_flight(
-        self, parameters: Any, start: records.LegState, gains: Gains | None, horizon: float, max_phases: int,
-        dtype: np.dtype[Any],
+        self, parameters: Any, start: LegState, gains: records.Gains | None, horizon: float, max_phases: int,
+        dtype: Precision,
     ) -> ArrayFlight:  # fmt: skip
         """One flight; HopformError if the numbers leave the range of the precision."""
         with np.errstate(all="ignore"):
@@ -153,20 +142,20 @@ class OnArrays:
         return ArrayFlight(self.package, flight)
 
     def choose_current(
-        self, parameters: Any, start: records.LegState, target: Target, max_phases: int, dtype: np.dtype[Any]
+        self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
-        found: tuple[float, float, int, int] = self.package.control.choose(
-            parameters, start, target, max_phases, dtype.type
+        return cast(
+            "tuple[float, float, int, int]",
+            self.package.control.choose(parameters, start, target, max_phases, dtype.type),
         )
-        return found
 
     def apexes(
-        self, parameters: Any, starts: list[records.LegState], currents: NDArray[np.float64], horizon: float,
+        self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float,
         max_phases: int,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
-        columns = records.LegState(*(np.repeat([start[n] for start in starts], currents.size) for n in range(4)))
+        columns = LegState(*(np.repeat([start[n] for start in starts], currents.size) for n in range(4)))
         u = np.tile(currents, len(starts))
         with np.errstate(all="ignore"):
             found = self.package.trial.try_currents(parameters, columns, u, horizon, max_phases)
@@ -174,13 +163,15 @@ class OnArrays:
         apex = np.where(found.takes_off, found.apex, np.nan).astype(float)
         return apex.reshape(shape), found.largest_x1.astype(float).reshape(shape)
 
-    def solve_columns(self, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool) -> Events:
+    def solve_columns(
+        self, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool
+    ) -> package.Events:
         """Put the results of stances into arrays; their events."""
         real, size = results[1].dtype, results[0].size
         x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size) for column in columns)
-        status = self._refusals(records.LegState(x1, v1, v2, y), u, horizon, fields, max_phases)
-        for name, result in zip(RESULTS, results, strict=True):
-            result[...] = 0 if name in CODES else np.nan
+        status = self._refusals(LegState(x1, v1, v2, y), u, horizon, fields, max_phases)
+        for name, result in zip(package.RESULTS, results, strict=True):
+            result[...] = 0 if name in package.CODES else np.nan
         results[0][...] = status
         sound = np.flatnonzero(status == 0)
         if not sound.size:
@@ -213,21 +204,14 @@ class OnArrays:
             with np.errstate(all="ignore"):
                 results[sound] = of[name](solution)
 
-    def _solved(
-        self, columns: Columns, lanes: NDArray[np.intp], size: int, max_phases: int, real: np.dtype[Any]
-    ) -> Any:
+    def _solved(self, columns: Columns, lanes: NDArray[np.intp], size: int, max_phases: int, real: Precision) -> Any:
         x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size)[lanes] for column in columns)
-        robot, start = self.package.records.Robot(*fields), records.LegState(x1, v1, v2, y)
+        robot, start = self.package.records.Robot(*fields), LegState(x1, v1, v2, y)
         with np.errstate(all="ignore"):
             return self.package.stance.solve(robot, start, u, 0.0, horizon, max_phases, real.type)
 
     def _refusals(
-        self,
-        start: records.LegState,
-        u: NDArray[Any],
-        horizon: NDArray[Any],
-        fields: list[NDArray[Any]],
-        max_phases: int,
+        self, start: LegState, u: NDArray[Any], horizon: NDArray[Any], fields: list[NDArray[Any]], max_phases: int
     ) -> NDArray[np.intc]:
         """The negative status of what the C library refuses, 0 for what it solves."""
         limit, robot = self.package.limits.NEVER[u.dtype], self.package.records.Robot(*fields)
@@ -249,4 +233,4 @@ class OnArrays:
 
 def _check_range(*numbers: Any) -> None:
     if not all(np.isfinite(number) for number in numbers):
-        raise HopformError(REFUSALS[-8])
+        raise HopformError(records.REFUSALS[-8])

@@ -6,6 +6,7 @@ A library that was built from other sources than the package is refused by name,
 import ctypes
 import struct
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from hopform._errors import BackendError, HopformError
 from hopform._solver import library as of_library
 from hopform._solver.library import Backend, handle, opened
-from hopform._solver.package import OURS, REFUSALS, ROWS, Energy, Ledger, Package, records
+from hopform._solver.package import OURS, ROWS, Array, FlightRow, LegState, Package, Precision, Steps, records
 
 PHASES_NOT_KEPT = 1
 NO_DERIVATIVE = 2
@@ -75,7 +76,7 @@ class Library:
         """A function in one precision, which returns a status."""
         return getattr(self._handle, f"{self._prefix}_{name}_{types.suffix}")
 
-    def types(self, dtype: np.dtype[Any]) -> Types:
+    def types(self, dtype: Precision) -> Types:
         suffix = {np.dtype(np.float32): "f32", np.dtype(np.float64): "f64"}[dtype]
         if suffix not in self._types:
             self._types[suffix] = Types(suffix, self.package.structs.STRUCTS)
@@ -87,7 +88,7 @@ class Library:
             raise refusal(name, status)
         return status
 
-    def buffers(self, dtype: np.dtype[Any]) -> "Buffers":
+    def buffers(self, dtype: Precision) -> "Buffers":
         """The buffers of one precision."""
         try:
             return self._buffers[dtype.char]
@@ -97,7 +98,7 @@ class Library:
 
 def refusal(name: str, status: int) -> HopformError:
     """The error of a negative status of a function."""
-    return HopformError(REFUSALS.get(status, f"{name} failed with status {status}"))
+    return HopformError(records.REFUSALS.get(status, f"{name} failed with status {status}"))
 
 
 class Buffers:
@@ -175,40 +176,40 @@ class Solved:
             buffers.library.source, np.dtype(buffers.types.real), self.plan, self.steps, self.phases, self.stance,
         )  # fmt: skip
 
-    def outcome(self) -> tuple[int, float, records.LegState, float, float]:
+    def outcome(self) -> tuple[int, float, LegState, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
         duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
-        return ending, duration, tuple_of(records.LegState, (x1, v1, v2, y)), apex, aed
+        return ending, duration, tuple_of(LegState, (x1, v1, v2, y)), apex, aed
 
     def event_rows(self) -> list[tuple[float, int]]:
         """Time and number of each event."""
         return [row for row in self.buffers.event.iter_unpack(self.phases) if row[1]]
 
-    def phase_rows(self) -> list[tuple[float, records.LegState, int, int, int]]:
+    def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         rows = self.buffers.phase.iter_unpack(self.phases)
-        return [(t, records.LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+        return [(t, LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
 
-    def state(self, t: float) -> records.LegState:
+    def state(self, t: float) -> LegState:
         """The state at one time."""
         buffers, state = self.buffers, self.buffers.one_state()
         status = buffers.stance_at(self.plan, self.steps, self.phases, self.stance, buffers.types.real(t), state)
         if status < 0:
             raise refusal("stance_at", status)
-        return records.LegState._make(buffers.state.unpack(state))
+        return LegState._make(buffers.state.unpack(state))
 
-    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
+    def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
-        rows = np.empty((len(records.LegState._fields), t.size), dtype=t.dtype)
+        rows = np.empty((len(LegState._fields), t.size), dtype=t.dtype)
         self._call("stance_states", pointer(t), ctypes.c_int32(t.size), *map(pointer, rows))
-        return records.LegState(*rows)
+        return LegState(*rows)
 
-    def grid(self, dt: float, out: records.LegState) -> None:
+    def grid(self, dt: float, out: LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
         real = self.buffers.types.real
         self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
 
-    def energy(self, t: float) -> Energy:
+    def energy(self, t: float) -> records.Energy:
         """Energies at one time."""
         buffers, energy = self.buffers, self.buffers.one_energy()
         status = buffers.stance_energy(
@@ -216,24 +217,23 @@ class Solved:
         )
         if status < 0:
             raise refusal("stance_energy", status)
-        return Energy._make(buffers.energy.unpack(energy))
+        return records.Energy._make(buffers.energy.unpack(energy))
 
-    def energy_at(self, t: NDArray[np.floating]) -> Energy:
+    def energy_at(self, t: Array) -> records.Energy:
         """Energies at times of one dimension."""
-        energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
+        energies = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
         self._call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), None, None)
-        return Energy(*energies.T)
+        return records.Energy(*energies.T)
 
-    def ledger_at(self, t: NDArray[np.floating]) -> Ledger:
+    def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""
         of = self.buffers.library.package.records
-        energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
+        energies = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
         work, losses = np.empty((t.size, len(of.Work._fields)), dtype=t.dtype), np.empty_like(t)
         self._call(
             "stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), pointer(work), pointer(losses)
         )
-        found: Ledger = of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses)
-        return found
+        return cast("records.Ledger", of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses))
 
     def compression_max(self) -> float:
         """The largest compression."""
@@ -241,7 +241,7 @@ class Solved:
         self._call("stance_compression", ctypes.byref(most))
         return float(most.value)
 
-    def sensitivities(self) -> NDArray[np.floating]:
+    def sensitivities(self) -> Array:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
         types = self.buffers.types
         shape = (len(ROWS), 5 + len(self.buffers.library.package.records.Robot._fields))
@@ -252,13 +252,13 @@ class Solved:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
-    def tangents(self, t: NDArray[np.floating]) -> tuple[records.LegState, NDArray[np.floating]]:
+    def tangents(self, t: Array) -> tuple[LegState, Array]:
         """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
-        states = np.empty((t.size, len(records.LegState._fields)), dtype=t.dtype)
+        states = np.empty((t.size, len(LegState._fields)), dtype=t.dtype)
         columns = 5 + len(self.buffers.library.package.records.Robot._fields)
-        tangents = np.empty((t.size, len(records.LegState._fields), columns), dtype=t.dtype)
+        tangents = np.empty((t.size, len(LegState._fields), columns), dtype=t.dtype)
         self._call("stance_tangents", pointer(t), ctypes.c_int32(t.size), pointer(states), pointer(tangents))
-        return records.LegState(*states.T), tangents
+        return LegState(*states.T), tangents
 
     def _call(self, name: str, *arguments: Any) -> int:
         return self.buffers.library.call(
@@ -278,12 +278,17 @@ def pointer(array: NDArray[Any]) -> Any:
         return ctypes.c_void_p(array.ctypes.data)
 
 
-def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
-    """The stance of a pickle; BackendError where another library would read its bytes."""
+def _library_of(motion: str, source: str) -> Library:
+    """The library that reads the bytes of a pickle; BackendError where another one wrote them."""
     ours = library()
     if source != ours.source:
-        raise BackendError(f"the stance was solved by a library built from {source}, this one is from {ours.source}")
-    return Solved(ours.buffers(dtype), *structs)
+        raise BackendError(f"the {motion} was solved by a library built from {source}, this one is from {ours.source}")
+    return ours
+
+
+def _solved_again(source: str, dtype: Precision, *structs: bytes) -> Solved:
+    """The stance of a pickle."""
+    return Solved(_library_of("stance", source).buffers(dtype), *structs)
 
 
 @lru_cache(maxsize=256)
@@ -312,11 +317,11 @@ class Compiled:
 def solve_stance(
     solver: Compiled,
     parameters: tuple[Any, ...],
-    start: records.LegState,
-    steps: tuple[tuple[float, float], ...],
+    start: LegState,
+    steps: Steps,
     horizon: float,
     max_phases: int,
-    dtype: np.dtype[Any],
+    dtype: Precision,
 ) -> Solved:
     """One stance, by the compiled library."""
     buffers = solver.library.buffers(dtype)
@@ -341,3 +346,92 @@ def solve_stance(
     if capacity <= _FIRST_CAPACITY:
         buffers.free.append((stance, phases))
     return solved
+
+
+# ---- flights ----
+
+_CAPACITY = 32
+
+
+@dataclass(frozen=True)
+class NativeFlight:
+    """A flight solved by the library; it can be pickled, as parameters and the bytes of its structs."""
+
+    library: Library
+    types: Types
+    parameters: records.Robot
+    plan: Any
+    phases: Any
+    flight: Any
+
+    def __reduce__(self) -> Any:
+        kept = bytes(self.phases)[: ctypes.sizeof(self.types.FlightPhase) * self.flight.phases_kept]
+        dtype = np.dtype(self.types.real)
+        return _flight_again, (self.library.source, dtype, self.parameters, kept, bytes(self.flight))
+
+    @property
+    def gains(self) -> records.Gains:
+        return records.Gains(self.flight.gains.Kp, self.flight.gains.Kd)
+
+    @property
+    def end(self) -> LegState:
+        end = self.flight.end
+        return LegState(end.x1, end.v1, end.v2, end.y)
+
+    def rows(self) -> list[FlightRow]:
+        kept = self.phases[: self.flight.phases_kept]
+        return [FlightRow(p.t, p.x1, p.v1, p.side, p.limit, p.event) for p in kept]
+
+    def state_at(self, t: Array) -> LegState:
+        """States at times of one dimension."""
+        rows = np.empty((t.size, len(LegState._fields)), dtype=t.dtype)
+        self._call("flight_at", np.ascontiguousarray(t), rows)
+        return LegState(*rows.T)
+
+    def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
+        """Energies and ledger at times of one dimension, which do not decrease."""
+        energy = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
+        work = np.empty((t.size, len(records.FlightWork._fields)), dtype=t.dtype)
+        losses = np.empty_like(t)
+        self._call("flight_energy", np.ascontiguousarray(t), energy, work, losses)
+        entries = records.FlightWork(*work.T)._asdict()
+        return records.Energy(*energy.T), records.FlightLedger(**entries, stop_loss=losses)
+
+    def _call(self, name: str, t: Array, *out: Array) -> None:
+        self.library.call(
+            name, self.types, self.plan, self.phases, ctypes.byref(self.flight),
+            pointer(t), ctypes.c_int32(t.size), *map(pointer, out),
+        )  # fmt: skip
+
+
+def _flight_again(
+    source: str, dtype: Precision, parameters: records.Robot, phases: bytes, flight: bytes
+) -> NativeFlight:
+    """The flight of a pickle."""
+    library = _library_of("flight", source)
+    types = library.types(dtype)
+    kept = (types.FlightPhase * (len(phases) // ctypes.sizeof(types.FlightPhase))).from_buffer_copy(phases)
+    plan = ctypes.byref(plan_of(library, types, parameters))
+    return NativeFlight(library, types, parameters, plan, kept, types.Flight.from_buffer_copy(flight))
+
+
+def solve_flight(
+    solver: Compiled, parameters: records.Robot, start: LegState, gains: records.Gains | None, horizon: float,
+    max_phases: int, dtype: Precision,
+) -> NativeFlight:  # fmt: skip
+    """One flight, by the compiled library."""
+    library = solver.library
+    types = library.types(dtype)
+    plan = ctypes.byref(plan_of(library, types, parameters))
+    flight, phases, capacity = types.Flight(), (types.FlightPhase * _CAPACITY)(), _CAPACITY
+    begin = ctypes.byref(types.State(*start))
+    law = None if gains is None else ctypes.byref(types.Gains(*gains))
+    while True:
+        status = library.call(
+            "solve_flight", types, plan, begin, law, types.real(horizon), ctypes.c_int32(max_phases),
+            phases, ctypes.c_int32(capacity), ctypes.byref(flight),
+        )  # fmt: skip
+        if status != PHASES_NOT_KEPT:
+            return NativeFlight(library, types, parameters, plan, phases, flight)
+        capacity = int(flight.phase_count)
+        phases = (types.FlightPhase * capacity)()

@@ -1,4 +1,4 @@
-"""Many stances by the compiled library, from columns into columns."""
+"""Many stances by the compiled library: from columns into columns, and those of a controller's search."""
 
 import ctypes
 import importlib
@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._solver.c import PHASES_NOT_KEPT, Compiled, Library, pointer
-from hopform._solver.columns import CODES, INPUTS, MAX_PHASES, RESULTS, SIGNATURE, STATES, Columns, Events
+from hopform._solver import package
+from hopform._solver.c import PHASES_NOT_KEPT, Compiled, Library, Types, plan_of, pointer
+from hopform._solver.package import RESULTS, STATES, Array, Columns, LegState, Precision, Target, records
 
 _FIRST_EVENTS = 16
-_FIRST_PHASES = 64
 _INDEX_IN_API = 31
 
 # What NumPy's ufunc points to for as long as it lives.
@@ -36,26 +36,26 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
     types = bytes(np.dtype(code).num for row in _types() for code in row)
     type_numbers = (ctypes.c_char * len(types)).from_buffer_copy(types)
     data = (ctypes.c_void_p * 2)()
-    texts = (b"stance", meaning.encode(), SIGNATURE.encode())
+    texts = (b"stance", meaning.encode(), package.SIGNATURE.encode())
     _kept.append((loops, type_numbers, data, texts))
     return prototype(table[_INDEX_IN_API])(
-        loops, data, type_numbers, 2, len(INPUTS), len(RESULTS), -1, texts[0], texts[1], 0, texts[2]
+        loops, data, type_numbers, 2, len(package.INPUTS), len(RESULTS), -1, texts[0], texts[1], 0, texts[2]
     )
 
 
 def _types() -> list[list[Any]]:
     """The types of inputs and results, once per precision."""
     return [
-        [real] * len(INPUTS) + [np.intc if name in CODES else real for name in RESULTS]
+        [real] * len(package.INPUTS) + [np.intc if name in package.CODES else real for name in RESULTS]
         for real in (np.float32, np.float64)
     ]
 
 
 def solve_columns(
     solver: Compiled, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool
-) -> Events:
+) -> package.Events:
     """Put the results of stances into arrays; the events, if they are asked for."""
-    if not events and max_phases == MAX_PHASES:
+    if not events and max_phases == package.MAX_PHASES:
         _solve_by_ufunc(solver, columns, results)
         return []
     room = _FIRST_EVENTS if events else 0
@@ -79,7 +79,7 @@ def read_columns(
 ) -> None:
     """Put the `sensitivities` or the `compressions` of stances into an array, NaN where there are none; with more room
     for phases where they were not kept."""
-    lanes, room = np.arange(len(results)), _FIRST_PHASES
+    lanes, room = np.arange(len(results)), FIRST_CAPACITY
     while lanes.size:
         chosen = [column if column.shape == () else column[lanes] for column in columns]
         found = np.empty((lanes.size, *results.shape[1:]), results.dtype)
@@ -144,3 +144,86 @@ def _listed(
     times, kinds = found
     row, place = np.nonzero((kinds != 0) & complete[:, np.newaxis])
     return lanes[row], times[row, place], kinds[row, place]
+
+
+# ---- a controller's search ----
+
+FIRST_CAPACITY = 64
+"""Phases that the buffer holds at first; hardly any stance has more."""
+
+
+def choose_current(
+    solver: Compiled, parameters: records.Robot, start: LegState, target: Target, max_phases: int, dtype: Precision
+) -> tuple[float, float, int, int]:
+    """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved.
+
+    target: h_des, datum, stop_margin [m], horizon [s].
+    """
+    library = solver.library
+    types = library.types(dtype)
+    plan = plan_of(library, types, parameters)
+    capacity = min(FIRST_CAPACITY, max_phases)
+    free = _free(types)
+    try:
+        memory = free.pop()
+    except IndexError:
+        memory = _Memory(types, FIRST_CAPACITY)
+    begin, wanted = types.State(*start), types.Target(*target)
+    while True:
+        status = library.call(
+            "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin),
+            ctypes.byref(wanted), memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command),
+        )  # fmt: skip
+        if status != PHASES_NOT_KEPT or capacity == max_phases:
+            break
+        capacity = min(8 * capacity, max_phases)
+        memory = _Memory(types, capacity)
+    found = memory.command.u, memory.command.apex, memory.command.status, memory.search.trials
+    if capacity <= FIRST_CAPACITY:
+        free.append(memory)
+    return found
+
+
+class _Memory:
+    """Room for one search; taken from `_free` and put back, so that no two searches are ever in the same."""
+
+    def __init__(self, types: Types, capacity: int) -> None:
+        self.command, self.search, self.phases = types.Command(), types.Search(), (types.Phase * capacity)()
+
+
+@cache
+def _free(types: Types) -> list[_Memory]:
+    return []
+
+
+def try_currents(
+    solver: Compiled, parameters: Any, starts: list[LegState], currents: Array, horizon: float, max_phases: int
+) -> NDArray[Any]:
+    """The stance of each current from each state, (states, currents), a structured array with the fields of
+    hopform_trial.
+    """
+    library = solver.library
+    types = library.types(np.dtype(np.float64))
+    plan = plan_of(library, types, parameters)
+    trials = np.zeros((len(starts), currents.size), np.dtype(types.Trial))
+    states = (types.State * len(starts))(*(types.State(*start) for start in starts))
+    values = np.ascontiguousarray(currents, dtype=np.float64)
+    capacity = min(FIRST_CAPACITY, max_phases)
+    while True:
+        phases = (types.Phase * capacity)()
+        status = library.call(
+            "try_currents", types, ctypes.byref(plan), states, ctypes.c_int32(len(starts)),
+            pointer(values), ctypes.c_int32(values.size), types.real(horizon),
+            phases, ctypes.c_int32(capacity), pointer(trials),
+        )  # fmt: skip
+        if status != PHASES_NOT_KEPT or capacity == max_phases:
+            return trials
+        capacity = min(8 * capacity, max_phases)
+
+
+def apexes(
+    solver: Compiled, parameters: Any, starts: list[LegState], currents: Array, horizon: float, max_phases: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
+    made = try_currents(solver, parameters, starts, currents, horizon, max_phases)
+    return np.where(made["takes_off"], made["apex"], np.nan), made["largest_x1"]

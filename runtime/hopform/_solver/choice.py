@@ -9,27 +9,25 @@ from numpy.typing import NDArray
 
 from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
-from hopform._solver import c, c_batch, c_control, c_flight
+from hopform._solver import c, c_batch
 from hopform._solver.arrays import ArrayFlight, OnArrays, Solved
-from hopform._solver.columns import Columns, Events, Steps, Target
 from hopform._solver.library import Backend
-from hopform._solver.package import OURS, Gains, Package
-from hopform._solver.package import records as solver_records
+from hopform._solver.package import OURS, Columns, Events, LegState, Package, Precision, Steps, Target, records
 
 
 class C(c.Compiled):
     """The compiled library of a generated package as a back end."""
 
     solve_stance = c.solve_stance
-    solve_flight = c_flight.solve_flight
-    choose_current = c_control.choose_current
-    apexes = c_control.apexes
+    solve_flight = c.solve_flight
+    choose_current = c_batch.choose_current
+    apexes = c_batch.apexes
     solve_columns = c_batch.solve_columns
     read_columns = c_batch.read_columns
 
 
 SolvedStance: TypeAlias = c.Solved | Solved
-SolvedFlight: TypeAlias = c_flight.NativeFlight | ArrayFlight
+SolvedFlight: TypeAlias = c.NativeFlight | ArrayFlight
 """A stance and a flight as their back end keeps them; arrays of times have one dimension."""
 
 
@@ -42,35 +40,22 @@ class BackEnd(Protocol):
     name: Backend
 
     def solve_stance(
-        self,
-        parameters: Any,
-        start: solver_records.LegState,
-        steps: Steps,
-        horizon: float,
-        max_phases: int,
-        dtype: np.dtype[Any],
-        /,
+        self, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision, /
     ) -> SolvedStance: ...
 
     def solve_flight(
-        self, parameters: Any, start: solver_records.LegState, gains: Gains | None, horizon: float, max_phases: int,
-        dtype: np.dtype[Any], /,
+        self, parameters: Any, start: LegState, gains: records.Gains | None, horizon: float, max_phases: int,
+        dtype: Precision, /,
     ) -> SolvedFlight: ...  # fmt: skip
 
     def choose_current(
-        self, parameters: Any, start: solver_records.LegState, target: Target, max_phases: int, dtype: np.dtype[Any], /
+        self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision, /
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
         ...
 
     def apexes(
-        self,
-        parameters: Any,
-        starts: list[solver_records.LegState],
-        currents: NDArray[np.float64],
-        horizon: float,
-        max_phases: int,
-        /,
+        self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float, max_phases: int, /
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
         ...

@@ -1,45 +1,32 @@
-"""The generated package that `hopform` is over; any other is a `Package` of its name."""
+"""The generated package that `hopform` is over, any other is a `Package` of its name; what back ends take and give.
 
+Stances in columns: an array or a number for each input, an array for each result.
+"""
+
+from collections.abc import Sequence
 from importlib import import_module
-from typing import Any, TypeAlias, cast
+from typing import Any, NamedTuple, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hopform_solver import SOURCE, checked, formulas, records, touchdown
 from hopform_solver.equations import EQUATIONS, Equation
-from hopform_solver.records import (
-    LEDGER_OF_BODY,
-    LEDGER_OF_ROBOT,
-    LONGEST_PREFIX,
-    MOST_STEPS,
-    REFUSALS,
-    ROBOT_FIELDS,
-    TRAVEL,
-    CommandStatus,
-    Contact,
-    CurrentEventKind,
-    Ending,
-    Energy,
-    EventKind,
-    Field,
-    FlightEnding,
-    FlightLedger,
-    Gains,
-    Ledger,
-)  # fmt: skip
+from hopform_solver.records import Energy, FlightLedger, Gains, Ledger
 from hopform_solver.robot import Robot as CheckedRobot
 from hopform_solver.sensitivity import COLUMNS, ROWS
 
-AnyEvent: TypeAlias = EventKind | CurrentEventKind | Contact
-COMMANDS = cast("dict[int, CommandStatus]", records.COMMANDS)
-ENDINGS = cast("dict[int, Ending]", records.ENDINGS)
-EVENTS = cast("dict[int, EventKind]", records.EVENTS)
-FLIGHT_ENDINGS = cast("dict[int, FlightEnding]", records.FLIGHT_ENDINGS)
+AnyEvent: TypeAlias = records.EventKind | records.CurrentEventKind | records.Contact
+COMMANDS = cast("dict[int, records.CommandStatus]", records.COMMANDS)
+ENDINGS = cast("dict[int, records.Ending]", records.ENDINGS)
+EVENTS = cast("dict[int, records.EventKind]", records.EVENTS)
+FLIGHT_ENDINGS = cast("dict[int, records.FlightEnding]", records.FLIGHT_ENDINGS)
 FLIGHT_EVENTS = cast("dict[int, AnyEvent]", records.FLIGHT_EVENTS)
 
 __all__ = [
-    "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "LEDGER_OF_BODY",
-    "LEDGER_OF_ROBOT", "LONGEST_PREFIX", "MOST_STEPS", "OURS", "REFUSALS", "ROBOT_FIELDS", "ROWS", "SOURCE",
-    "TRAVEL", "AnyEvent", "CheckedRobot", "CommandStatus", "Contact", "Ending", "Energy", "Equation", "Field",
-    "FlightEnding", "FlightLedger", "Gains", "Ledger", "Package", "checked", "formulas", "records", "touchdown",
+    "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "OURS", "ROWS",
+    "SOURCE", "AnyEvent", "CheckedRobot", "Energy", "Equation", "FlightLedger", "Gains", "Ledger", "Package", "checked",
+    "formulas", "records", "touchdown",
 ]  # fmt: skip
 
 
@@ -60,3 +47,59 @@ class Package:
 
 
 OURS = Package("hopform_solver")
+
+
+# ---- what back ends take and give ----
+
+STATES = ("x1", "v1", "v2", "y", "u", "horizon")
+INPUTS = (*STATES, "robot")
+RESULTS = ("status", "duration", "x1", "v1", "x2", "v2", "apex", "aed", "event_count")
+CODES = ("status", "event_count")
+SIGNATURE = f"{'(),' * (len(INPUTS) - 1)}(p)->{','.join(['()'] * len(RESULTS))}"
+MAX_PHASES = 4096
+CHUNK = 16384
+"""Stances that are solved at a time."""
+
+REFUSED = {
+    -2: "robot_refused",
+    -3: "state_refused",
+    -4: "spring_pulls",
+    -5: "current_refused",
+    -6: "horizon_refused",
+    -8: "out_of_range",
+}
+STATUS = ENDINGS | REFUSED
+"""Statuses: how the stance ended, or why there is none ("out_of_range": the numbers left the precision's
+range).
+"""
+
+LegState: TypeAlias = records.LegState
+"""x1, v1, v2 and the compression y."""
+Precision: TypeAlias = np.dtype[Any]
+Array: TypeAlias = NDArray[np.floating]
+Columns = Sequence[NDArray[Any]]
+"""The states, u, horizon, then the robot's fields: numbers (without a dimension) or arrays of one length."""
+Events = list[tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]]
+"""Stance, time and kind of events, in the order of the stances."""
+Steps = tuple[tuple[float, float], ...]
+"""Steps of the current [s, A]."""
+Target = tuple[float, float, float, float]
+"""h_des, datum, stop_margin [m], horizon [s]."""
+
+
+class FlightRow(NamedTuple):
+    """A phase: when and where it starts, the sign of v_1, that of the pull at its limit, and the event that starts
+    it.
+    """
+
+    t: float
+    x1: float
+    v1: float
+    side: int
+    limit: int
+    event: int
+
+
+def results_like(shape: int | tuple[int, ...], real: np.dtype[Any]) -> tuple[NDArray[Any], ...]:
+    """Room for the results of stances."""
+    return tuple(np.empty(shape, np.intc if name in CODES else real) for name in RESULTS)

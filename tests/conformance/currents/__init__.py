@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 import hopform
-from hopform._control.exact import choose_current
+from hopform._control import choose_current
 from hopform._solver import c as native
 from hopform._solver import library as libraries
 from hopform._stance import start_of

@@ -130,7 +130,7 @@ def digests(lines: list[str]) -> dict[str, set[str]]:
 def of_python() -> dict[str, str]:
     """The digests of the library that Python loads."""
     import hopform
-    from hopform._export.selftest import selftest
+    from hopform._export import selftest
 
     if (message := hopform.library_message()) is not None:
         sys.exit(f"hopform: {message}")

@@ -1,21 +1,22 @@
-"""Hopper B's first controller: on even ground (Fig. 6), on uneven ground (Fig. 7), with errors of measurement (Fig.
-8)."""
-
+"""Controllers that track heights: Hopper B's first one on even ground (Fig. 6), on uneven ground (Fig. 7), with errors
+of measurement (Fig. 8); the energy-based one on even ground (Fig. 16) and on uneven ground (Fig. 17)."""
 # pyright: reportUnknownMemberType=false
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hopform._errors import HopformError
+from hopform._figures import plots
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, movable, panels, scale, volts
-from hopform._figures.plots import BLACK, BLUE, GREEN, ORANGE, apexes, draw_heights, run_times, shade_stances
-from hopform._hopping.run import Errors, Run, simulate
+from hopform._hopping.run import NONE, Errors, Run, simulate
 from hopform._robots import Robot
-from hopform.controllers import FeedForward, ReturnMap
-from hopform.terrain import flat, uniform
+from hopform.controllers import AsPrinted, FeedForward, ReturnMap
+from hopform.terrain import Heights, flat, uniform
 
 REFERENCE = (0.16,) * 6 + (0.20,) * 6 + (0.14,) * 6
 SETTLED = 3  # hops after a step of the reference that are not counted
@@ -93,8 +94,8 @@ def with_errors_of_measurement(robot: Robot) -> Drawn:
     miss, before = (each.table["apex"] - np.array(wanted) for each in (run, clean))
     seen = run.table["apex"] + 3e-3 * np.random.default_rng(8).standard_normal(len(run.hops))
     figure = tracked(run, {"with errors of measurement": run, "without": clean})
-    times, _ = apexes(run)
-    figure.axes[0].plot(times, 100 * seen[: times.size], "s", color=GREEN, markersize=4.0, markerfacecolor="none",
+    times, _ = plots.apexes(run)
+    figure.axes[0].plot(times, 100 * seen[: times.size], "s", color=plots.GREEN, markersize=4.0, markerfacecolor="none",
                         clip_on=False, label="apex as measured")  # fmt: skip
     legend(figure.axes[0], 4)
     ours = (
@@ -111,10 +112,10 @@ def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
     """Heights and inputs of a run, its set points, and by how much the apexes of some runs, by name, miss them."""
     figure, (top, middle, bottom) = panels(3, 5.0, sharex=True, height_ratios=[1.6, 0.8, 0.9])
     draw_run(top, middle, run)
-    shade_stances(bottom, run)
-    bottom.axhline(0.0, color=BLACK, linestyle="--", linewidth=0.8)
-    for (name, each), colour, marker in zip(compared.items(), (BLUE, GREEN), "oD", strict=False):
-        times, heights = apexes(each)
+    plots.shade_stances(bottom, run)
+    bottom.axhline(0.0, color=plots.BLACK, linestyle="--", linewidth=0.8)
+    for (name, each), colour, marker in zip(compared.items(), (plots.BLUE, plots.GREEN), "oD", strict=False):
+        times, heights = plots.apexes(each)
         miss = 1e3 * (heights - np.array(run.h_des[: times.size]))
         bottom.plot(times, miss, marker, color=colour, markersize=3.5, clip_on=False, label=name)
     bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
@@ -125,12 +126,12 @@ def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
 
 def draw_run(top: Axes, middle: Axes, run: Run) -> None:
     """Heights and current of a run, its stances shaded."""
-    t = run_times(run)
-    draw_heights(top, run, t)
-    shade_stances(top, run, "stance")
+    t = plots.run_times(run)
+    plots.draw_heights(top, run, t)
+    plots.shade_stances(top, run, "stance")
     legend(top, 5)
-    middle.plot(t, np.asarray(run.current(t)), color=ORANGE, linewidth=0.9)
-    shade_stances(middle, run)
+    middle.plot(t, np.asarray(run.current(t)), color=plots.ORANGE, linewidth=0.9)
+    plots.shade_stances(middle, run)
     middle.set_ylabel(f"{'input' if volts(run.robot) == 'V' else 'current'} $u$ [{volts(run.robot)}]")
 
 
@@ -149,3 +150,69 @@ def rms(values: Array) -> float:
 def worst(values: Array) -> float:
     """Largest magnitude of what is a number."""
     return float(np.nanmax(np.abs(values)))
+
+
+# ---- the energy-based controller ----
+
+WANTED = (0.14,) * 6 + (0.18,) * 6 + (0.12,) * 6
+SIZE = 0.02  # [m] half width of the uneven ground
+WRONG = 1.05  # what the model has too much of, of every parameter that is identified
+IDENTIFIED = ("m_eff", "k", "b1", "b2", "f1", "f2", "gamma2")
+NOISE = Errors(x1=5e-4, v1=0.02, v2=0.02, ground=2e-3)
+LATE = Errors(quantum=1e-3, delay=2e-3)
+LEAST = 1e-3  # [mm] below which the scale of errors is linear
+MARKS = (("o", plots.GREEN), ("s", plots.BLACK), ("^", plots.MAGENTA), ("D", plots.SKY), ("v", plots.ORANGE))
+
+
+def exact_on_even_ground(robot: Robot) -> Drawn:
+    """Fig. 16."""
+    return compared(16, robot, flat(len(WANTED)), "over flat ground")
+
+
+def exact_on_uneven_ground(robot: Robot) -> Drawn:
+    """Fig. 17."""
+    size = SIZE * scale(robot)
+    where = f"over heights drawn from {cm(-size, 0)} to {cm(size, 0)}, known at touchdown only"
+    return compared(17, robot, uniform(len(WANTED), size, seed=17), where)
+
+
+def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
+    """Heights, currents and errors of the exact controller, of the one as printed, and of the exact one that errs."""
+    wanted = tuple(scale(movable(robot)) * each for each in WANTED)
+    wrong = replace(robot, **{name: WRONG * getattr(robot, name) for name in IDENTIFIED})
+    asked: dict[str, tuple[Any, Errors]] = {
+        "exact": (FeedForward, NONE), "printed": (AsPrinted, NONE), "5 % wrong": (FeedForward, Errors(model=wrong)),
+        "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
+    }  # fmt: skip
+    runs = {
+        name: simulate(robot, ground, kind(wanted), height=wanted[0], errors=errors, seed=seed)
+        for name, (kind, errors) in asked.items()
+    }
+    run = completed(runs["exact"])
+    miss = {name: each.table["apex"] - np.array(wanted[: len(each.hops)]) for name, each in runs.items()}
+    off = {name: f"{mm(rms(each))} rms, {mm(worst(each))} at most" for name, each in miss.items()}
+    ours = (
+        f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
+        f"apex(u) = h_des solved exactly every apex is within {worst(miss['exact']):.0e} m of the set point, at "
+        f"{np.abs(run.table['u']).max():.2f} {volts(robot)} of {robot.u_max:g} {volts(robot)} at most. (26), (27) as "
+        f"printed, J minimised on a grid of 0.01 {volts(robot)}: {off['printed']}. The exact controller whose model "
+        f"has 5 % too much of {', '.join(IDENTIFIED)}: {off['5 % wrong']}; with noise of {mm(NOISE.x1)} and "
+        f"{NOISE.v1:g} m/s on x1, {NOISE.v2:g} m/s on v2, {mm(NOISE.ground)} on the ground: {off['noise']}; with "
+        f"touchdown seen at a tick of 1 kHz and {1e3 * LATE.delay:.0f} ms late: {off['late']}. The scale of the "
+        "errors is linear below 1 um"
+    )
+    return drawn(run, miss), ours, {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
+
+
+def drawn(run: Run, miss: dict[str, Array]) -> Figure:
+    figure, (top, middle, bottom) = panels(3, 5.4, sharex=True, height_ratios=[1.6, 0.8, 1.3])
+    draw_run(top, middle, run)
+    times, _ = plots.apexes(run)
+    for (name, off), (marker, colour) in zip(miss.items(), MARKS, strict=True):
+        shown = 1e3 * np.abs(off[: times.size])
+        bottom.plot(times[: shown.size], shown, marker, color=colour, markersize=3.5, clip_on=False, label=name)
+    bottom.set_yscale("symlog", linthresh=LEAST)
+    plots.shade_stances(bottom, run)
+    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
+    legend(bottom, 5)
+    return figure

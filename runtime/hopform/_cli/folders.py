@@ -1,22 +1,28 @@
-"""`hopform figures DIR`: the paper's figures from one's own robot or this project's, with captions, data and an
-animation."""
+"""The commands that fill a folder: `hopform figures DIR`, the paper's figures from one's own robot or this project's,
+with captions, data and an animation; `hopform export DIR --for cmake`, the C library as a package for a firmware's
+build system, and `hopform selftest`.
+"""
 
 import csv
 import io
+import json as json_module
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+import hopform._export as packages
 from hopform._checks import shown
 from hopform._cli.output import figures as renderer
 from hopform._cli.output import pick, show, to_json, warn
-from hopform._control.reach import Reachability
+from hopform._control import Reachability
 from hopform._errors import HopformError
-from hopform._figures import DRAWN, draw, draw_recordings
+from hopform._export import PRECISIONS, System, Wanted
+from hopform._export import selftest as digest
+from hopform._figures import DRAWN, draw
 from hopform._files import check_files, check_folder, name_of, read_text, write_folder
 from hopform._hopping.run import Run
 from hopform._progress import progress_bar
@@ -160,7 +166,7 @@ def drawn(
                 if isinstance(what, str):
                     files[names_of(what, formats)[0]] = animation.hopping(robot).gif
                     continue
-                picture = draw_recordings(what, robot, sources) or draw(what, robot)
+                picture = draw(what, robot, sources)
             except HopformError as error:
                 if robot is None and not sources:
                     raise
@@ -225,3 +231,27 @@ def tex(text: str) -> str:
     """A text as LaTeX prints it."""
     special = {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
     return re.sub(r"[\\^~#$%&_{}]", lambda match: special.get(match[0], f"\\{match[0]}"), text)
+
+
+# ---- hopform export, hopform selftest ----
+
+
+def export(
+    folder: Path, system: str = "plain", prefix: str = "hopform", f32: bool = False, f64: bool = False,
+    json: bool = False,
+) -> None:  # fmt: skip
+    """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest."""
+    chosen = tuple(name for name, wanted in zip(PRECISIONS, (f32, f64), strict=True) if wanted) or PRECISIONS
+    files = packages.export(folder, Wanted(cast(System, system), prefix, chosen))
+    if json:
+        print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
+    else:
+        print(f"{len(files)} files in {name_of(folder)}; begin with {name_of(folder / 'README.md')}")
+
+
+def selftest(json: bool = False) -> None:
+    """Print the digests of the C library's selftest, which a board must repeat."""
+    digests = {
+        f"hopform_selftest_{name}": f"{digest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))
+    }
+    print(json_module.dumps(digests, indent=2) if json else "\n".join(map(" ".join, digests.items())))

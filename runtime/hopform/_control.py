@@ -1,5 +1,10 @@
-"""Reachability: the next apex over the current one for every current (the paper's Figs. 5, 11), and what follows from
-it.
+"""The controller, and where it can lead. At touchdown the state is known, and a current is chosen so that the next apex
+is the desired one, (25)-(27).
+
+The exact form solves apex(u) = h_des over the whole range of currents; docs/explanation/controller.md says how, and
+what is proven. The form that the paper prints, J minimised on a grid of currents, is here to be compared with;
+docs/how-to/choose-a-current.md shows how far the two are apart. Reachability is the next apex over the current one for
+every current (the paper's Figs. 5, 11), and what follows from it.
 
 Heights and apexes are hop heights [m] on flat ground. The robot drops from rest, its actuator at rest at its origin, or
 at the end of its stroke next to it.
@@ -7,20 +12,136 @@ at the end of its stroke next to it.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, SupportsFloat
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import MEMORY, function, numbers, whole
-from hopform._control.exact import checked_target, choose_current, limit_of
+from hopform._batch import solve_stances
+from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers, positive, shown, whole
 from hopform._errors import HopformError
-from hopform._robots import Robot
+from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
-from hopform._solver.columns import MAX_PHASES
-from hopform._solver.package import records
-from hopform._stance import solve_stance
+from hopform._solver.package import COMMANDS, MAX_PHASES, formulas, records
+from hopform._stance import precision_of, solve_stance, start_of
+
+TRIED = 601
+"""Currents of the curve of a command."""
+
+
+class Question(NamedTuple):
+    """What a command answers: the robot, its state at touchdown, and h_des, datum, stop_margin, horizon."""
+
+    robot: Robot
+    start: records.LegState
+    target: tuple[float, float, float, float]
+    backend: str
+
+
+@dataclass(frozen=True, repr=False)
+class Command(Shown):
+    """The answer of the controller.
+
+    u [A]. apex [m]: the hop height that follows in the model, NaN without take-off. status: "reached"; "nearest", the
+    desired apex is out of reach and this is the admissible current that comes nearest; "no_takeoff", no current is
+    admissible, u = 0. solved: how many stances it took.
+    """
+
+    u: float
+    apex: float
+    status: records.CommandStatus
+    solved: int
+    question: Question = field(compare=False)
+
+    def curve(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Currents over all that is allowed [A], and the next apex [m] that each gives, NaN where not admissible."""
+        robot, start, (_, datum, margin, horizon), backend = self.question
+        u = np.linspace(-robot.u_max, robot.u_max, TRIED if robot.u_max > 0.0 else 1)
+        apex, peak = robot.solver.back_end(backend).apexes(robot.parameters, [start], u, horizon, MAX_PHASES)
+        return u, np.where(peak[0] < limit_of(robot, margin), apex[0] - datum, np.nan)
+
+    def _curve(self) -> Curve:
+        return "apex [m] over u [A]", *self.curve()
+
+    def _card(self) -> Card:
+        start, (h_des, datum, margin, _) = self.question.start, self.question.target
+        given = [("h_des", h_des), ("v2", start.v2), ("x1", start.x1), ("v1", start.v1)]
+        if datum or margin:
+            given += [("datum", f"{datum:.5g} m"), ("stop margin", f"{margin:.5g} m")]
+        found = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
+        title = f"Command for {name_of(self.question.robot)}: {self.status}"
+        return Card(title, given, found)
+
+    def _arrays(self) -> Arrays:
+        u, apex = self.curve()
+        metres = {"units": "m"}
+        return {
+            "u": (("u",), u), "apex": (("u",), apex), "h_des": ((), self.question.target[0]),
+            "chosen_u": ((), self.u, {"units": "A"}), "chosen_apex": ((), self.apex, metres),
+            "status": ((), self.status),
+        }  # fmt: skip
+
+
+def choose_current(
+    robot: Robot,
+    *,
+    v2: SupportsFloat,
+    h_des: SupportsFloat,
+    x1: SupportsFloat = 0.0,
+    v1: SupportsFloat = 0.0,
+    x2: SupportsFloat | None = None,
+    datum: SupportsFloat = 0.0,
+    stop_margin: SupportsFloat = 0.0,
+    horizon: SupportsFloat = 2.0,
+    backend: str | None = None,
+    dtype: Any = np.float64,
+) -> Command:
+    """The current of least |u| in [-u_max, u_max] after which the next apex is h_des; the nearest one if none reaches
+    it.
+
+    State at touchdown as for `solve_stance`. h_des [m]: hop height, from L0 + c above the ground, less `datum` [m], the
+    level that it counts from less the ground under the foot. Admissible is a current with a take-off within `horizon`
+    [s] and x1 < x1_max - stop_margin [m] throughout, unless the actuator is locked. Raises HopformError, which names
+    what is not allowed: h_des + datum < 0, stop_margin < 0, g = 0, u_max = inf, and what `solve_stance` refuses.
+
+    >>> from hopform import load_robot, touchdown_velocity
+    >>> robot = load_robot("hopper_c")
+    >>> command = choose_current(robot, v2=touchdown_velocity(robot, 0.20), h_des=0.20)
+    >>> command.status, round(command.u, 6), round(command.apex, 9)
+    ('reached', 2.735551, 0.2)
+    """
+    precision = precision_of(dtype)
+    start = start_of(robot, x1, v1, x2, v2)
+    target = checked_target(robot, h_des, datum, stop_margin, horizon)
+    back_end = robot.solver.back_end(backend)
+    u, apex, code, solved = back_end.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
+    status = COMMANDS[code]
+    u = min(max(u, -robot.u_max), robot.u_max)  # which single precision may have rounded up
+    question = Question(robot, start, target, back_end.name)
+    return Command(u, math.nan if status == "no_takeoff" else apex, status, solved, question)
+
+
+def limit_of(robot: Robot, margin: float) -> float:
+    """Upper limit of x1 [m]; a locked actuator is exempt."""
+    return robot.x1_max - margin if robot.x1_min < robot.x1_max else math.inf
+
+
+def checked_target(
+    robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object
+) -> tuple[float, float, float, float]:
+    """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
+    if not checked_robot(robot).g > 0.0:
+        raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.g!r}")
+    if not math.isfinite(robot.u_max):
+        raise HopformError(f"the controller needs a finite u_max, got {robot.u_max!r} A")
+    apex, level = finite("h_des", h_des, "m"), finite("datum", datum, "m")
+    if apex + level < 0.0:
+        message = f"h_des + datum must be >= 0 m, the apex must not lie below the ground, got {apex + level!r}"
+        raise HopformError(message)
+    return apex, level, nonnegative("stop_margin", stop_margin, "m"), positive("horizon", horizon, "s")
+
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], object]
@@ -167,6 +288,7 @@ def reachability(
     function("progress", progress)
     margin, longest = checked_target(robot, 0.0, 0.0, stop_margin, horizon)[2:]
     back_end = robot.solver.back_end(backend)
+    how: dict[str, Any] = {"horizon": longest, "backend": back_end.name}
     starts = _drops(robot, rows)
     apex, peak = np.empty((rows.size, columns.size)), np.empty((rows.size, columns.size))
     bounds = np.full((5, rows.size), np.nan)
@@ -174,12 +296,13 @@ def reachability(
         part = slice(first, min(first + ROWS, rows.size))
         apex[part], peak[part] = back_end.apexes(robot.parameters, starts[part], columns, longest, MAX_PHASES)
         for row in range(part.start, part.stop):
-            bounds[:, row] = _bounds(robot, starts[row], float(rows[row]), apex[row], margin, longest, back_end.name)
+            choose = partial(choose_current, robot, x1=starts[row].x1, v2=starts[row].v2, stop_margin=margin, **how)
+            bounds[:, row] = _bounds(choose, float(rows[row]), apex[row])
         if progress is not None:
             progress(part.stop, rows.size)
     limit = limit_of(robot, margin)
     admissible = np.isfinite(apex) & (peak < limit)
-    points = _fixed_points(robot, rows, columns, apex, limit, longest, back_end.name)
+    points = _fixed_points(partial(_hop, robot, limit, how), rows, columns, apex)
     lowest, u_lowest, highest, u_highest, hold = bounds
     return Reachability(
         robot, rows, columns, margin, apex, admissible, lowest, u_lowest, highest, u_highest, hold, points
@@ -217,26 +340,23 @@ def _velocity(robot: Robot, height: float) -> float:
     return -math.sqrt(2.0 * robot.g * (height - home_of(robot)) * (1.0 - robot.impact_loss))
 
 
-def _bounds(
-    robot: Robot, start: records.LegState, height: float, apex: Array, margin: float, horizon: float, backend: str
-) -> tuple[float, float, float, float, float]:
+def _bounds(choose: Callable[..., Command], height: float, apex: Array) -> tuple[float, float, float, float, float]:
     """lowest and its current, highest and its current, the current that holds the height."""
-    ask: dict[str, Any] = {"stop_margin": margin, "horizon": horizon, "backend": backend}
-    low = choose_current(robot, x1=start.x1, v2=start.v2, h_des=0.0, **ask)
+    low = choose(h_des=0.0)
     if low.status == "no_takeoff":
         return math.nan, math.nan, math.nan, math.nan, math.nan
     far = 1.0 + 2.0 * float(np.nanmax(np.append(apex, low.apex)))
-    high = choose_current(robot, x1=start.x1, v2=start.v2, h_des=far, **ask)
-    hold = choose_current(robot, x1=start.x1, v2=start.v2, h_des=height, **ask)
+    high, hold = choose(h_des=far), choose(h_des=height)
     return low.apex, low.u, high.apex, high.u, hold.u if hold.status == "reached" else math.nan
 
 
 # ---- fixed points ----
 
 
-def _fixed_points(
-    robot: Robot, heights: Array, currents: Array, apex: Array, limit: float, horizon: float, backend: str
-) -> tuple[FixedPoint, ...]:
+_Hop = Callable[[float, float], tuple[float, list[FixedPoint]]]
+
+
+def _fixed_points(hop: _Hop, heights: Array, currents: Array, apex: Array) -> tuple[FixedPoint, ...]:
     gain = apex - heights[:, np.newaxis]
     found: list[FixedPoint] = []
     for column, u in enumerate(currents.tolist()):
@@ -244,21 +364,20 @@ def _fixed_points(
         changes = (signs[:-1] != signs[1:]) & (signs[:-1] != 0.0) & np.isfinite(signs[:-1] + signs[1:])
         for row in np.flatnonzero(changes):
             (low, high), (at_low, at_high) = heights[row : row + 2].tolist(), gain[row : row + 2, column].tolist()
-            found += _fixed_point(robot, u, (low, at_low, high, at_high), limit, horizon, backend)
+            found += _fixed_point(partial(hop, u), low, at_low, high, at_high)
         for row in np.flatnonzero(signs == 0.0):
-            found += _at(robot, u, float(heights[row]), limit, horizon, backend)[1]
+            found += hop(u, float(heights[row]))[1]
     return tuple(found)
 
 
 def _fixed_point(
-    robot: Robot, u: float, bracket: tuple[float, float, float, float], limit: float, horizon: float, backend: str
+    hop: Callable[[float], tuple[float, list[FixedPoint]]], low: float, at_low: float, high: float, at_high: float
 ) -> list[FixedPoint]:
     """The fixed point in a bracket, by the slope kept inside it; none where it closes on a jump."""
-    low, at_low, high, at_high = bracket
     height = low + (high - low) * at_low / (at_low - at_high)
     gain, points = at_low, list[FixedPoint]()
     for n in range(100):
-        gain, points = _at(robot, u, height, limit, horizon, backend)
+        gain, points = hop(height)
         if not abs(gain) > 4e-16 * height or not low < height < high:
             break
         low, high = (height, high) if (gain > 0.0) == (at_low > 0.0) else (low, height)
@@ -270,14 +389,86 @@ def _fixed_point(
     return points if points and abs(gain) <= _CLOSED else []
 
 
-def _at(
-    robot: Robot, u: float, height: float, limit: float, horizon: float, backend: str
-) -> tuple[float, list[FixedPoint]]:
-    """Height gained by a hop, and the fixed point there; NaN and none without take-off."""
+def _hop(robot: Robot, limit: float, how: dict[str, Any], u: float, height: float) -> tuple[float, list[FixedPoint]]:
+    """Height gained by a hop under a current, and the fixed point there; NaN and none without take-off."""
     v2 = _velocity(robot, height)
-    stance = solve_stance(robot, x1=home_of(robot), v2=v2, u=u, horizon=horizon, backend=backend)
+    stance = solve_stance(robot, x1=home_of(robot), v2=v2, u=u, **how)
     if stance.takeoff is None:
         return math.nan, []
     slope = float(stance.sensitivities["apex", "v2"]) * robot.g * (1.0 - robot.impact_loss) / v2
     peak = max(stance.end.x1, *(phase.state.x1 for phase in stance.phases))
     return stance.apex - height, [FixedPoint(u, height, slope, bool(peak < limit))]
+
+
+# ---- the controller as the paper prints it ----
+
+_TAKEOFF = 1
+MOST = 1_000_000
+"""Largest number of currents of a grid on either side of 0."""
+
+
+@dataclass(frozen=True)
+class PrintedCommand:
+    """u [A]; apex [m]: the hop height that follows in the model; objective [J]: J of (27); status: "found" or
+    "no_takeoff".
+
+    Without a take-off at any current of the grid u is 0, apex and objective are NaN.
+    """
+
+    u: float
+    apex: float
+    objective: float
+    status: str
+
+
+def choose_current_as_printed(
+    robot: Robot,
+    *,
+    v2: SupportsFloat,
+    h_des: SupportsFloat,
+    x1: SupportsFloat = 0.0,
+    v1: SupportsFloat = 0.0,
+    x2: SupportsFloat | None = None,
+    datum: SupportsFloat = 0.0,
+    grid: SupportsFloat = 0.01,
+    half: bool = True,
+    signed: bool = False,
+    spring_coordinate: bool = False,
+    horizon: SupportsFloat = 2.0,
+    backend: str | None = None,
+) -> PrintedCommand:
+    """The current of a grid, `grid` [A] apart over [-u_max, u_max], at which J of (27) is least; of equals the least
+    |u|.
+
+    half: the factor 1/2 of (26); signed: the step's sign in place of its absolute value; spring_coordinate: the terms
+    in x1 that (27) leaves out. The defaults are as printed. With half=False, signed=True, spring_coordinate=True J
+    vanishes where the apex is h_des, up to the grid. Inputs and errors otherwise as for `choose_current`; grid > 0.
+
+    >>> from hopform import load_robot, touchdown_velocity
+    >>> robot = load_robot("hopper_c")
+    >>> command = choose_current_as_printed(robot, v2=touchdown_velocity(robot, 0.20), h_des=0.20)
+    >>> round(command.u, 2), round(command.apex, 3)
+    (2.57, 0.186)
+    """
+    start = start_of(robot, x1, v1, x2, v2)
+    halved, with_sign = flag("half", half), flag("signed", signed)
+    with_spring = flag("spring_coordinate", spring_coordinate)
+    wanted, level, _, longest = checked_target(robot, h_des, datum, 0.0, horizon)
+    count = math.ceil(min(robot.u_max / positive("grid", grid, "A"), MOST + 1.0))
+    if count > MOST:
+        raise HopformError(f"grid must be >= {robot.u_max / MOST!r} A, u_max/{MOST}, got {shown(grid)}")
+    u = np.linspace(-robot.u_max, robot.u_max, 2 * count + 1)
+    u = u[np.argsort(np.abs(u), kind="stable")]
+    height = None if x2 is None else finite("x2", x2, "m")
+    batch = solve_stances(
+        robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=height, u=u, horizon=longest, backend=backend
+    )
+    lifts = np.flatnonzero(batch.status == _TAKEOFF)
+    if not lifts.size:
+        return PrintedCommand(0.0, math.nan, math.nan, "no_takeoff")
+    rise = (-level if with_sign else abs(level)) * (0.5 if halved else 1.0)
+    x1_end = np.asarray(batch.end.x1)[lifts]
+    objective = formulas.objective(robot.parameters, start, batch.aed[lifts], x1_end, wanted, rise, float(with_spring))
+    best = int(np.argmin(objective))
+    place = lifts[best]
+    return PrintedCommand(float(u[place]), float(batch.apex[place]) - level, float(objective[best]), "found")
