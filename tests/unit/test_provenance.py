@@ -160,6 +160,8 @@ def test_a_table_without_a_fitted_field_is_read_back():
     empty = Provenance((), (), (), (), (), (), "hopper_c", False)
     robot = dataclasses.replace(HOPPER, fit=empty)
     assert robot_from_toml(robot.to_toml()) == robot
+    with pytest.raises(hopform.HopformError, match="has no fit to draw from"):
+        robot.sample(3)
 
 
 @pytest.mark.parametrize("rows", ["[[1.0, 2.0], [2.0, 1.0]]", "[[1.0, 0.5], [0.0, 1.0]]", "[[-1.0, 0.0], [0.0, 1.0]]"])

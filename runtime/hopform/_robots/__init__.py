@@ -208,9 +208,9 @@ class Robot(CheckedRobot):
         """Robots drawn from the distribution of an identified robot's parameters; the same seed draws the same ones.
 
         A parameter that was changed after the fit keeps its value. count: at most `MOST_SAMPLES`. Raises HopformError
-        for a robot that was not identified.
+        for a robot that was not identified, or none of whose parameters were.
         """
-        if self.fit is None:
+        if self.fit is None or not self.fit.names:
             raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
         number = whole("count", count, 1, MOST_SAMPLES)
         draw = np.random.default_rng() if seed is None else seeded(seed)
