@@ -417,6 +417,7 @@ def expected_time(robot: Robot, start: LegState) -> Real:
     return type(start.v2)(max(fall - SETTLED_BEFORE, SHORTEST))
 
 
+@np.errstate(all="ignore")
 def solve_flight(
     robot: Robot,
     start: LegState,
