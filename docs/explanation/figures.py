@@ -121,8 +121,9 @@ def in_one_interval(u: float) -> tuple[Any, Any, Any, Any]:
     state = phase.state
     y = state.x1 - state.x2 + RINGING.L0 + RINGING.c
     leg = records.LegState(each(state.x1), each(state.v1), each(state.v2), each(y))
-    side = phases.Side(each(float(phase.mode_1)), each(float(phase.mode_2)))
-    numerator = phases.contact_numerator(plan.robot, phases.motion_of(plan, leg, each(phase.u), side))
+    side = np.array([each(float(phase.mode_1)), each(float(phase.mode_2))])
+    motion = phases.motion_of(phases.Phase(plan, leg, each(phase.u), side))
+    numerator = phases.contact_numerator(plan.robot, motion)
     poles = phases.poles_of(plan, side)
     half_period = float(np.pi / np.sqrt(poles.q - poles.p**2 / 4.0)[0])
     start = 0.143 - 0.475 * half_period

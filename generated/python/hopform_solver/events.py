@@ -8,23 +8,19 @@ The search goes from interval to interval, all lanes at once. In each, roots are
 first by the numbered rules of docs/explanation/certificate.md, under the names that they have in the C library.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, pair_at
-from hopform_solver.lanes import Array, Lanes, choose
-from hopform_solver.limits import EPS, NEVER, PREDICTION, ROOT_EPS, SMALLEST_EXPONENT, UNDERFLOW
+from hopform_solver.lanes import Array, Flags, Numbers, choose, take
+from hopform_solver.limits import EPS, NEVER, SMALLEST_EXPONENT, UNDERFLOW
 from hopform_solver.records import Basis, Numerator, Poles
 
-Flags = NDArray[np.bool_]
-Numbers = NDArray[np.intp]
-Curve: TypeAlias = Callable[[Numbers, Array], tuple[Array, Array]]
-"""Jets of functions of some lanes, from the propagator there, and their fourth derivatives, of either sign."""
+Curve: TypeAlias = Callable[[Numbers, Array, Array], Array]
+"""Jets of functions of some lanes at a time, with the propagator there, and below them their fourth derivatives."""
 
 SLOTS = 3
 SLOT = np.arange(SLOTS)[:, np.newaxis]
@@ -34,12 +30,6 @@ MOST_TRIES = 4 * SLOTS
 """A function may be located at a later root first, and so more than once."""
 MOST_INTERVALS = 100_000
 """Intervals that are certified, or cut, in a phase at most."""
-
-
-def only(where: Lanes, *arrays: Array) -> list[Array]:
-    """Arrays of some lanes, which are their last axis."""
-    places = where.nonzero()[0] if where.dtype == np.bool_ else where.view(np.intp)
-    return [array[..., places] for array in arrays]
 
 
 class Node(NamedTuple):
@@ -56,25 +46,23 @@ class Node(NamedTuple):
 
 
 class EventSet(NamedTuple):
-    """The event functions of each lane: H3, H2, H1 of each slot, its start, and the poles and their node in rows."""
+    """The event functions of each lane: H3, H2, H1 of each slot, its start, and the poles and their node in rows.
+
+    A fourth row of the numerator goes with the second integral of W.
+    """
 
     poles: Array
     node: Array
     numerator: Array
     start: Array
 
-    def only(self, lanes: Numbers) -> "EventSet":
-        return EventSet(*only(lanes, *self))
-
     def at(self, slots: Numbers | int, lanes: Numbers) -> "EventSet":
         """One function each, of those slots."""
-        return EventSet(
-            self.poles[:, lanes], self.node[:, lanes], self.numerator[:, slots, lanes], self.start[slots, lanes]
-        )
+        poles, node = take((self.poles, self.node), lanes)
+        return EventSet(poles, node, self.numerator[:, slots, lanes], self.start[slots, lanes])
 
 
-@dataclass
-class Interval:
+class Interval(NamedTuple):
     """An interval of each lane's search: its ends, the propagator at the second one, the jets of all functions at both,
     and which of them has its first root at the second one, NONE if none has. lane: the caller's number of each.
     """
@@ -89,15 +77,9 @@ class Interval:
     end: Array
     rounding: Array
     found: Numbers
-    count: Numbers
+    tries: Numbers
     is_quiet: Flags  # by rule 5: nothing is searched
     is_late: Flags  # its take-off has been sharpened, once at most
-
-    def only(self, lanes: Numbers) -> "Interval":
-        if lanes.size == self.lane.size:
-            return self
-        own: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "of"}
-        return Interval(of=self.of.only(lanes), **{name: part[..., lanes] for name, part in own.items()})
 
 
 def node_of(poles: Poles) -> Array:
@@ -107,18 +89,16 @@ def node_of(poles: Poles) -> Array:
     square = mean * mean - poles.q
     rings, root = square < 0.0, np.sqrt(np.abs(square))
     fast = mean + root
-    slow = choose(fast > 0.0, poles.q / choose(fast > 0.0, fast, 1.0), 0.0)
-    t = choose(poles.q > UNDERFLOW[poles.q.dtype], 2.984 / np.sqrt(np.maximum(poles.q, 1.0 / never)), never)
-    lasts = rings & (poles.a > 0.0) & (mean > poles.a)
+    slow = choose(fast > 0.0, poles.q / fast, 0.0)
     node = Node(
-        t,
-        choose(rings, np.pi / choose(rings, root, 1.0), never),
-        choose(lasts, 10.0 / choose(lasts, mean - poles.a, 1.0), never),
+        choose(poles.q > UNDERFLOW[poles.q.dtype], 2.984 / np.sqrt(poles.q), never),
+        choose(rings, np.pi / root, never),
+        choose(rings & (poles.a > 0.0) & (mean > poles.a), 10.0 / (mean - poles.a), never),
         choose(rings, poles.a, np.maximum(poles.a, fast)),
         choose(rings, 0.0, np.minimum(fast, np.maximum(poles.a, slow))),
         choose(rings, 0.0, np.minimum(poles.a, slow)),
     )
-    return np.array(node, dtype=t.dtype)
+    return np.array(node)
 
 
 # ---- the propagator and jets ----
@@ -146,10 +126,17 @@ def carried(poles: Array, propagator: Array, d: Array) -> Array:
 
 def jets_of(of: EventSet, propagator: Array) -> Array:
     """Value, rate, curvature and third derivative of event functions; the propagator's last axes are theirs."""
-    H3, H2, H1 = of.numerator
+    H3, H2, H1, *H0 = of.numerator
     jets = H3 * propagator[3:7] + H2 * propagator[2:6] + H1 * propagator[1:5]
+    for row in H0:
+        jets += row * propagator[:4]
     jets[0] += of.start
     return np.asarray(jets)
+
+
+def next_derivative(poles: Array, jets: Sequence[Array] | Array) -> Array:
+    """The derivative that follows the last three rows of jets, as the poles give it."""
+    return np.asarray(-(poles[3] * jets[-1] + poles[4] * jets[-2] + poles[5] * jets[-3]))
 
 
 def jets_at_start(of: EventSet) -> Array:
@@ -160,8 +147,8 @@ def jets_at_start(of: EventSet) -> Array:
 
 def rounding_of(of: EventSet, propagator: Array, t: Array, rate: Array) -> Array:
     """Bound of what rounding may have done to the value of event functions."""
-    terms = np.abs(of.numerator * propagator[3:0:-1])
-    return np.asarray(16.0 * EPS[t.dtype] * (np.abs(of.start) + terms[0] + terms[1] + terms[2] + t * np.abs(rate)))
+    terms = np.abs(of.numerator * propagator[3::-1][: len(of.numerator)]).sum(axis=0)
+    return np.asarray(16.0 * EPS[t.dtype] * (np.abs(of.start) + terms + t * np.abs(rate)))
 
 
 # ---- prediction ----
@@ -177,41 +164,10 @@ def rough_root(start: Array, end: Array, h: Array) -> Array:
     slope = choose(above, rise, 0.5 * h * h * start[2])
     end_slope = choose(above, end_rise, end_rise - end[0])
     falls = (slope < 0.0) & (end_slope < 0.0)
-    s = value / choose(value > 0.0, value - end[0], 1.0)
-    by_slopes = (1.0 - s) / choose(falls, slope, -1.0) - s / choose(falls, end_slope, -1.0)
+    s = value / (value - end[0])
+    by_slopes = (1.0 - s) / slope - s / end_slope
     cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (end[0] - value) * by_slopes)
     return choose(value > 0.0, choose(falls & (cubic > 0.0) & (cubic < 1.0), cubic, s), 0.75)
-
-
-def refined_root(start: Array, end: Array, h: Array, x: Array) -> Array:
-    """A root, from a guess, of the polynomial of degree 7 through the jets at both ends: by Halley's steps.
-
-    With x from 0 to 1 it is c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2 + s3 (x - 1)^3). It
-    guesses, too: no bound rests on it.
-    """
-    hh = 0.5 * h * h
-    hhh = (1.0 / 3.0) * h * hh
-    c0, c1, c2, c3 = start[0], h * start[1], hh * start[2], hhh * start[3]
-    r0 = end[0] - (c0 + c1 + c2 + c3)
-    s1 = h * end[1] - (c1 + 2.0 * c2 + 3.0 * c3) - 4.0 * r0
-    s2 = hh * end[2] - (c2 + 3.0 * c3) - 4.0 * s1 - 6.0 * r0
-    s3 = hhh * end[3] - c3 - 4.0 * s2 - 6.0 * s1 - 4.0 * r0
-    going = np.ones(x.shape, dtype=bool)
-    for _ in range(3):
-        y = x - 1.0
-        tail = r0 + y * (s1 + y * (s2 + y * s3))
-        tail_1 = s1 + y * (2.0 * s2 + y * 3.0 * s3)
-        tail_2 = s2 + 3.0 * y * s3
-        value = c0 + x * (c1 + x * (c2 + x * (c3 + x * tail)))
-        slope = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * tail + x * tail_1)))
-        bend = c2 + x * (3.0 * c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * tail_2)))
-        below = slope * slope - value * bend
-        step = choose(below > 0.0, value * slope / choose(below > 0.0, below, 1.0), 0.0)
-        x = choose(going & (x - step > 0.0) & (x - step < 1.0), x - step, x)
-        going &= ~(np.abs(step) < PREDICTION[x.dtype])
-        if not going.any():
-            break
-    return x
 
 
 # ---- steps towards roots ----
@@ -219,26 +175,25 @@ def refined_root(start: Array, end: Array, h: Array, x: Array) -> Array:
 
 def step_to_root(jet: Array) -> Array:
     """Householder's step of third order towards a root."""
-    value, rate, curvature, third = jet
+    value, rate, curvature, third = jet[:4]
     square = rate * rate
     below = 6.0 * square * rate - 6.0 * value * rate * curvature + value * value * third
-    usable = np.abs(below) > 0.0
-    step = value * (6.0 * square - 3.0 * value * curvature) / choose(usable, below, 1.0)
-    return choose(usable, step, NEVER[step.dtype])
+    step = value * (6.0 * square - 3.0 * value * curvature) / below
+    return choose(np.abs(below) > 0.0, step, NEVER[step.dtype])
 
 
-def step_converges(poles: Array, jet: Array, fourth: Array, t: Array, step: Array) -> Flags:
+def step_converges(poles: Array, jet: Array, t: Array, step: Array) -> Flags:
     """True where Householder's step lands on the root to rounding, and the propagator can be carried there.
 
     Its error is of the fourth order in the step: products of the derivatives up to the fourth. What a Taylor series of
     the fourth order leaves out over the step is of the fifth order in d/t and in r d, r above all poles.
     """
-    value, rate, curvature, third = jet
+    value, rate, curvature, third, fourth = jet
     per_rate = np.abs(step) / choose(np.abs(rate) > 0.0, np.abs(rate), 1.0)
     bend = per_rate * np.abs(curvature)
     twist = per_rate * np.abs(step * third)
     error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * np.abs(step * step * fourth)
-    share = choose(t > 0.0, step / choose(t > 0.0, t, 1.0), 1.0)
+    share = choose(t > 0.0, step / t, 1.0)
     near = step * step * (poles[3] * poles[3] + poles[4]) + share * share
     eps = EPS[t.dtype]
     return np.asarray(
@@ -260,18 +215,18 @@ def root_between(
     for n in range(100):
         t = choose((t > low) & (t < high), t, low + 0.5 * (high - low))
         if not (going := (t > low) & (t < high)).all():
-            lanes, (low, high, t) = lanes[going], only(going, low, high, t)
+            lanes, low, high, t = take((lanes, low, high, t), going)
         if not lanes.size:
             break
-        own = poles[:, lanes]
+        own = poles.take(lanes, -1)
         there = propagator_at(own, t)
-        jet, fourth = curve(lanes, there)
+        jet = curve(lanes, t, there)
         value, rate = jet[:2]
         arrives = np.abs(value) <= eps * t * np.abs(rate)
         step = step_to_root(jet)
         new: Array = t - step
         low, high = choose(value > 0.0, t, low), choose(value < 0.0, t, high)
-        lands = ~arrives & (new > low) & (new < high) & step_converges(own, jet, fourth, t, step)
+        lands = ~arrives & (new > low) & (new < high) & step_converges(own, jet, t, step)
         known = arrives | (value < 0.0)
         root[lanes[known]], propagator[:, lanes[known]] = t[known], there[:, known]
         if lands.any():
@@ -279,20 +234,37 @@ def root_between(
             root[where] = new[lands]
             propagator[:, where] = carried(own[:, lands], there[:, lands], new[lands] - t[lands])
         going = ~arrives & ~lands
-        lanes, (low, high, new) = lanes[going], only(going, low, high, new)
+        lanes, low, high, new = take((lanes, low, high, new), going)
         t = low if n > 8 and n % 2 == 1 else new
     return root, propagator
 
 
 def curve_of(of: EventSet) -> Curve:
-    """Jets of event functions, and their fourth derivatives but for the sign, which the poles give."""
+    """Jets of event functions, with their fourth derivatives."""
 
-    def curve(lanes: Numbers, propagator: Array) -> tuple[Array, Array]:
-        jet = jets_of(of.only(lanes), propagator)
-        s_1, s_2, s_3 = of.poles[3:, lanes]
-        return jet, s_1 * jet[3] + s_2 * jet[2] + s_3 * jet[1]
+    def curve(lanes: Numbers, _: Array, propagator: Array) -> Array:
+        own = take(of, lanes)
+        jet = jets_of(own, propagator)
+        return np.array([*jet, next_derivative(own.poles, jet) + own.numerator[3:].sum(axis=0)])
 
     return curve
+
+
+def turn_between(
+    of: EventSet, low: Array, start: Array, high: Array, end: Array, at_high: Array
+) -> tuple[Array, Array]:
+    """Where functions have their minimum between times, with their jets there, before which they fall and after which
+    they rise: the times, and the propagator there.
+    """
+
+    def curve(lanes: Numbers, _: Array, propagator: Array) -> Array:
+        own = take(of, lanes)
+        jet = [*jets_of(own, propagator)]
+        jet.append(next_derivative(own.poles, jet))
+        return -np.array([*jet[1:], next_derivative(own.poles, jet)])
+
+    guess = low + (high - low) * rough_root(-start[1:], -end[1:], high - low)
+    return root_between(of.poles, curve, low, high, at_high, guess)
 
 
 # ---- certificate ----
@@ -324,7 +296,7 @@ def has_no_root_by_pair(of: EventSet, propagator: Array, start: Array, end: Arra
     C = propagator[4] + a * propagator[3] + mu * R
     below = np.sqrt(ww * R * R + C * C) + C
     decided = below > 0.0  # else nothing is left of the pair
-    wt = ww * R / choose(decided, below, 1.0)  # w tan(w h/2)
+    wt = ww * R / below  # w tan(w h/2)
     falls, falls_then = start[1] < 0.0, end[1] < 0.0
     f_is_negative = start[2] - (wt - mu) * start[1] < 0.0
     f_is_negative_then = end[2] + (wt + mu) * end[1] < 0.0
@@ -365,22 +337,15 @@ def is_held_up_by_tangents(start: Array, end: Array, pole: Array, h: Array, boun
     rises = ~(start[2] + pole * start[1] < 0.0) & ~(end[2] + pole * end[1] < 0.0)
     last = choose(pole * h < 1.0, end[1] * (1.0 + pole * h), NEVER[h.dtype])
     steeper = last - start[1]
-    some = np.abs(steeper) > 0.0
-    cross = choose(some, (start[0] - end[0] + last * h) / choose(some, steeper, 1.0), h)
+    cross = choose(np.abs(steeper) > 0.0, (start[0] - end[0] + last * h) / steeper, h)
     return np.asarray(rises & (start[0] + start[1] * np.minimum(np.maximum(cross, 0.0), h) > bound))
 
 
 def quiet_time(of: EventSet, jet: Array, bound: Array) -> Array:
     """Rule 5: how long from jets on functions, for certain, have no root; NEVER if they have none at all."""
     rings = Node(*of.node).half_period < NEVER[bound.dtype]
-    if rings.all():
-        return _quiet_time_of_ringing(Poles(*of.poles), jet, bound)
-    if not rings.any():
-        return _quiet_time_of_decay(Node(*of.node), jet, bound)
-    quiet = np.empty_like(bound)
-    quiet[..., rings] = _quiet_time_of_ringing(Poles(*of.poles[:, rings]), jet[..., rings], bound[..., rings])
-    quiet[..., ~rings] = _quiet_time_of_decay(Node(*of.node[:, ~rings]), jet[..., ~rings], bound[..., ~rings])
-    return quiet
+    ringing = _quiet_time_of_ringing(Poles(*of.poles), jet, bound)
+    return ringing if rings.all() else choose(rings, ringing, _quiet_time_of_decay(Node(*of.node), jet, bound))
 
 
 def _quiet_time_of_ringing(poles: Poles, jet: Array, bound: Array) -> Array:
@@ -396,7 +361,7 @@ def _quiet_time_of_ringing(poles: Poles, jet: Array, bound: Array) -> Array:
     left = value - X - 1.001 * np.sqrt(X * X + wY * wY / (poles.q - mu * mu)) - bound
     falls = x < 0.0
     always = ~falls | (left * poles.a > -x)
-    quiet = choose(always, NEVER[bound.dtype], -left / choose(falls, x, -1.0))
+    quiet = choose(always, NEVER[bound.dtype], -left / x)
     return choose(left > 0.0, quiet, 0.0)
 
 
@@ -406,47 +371,24 @@ def _quiet_time_of_decay(node: Node, jet: Array, bound: Array) -> Array:
     """
     value, rate, curvature, third = jet
     l_1, l_2 = node.pole, node.second
-    some = l_1 * l_2 > 0.0
-    product = choose(some, l_1 * l_2, 1.0)
+    product = l_1 * l_2
     second = np.minimum(curvature + l_1 * rate, 0.0)
     falls = np.minimum(third + (l_1 + l_2) * curvature + product * rate, 0.0) / product
-    left = value + np.minimum(rate, 0.0) / choose(some, l_1, 1.0) + second / product - bound
+    left = value + np.minimum(rate, 0.0) / l_1 + second / product - bound
     always = ~(falls < 0.0) | (left * node.third > -falls)
-    quiet = choose(always, NEVER[bound.dtype], -left / choose(falls < 0.0, falls, -1.0))
-    return choose(some & (left > 0.0), quiet, 0.0)
+    quiet = choose(always, NEVER[bound.dtype], -left / falls)
+    return choose((product > 0.0) & (left > 0.0), quiet, 0.0)
 
 
-def minimum_between(of: EventSet, low: Array, start: Array, high: Array, end: Array) -> tuple[Array, Flags]:
-    """The minima of functions between times between which their rates become positive: the times, and which are below
-    zero. Ends early where g < 0 is found, or where g is known to stay above zero.
+def minimum_between(
+    of: EventSet, low: Array, start: Array, high: Array, end: Array, at_high: Array
+) -> tuple[Array, Flags]:
+    """Rule 4: the minima of functions between times between which their rates become positive: when, and which are
+    below zero.
     """
-    tolerance = 0.001 * ROOT_EPS[low.dtype]
-    turn = start[1] - end[1]
-    t: Array = low + (high - low) * choose(turn < 0.0, start[1] / choose(turn < 0.0, turn, 1.0), 0.5)
-    least, is_below = t.copy(), np.zeros(t.shape, dtype=bool)
-    lanes = np.arange(t.size)
-    for n in range(100):
-        inside = (t > low) & (t < high) & (n <= 8 or n % 2 == 1)
-        t = choose(inside, t, low + 0.5 * (high - low))
-        if not (going := (t > low) & (t < high)).all():
-            lanes, (low, high, t, start, end) = lanes[going], only(going, low, high, t, start, end)
-        if not lanes.size:
-            break
-        own = of.only(lanes)
-        there = propagator_at(own.poles, t)
-        jet = jets_of(own, there)
-        rounding = rounding_of(own, there, t, jet[1])
-        below = jet[0] < -rounding
-        least[lanes], is_below[lanes] = t, below
-        falls = jet[1] < 0.0  # a rate that has faded to 0 lies behind the minimum
-        low, start = choose(falls, t, low), choose(falls, jet, start)
-        high, end = choose(falls, high, t), choose(falls, end, jet)
-        bends = np.abs(jet[2]) > 0.0
-        step = choose(bends, jet[1] / choose(bends, jet[2], 1.0), NEVER[t.dtype])
-        known = below | (np.abs(step) <= tolerance * t)
-        known |= is_held_up_by_tangents(start, end, Node(*own.node).pole, high - low, rounding)
-        lanes, (low, high, t, start, end) = lanes[~known], only(~known, low, high, t - step, start, end)
-    return least, is_below
+    t, propagator = turn_between(of, low, start, high, end, at_high)
+    jet = jets_of(of, propagator)
+    return t, np.asarray(jet[0] < -rounding_of(of, propagator, t, jet[1]))
 
 
 # ---- the search ----
@@ -468,15 +410,15 @@ def first_interval(of: EventSet, limit: Array) -> Interval:
     """From the start of each phase to its node, or to its limit; a function that is below zero already when the phase
     begins is found there.
     """
-    start = jets_at_start(of)
+    start, size = jets_at_start(of), limit.size
     lost = (start[0] < 0.0) & (start[1] <= 0.0)
     np.maximum(start[0], 0.0, out=start[0])
-    low, none = np.zeros_like(limit), np.zeros(limit.shape, dtype=bool)
-    at_start = np.repeat(np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0], low.dtype)[:, np.newaxis], low.size, axis=1)
+    at_start = np.zeros((7, size), limit.dtype)
+    at_start[4] = 1.0
     return Interval(
-        np.arange(limit.size), of, limit, low, np.minimum(Node(*of.node).t, limit), at_start,
-        start, start, start[0], np.where(lost.any(axis=0), lost.argmax(axis=0), NONE),
-        np.zeros(limit.shape, dtype=np.intp), none, none.copy(),
+        np.arange(size), of, limit, np.zeros_like(limit), np.minimum(Node(*of.node).t, limit), at_start,
+        start, start.copy(), start[0].copy(), np.where(lost.any(axis=0), lost.argmax(axis=0), NONE),
+        np.zeros(size, np.intp), np.zeros(size, np.bool_), np.zeros(size, np.bool_),
     )  # fmt: skip
 
 
@@ -486,7 +428,7 @@ def begin_interval(on: Interval, lanes: Numbers) -> None:
     """
     if not lanes.size:
         return
-    start, low, limit, of = on.end[..., lanes], on.high[lanes], on.limit[lanes], on.of.only(lanes)
+    start, low, limit, of = take((on.end, on.high, on.limit, on.of), lanes)
     np.maximum(start[0], 0.0, out=start[0])
     node = Node(*of.node)
     quiet = quiet_time(of, start, 16.0 * EPS[low.dtype] * np.abs(of.start)).min(axis=0)
@@ -498,15 +440,11 @@ def begin_interval(on: Interval, lanes: Numbers) -> None:
     on.found[lanes], on.is_quiet[lanes], on.is_late[lanes] = NONE, is_quiet, False
 
 
-def look_there(on: Interval, lanes: Numbers | None = None) -> None:
+def look_there(on: Interval, lanes: Numbers) -> None:
     """The jets of all functions at the ends of intervals."""
-    if lanes is None:
-        on.end = jets_of(on.of, on.propagator[:, None])
-        on.rounding = rounding_of(on.of, on.propagator[:, None], on.high, on.end[1])
-    else:
-        of, propagator = on.of.only(lanes), on.propagator[:, None, lanes]
-        end = jets_of(of, propagator)
-        on.end[..., lanes], on.rounding[:, lanes] = end, rounding_of(of, propagator, on.high[lanes], end[1])
+    of, propagator = take(on.of, lanes), on.propagator.take(lanes, -1)[:, None]
+    on.end[..., lanes] = end = jets_of(of, propagator)
+    on.rounding[:, lanes] = rounding_of(of, propagator, on.high[lanes], end[1])
 
 
 def crossings(on: Interval, lanes: Numbers) -> tuple[Numbers, Numbers]:
@@ -530,7 +468,8 @@ def end_at_first_crossing(on: Interval, lanes: Numbers) -> Flags:
             break
         start, end, h = on.start[:, slot, lane], on.end[:, slot, lane], (on.high - on.low)[lane]
         share = np.full(on.rounding.shape, 2.0, h.dtype)
-        share[slot, lane] = refined_root(start, end, h, rough_root(start, end, h))
+        soon, rough = -step_to_root(start) / h, rough_root(start, end, h)
+        share[slot, lane] = choose((soon > 0.0) & (soon < 0.5 * rough), soon, rough)  # a fast pole's, at the start
         lanes = np.flatnonzero(share.min(axis=0) < 2.0)
         first = share[:, lanes].argmin(axis=0)
         of, low, high = on.of.at(first, lanes), on.low[lanes], on.high[lanes]
@@ -558,7 +497,7 @@ def uncertified(on: Interval, open_: Flags, d: Array, d_then: Array) -> tuple[Nu
     is_open |= ~(quiet_time(of, start, rounding) > h)
     some = np.flatnonzero(is_open & ~open_[slot, lane] & (Node(*of.node).half_period < NEVER[h.dtype]))
     if some.size:
-        of, start, end, where = of.only(some), start[:, some], end[:, some], lane[some]
+        of, start, end, where = take((of, start, end, lane), some)
         first = ~(on.low[where] > 0.0) & has_no_root_by_pair(of, on.propagator[:, where], start, end)
         ends_there = slot[some] == on.found[where]
         held = is_held_up_by_bernstein(of, start, end, h[some], ends_there, rounding[some])
@@ -566,33 +505,27 @@ def uncertified(on: Interval, open_: Flags, d: Array, d_then: Array) -> tuple[Nu
     return slot[is_open], lane[is_open]
 
 
-def cut_inside(on: Interval, slots: Numbers, lane: Numbers, d: Array, d_then: Array) -> Flags:
+def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Array) -> Flags:
     """A look inside the intervals of functions without certificate: true where there is a root, or still none, and the
     interval ends there.
     """
-    is_cut = np.zeros(on.low.shape, dtype=bool)
-    for slot in range(SLOTS):
-        lanes = lane[(slots == slot) & ~is_cut[lane]]
-        if not lanes.size:
-            continue
-        of, start, end = on.of.at(slot, lanes), on.start[:, slot, lanes], on.end[:, slot, lanes]
-        low, high, before, after = on.low[lanes], on.high[lanes], d[slot, lanes], d_then[slot, lanes]
-        h = high - low
-        # Where d has its root: the chord's, kept off the ends; a quarter of it where it has no two signs.
-        changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
-        share = choose(changes, before / choose(changes, before - after, 1.0), 0.25)
-        cut = low + np.minimum(np.maximum(share, 0.015625), 0.984375) * h
-        cuts = (cut > low) & (cut < high)  # else no number lies in between
-        dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)
-        cuts &= ~dips
-        if (deep := np.flatnonzero(dips)).size:
-            held = is_held_up_by_tangents(
-                start[:, deep], end[:, deep], Node(*of.node).pole[deep], h[deep], on.rounding[slot, lanes[deep]]
-            )
-            deep = deep[~held]
-            cut[deep], cuts[deep] = minimum_between(of.only(deep), low[deep], start[:, deep], high[deep], end[:, deep])
-        where = lanes[cuts]
-        on.high[where], on.found[where], is_cut[where] = cut[cuts], NONE, True
+    is_cut = np.zeros(on.low.shape, np.bool_)
+    if not lane.size:
+        return is_cut
+    of, start, end = on.of.at(slot, lane), on.start[:, slot, lane], on.end[:, slot, lane]
+    low, high, before, after = on.low[lane], on.high[lane], d[slot, lane], d_then[slot, lane]
+    h = high - low
+    # Where d has its root: the chord's, kept off the ends; a quarter of it where it has no two signs.
+    changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
+    cut = low + np.clip(choose(changes, before / (before - after), 0.25), 0.015625, 0.984375) * h
+    dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)
+    deep = dips & ~is_held_up_by_tangents(start, end, Node(*of.node).pole, h, on.rounding[slot, lane])
+    cuts = (cut > low) & (cut < high) & ~dips  # else no number lies in between
+    if deep.any():
+        at_high = on.propagator.take(lane, -1)
+        cut[deep], cuts[deep] = minimum_between(*take((of, low, start, high, end, at_high), deep))
+    on.found[lane[cuts]], is_cut[lane[cuts]] = NONE, True
+    np.minimum.at(on.high, lane[cuts], cut[cuts])
     return is_cut
 
 
@@ -609,10 +542,10 @@ def find_first_root(on: Interval) -> Flags:
     """End intervals at the first root in them, if they have one. True where that is certified; the others have been cut
     and are looked at again.
     """
-    on.propagator = propagator_at(on.of.poles, on.high)
-    look_there(on)
+    on.propagator[...] = propagator_at(on.of.poles, on.high)
+    look_there(on, np.arange(on.lane.size))
     searched = np.flatnonzero(~on.is_quiet)
-    on.count[searched] += 1
+    on.tries[searched] += 1
     open_ = end_at_first_crossing(on, searched)
     d, d_then = deflated(on, on.start, on.low), deflated(on, on.end, on.high)
     slot, lane = uncertified(on, open_, d, d_then)
@@ -624,17 +557,11 @@ def find_first_root(on: Interval) -> Flags:
 
 def give_up(on: Interval, ended: Flags) -> Flags:
     """Phases that have no certificate within the bound: they are found UNKNOWN from the start of their interval on."""
-    over = ~ended & ~on.is_quiet & (on.count >= MOST_INTERVALS)
+    over = ~ended & ~on.is_quiet & (on.tries >= MOST_INTERVALS)
     if over.any():
         on.high[over], on.found[over] = on.low[over], UNKNOWN
         on.propagator[:, over] = propagator_at(on.of.poles[:, over], on.low[over])
     return over
-
-
-def crosses_at_limit(at: Array, rounding: Array, limit: Array) -> Flags:
-    """Whether functions cross zero, and do not just touch it, at the time of the limit."""
-    eps = EPS[limit.dtype]
-    return np.asarray((at[0] < -8.0 * eps * limit * at[1]) & (at[1] * limit < -16.0 * rounding))
 
 
 # ---- closed forms, contacts ----
@@ -648,32 +575,20 @@ def time_to_rest(poles: Poles, v: Array, acc: Array) -> Array:
     zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
     """
     never = NEVER[v.dtype]
-    time = np.full_like(v, never)
     mean = 0.5 * poles.p
     discriminant = mean * mean - poles.q
-    root = np.sqrt(np.abs(discriminant))
-    rings, rests = discriminant < 0.0, ~(v > 0.0)
-    half_period = np.full_like(v, never)
-    half_period[rings] = np.pi / root[rings]
-    time[rests] = choose(acc > 0.0, half_period, choose(acc < 0.0, 0.0, never))[rests]
-    if (some := rings & ~rests).any():
-        w = root[some]
-        time[some] = np.arctan2(v[some], -(acc + mean * v)[some] / w) / w
-    if rings.all():
-        return time
+    rings, root = discriminant < 0.0, np.sqrt(np.abs(discriminant))
     fast = mean + root
-    back = -(acc + poles.q / choose(fast > 0.0, fast, 1.0) * v)  # what the slow decay alone would leave over
-    if (some := ~rings & ~rests & (back > 0.0)).any():
-        v_s, back_s, root_s = v[some], back[some], root[some]
-        x = 2.0 * root_s * (v_s / back_s)
-        near, found = x < 0.25, (x < 1.0) & (acc[some] + fast[some] * v_s < 0.0)
-        times = v_s / back_s
-        small, large = near & (x > 0.0), ~near & found
-        times[small] *= -np.log1p(-x[small]) / x[small]
-        left = -(acc + fast * v)[some][large]
-        times[large] = -np.log(left / back_s[large]) / (2.0 * root_s[large])
-        time[some] = choose(found, times, never)
-    return time
+    back = -(acc + choose(fast > 0.0, poles.q / fast, 0.0) * v)  # what the slow decay alone would leave over
+    ahead = v / back
+    x = 2.0 * root * ahead
+    soon = choose(x > 0.0, -np.log1p(-x) / x, 1.0) * ahead
+    later = -np.log(-(acc + fast * v) / back) / (2.0 * root)
+    vanishes = (back > 0.0) & (x < 1.0) & ((x < 0.25) | (acc + fast * v < 0.0))
+    of_decay = choose(vanishes, choose(x < 0.25, soon, later), never)
+    of_ringing = np.arctan2(v, -(acc + mean * v) / root) / root
+    at_rest = choose(acc > 0.0, choose(rings, np.pi / root, never), choose(acc < 0.0, np.zeros_like(v), never))
+    return choose(v > 0.0, choose(rings, of_ringing, of_decay), at_rest)
 
 
 def steady_state_correction(of: EventSet, settled: Array, basis: Basis, t: Array) -> Array:
@@ -692,5 +607,5 @@ def steady_state_correction(of: EventSet, settled: Array, basis: Basis, t: Array
     of_residual += (np.abs(H3) + np.abs(residual * poles.s_1)) * np.abs(basis.Wd)
     of_residual += choose(slow, np.abs(H2) + np.abs(by_2), 0.0) * np.abs(basis.W)
     better = (rate < 0.0) & (of_residual < 0.25 * of_rise) & (np.abs(value) <= 16.0 * eps * of_rise)
-    later = choose(better, -value / choose(better, rate, -1.0), 0.0)
+    later = choose(better, -value / rate, 0.0)
     return choose((np.abs(later) < 0.01 * t) & (np.abs(later) > 16.0 * eps * t), later, 0.0)

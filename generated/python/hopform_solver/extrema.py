@@ -2,25 +2,14 @@
 """Minima inside phases: of the contact force, for the controller; of -y, for the largest compression."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hopform_solver.events import (
-    EventSet,
-    Node,
-    jets_at_start,
-    jets_of,
-    node_of,
-    propagator_at,
-    refined_root,
-    root_between,
-    rough_root,
-)
+from hopform_solver.events import EventSet, Node, jets_at_start, jets_of, node_of, propagator_at, turn_between
 from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array, choose, take
+from hopform_solver.lanes import Array, Numbers, choose, take
 from hopform_solver.limits import EPS
-from hopform_solver.phases import arrive, motion_of, plan_lanes, poles_of
-from hopform_solver.records import LegState, Numerator, Poles
-from hopform_solver.stance import Solution, sides_of
+from hopform_solver.phases import arrive, motion_of, poles_of
+from hopform_solver.records import Basis, Numerator, Poles
+from hopform_solver.stance import Solution
 
 LOOKS = 32
 """How often at least a rate is evaluated within a phase in which it might vanish, evenly."""
@@ -29,13 +18,12 @@ HALVINGS = 24
 """How often the first of these parts is halved towards the start, where fast poles turn."""
 
 
-def rate_of(poles: Poles, numerator: Numerator, t: Array) -> Array:
-    """The rate at t of what leaves its initial value by a numerator."""
-    basis = basis_at(poles, t)
+def rate_of(numerator: Numerator, basis: Basis) -> Array:
+    """The rate of what leaves its initial value by a numerator."""
     return np.asarray(numerator.H3 * basis.Wdd + numerator.H2 * basis.Wd + numerator.H1 * basis.W)
 
 
-def minima(poles: Poles, numerator: Numerator, length: Array) -> tuple[NDArray[np.intp], Array]:
+def minima(poles: Poles, numerator: Numerator, length: Array) -> tuple[Numbers, Array]:
     """Which phases have a minimum inside, and when; a phase may have several.
 
     Between two times at which its rate has other signs lies one, by rule 2 of docs/explanation/certificate.md for the
@@ -55,7 +43,9 @@ def minima(poles: Poles, numerator: Numerator, length: Array) -> tuple[NDArray[n
     phase, low, high = _looks(poles, numerator, length, rest)
     found = np.append(one, phase)
     low, high = np.append(np.zeros_like(length[one]), low), np.append(length[one], high)
-    return found, _turn(of.only(found), low, high)
+    own = take(of, found)
+    at_low, at_high = propagator_at(own.poles, low), propagator_at(own.poles, high)
+    return found, turn_between(own, low, jets_of(own, at_low), high, jets_of(own, at_high), at_high)[0]
 
 
 def _most_turns(of: EventSet, start: Array, end: Array) -> Array:
@@ -68,9 +58,7 @@ def _most_turns(of: EventSet, start: Array, end: Array) -> Array:
     return np.where(decided, before - after + (d * d_then < 0.0), 3)
 
 
-def _looks(
-    poles: Poles, numerator: Numerator, length: Array, phases: NDArray[np.intp]
-) -> tuple[NDArray[np.intp], Array, Array]:
+def _looks(poles: Poles, numerator: Numerator, length: Array, phases: Numbers) -> tuple[Numbers, Array, Array]:
     """Between which of many times rates turn from falling to rising, phase by phase."""
     looks = np.clip(2.0 + 1.3 * np.sqrt(poles.q[phases]) * length[phases], LOOKS, MOST_LOOKS).astype(np.intp)
     count = looks + HALVINGS + 1
@@ -80,24 +68,9 @@ def _looks(
     share = choose(place > -HALVINGS, parts / looks[index], np.zeros(index.size))
     phase = phases[index]
     t = length[phase] * share.astype(length.dtype)
-    rate = rate_of(take(poles, phase), take(numerator, phase), t)
+    rate = rate_of(take(numerator, phase), basis_at(take(poles, phase), t))
     turns = np.flatnonzero((rate[:-1] < 0.0) & (rate[1:] >= 0.0) & (phase[:-1] == phase[1:]))
     return phase[turns], t[turns], t[turns + 1]
-
-
-def _turn(of: EventSet, low: Array, high: Array) -> Array:
-    """Where rates that are negative first vanish between two times."""
-
-    def falls(own: EventSet, propagator: Array) -> tuple[Array, Array]:
-        jet = jets_of(own, propagator)
-        s_1, s_2, s_3 = own.poles[3:]
-        fourth = -(s_1 * jet[3] + s_2 * jet[2] + s_3 * jet[1])
-        return -np.array([*jet[1:], fourth]), s_1 * fourth + s_2 * jet[3] + s_3 * jet[2]
-
-    h, at_high = high - low, propagator_at(of.poles, high)
-    before, after = falls(of, propagator_at(of.poles, low))[0], falls(of, at_high)[0]
-    guess = low + h * refined_root(before, after, h, rough_root(before, after, h))
-    return root_between(of.poles, lambda lanes, there: falls(of.only(lanes), there), low, high, at_high, guess)[0]
 
 
 def compressions(solution: Solution) -> Array:
@@ -109,19 +82,14 @@ def compressions(solution: Solution) -> Array:
     phases = solution.phases
     most: Array = np.maximum(solution.end.y.reshape(-1), 0.0)
     np.maximum.at(most, phases.lane, phases.y)
-    ends = np.append(phases.t[1:], most.dtype.type(0.0))
-    last = np.append(phases.lane[1:] != phases.lane[:-1], True)
-    ends[last] = solution.duration.reshape(-1)[phases.lane[last]]
-    side = sides_of(phases.mode, most.dtype)
-    index = np.flatnonzero((side.first != 0.0) & (side.first == side.second) & (ends > phases.t))
+    every, lengths = solution.phase(np.arange(phases.t.size)), solution.lengths
+    index = np.flatnonzero((every.side[0] != 0.0) & (every.side[0] == every.side[1]) & (lengths > 0.0))
     if not index.size:
         return most
-    lanes, some, side = phases.lane[index], take(phases, index), take(side, index)
-    plan, start = plan_lanes(solution.plan, lanes), LegState(some.x1, some.v1, some.v2, some.y)
-    motion = motion_of(plan, start, solution.u_values[lanes, some.step], side)
-    poles, extension = poles_of(plan, side), Numerator(-motion.H3_y, -motion.H2_y, -motion.H1_y)
-    found, t = minima(poles, extension, ends[index] - some.t)
-    basis = basis_at(take(poles, found), t)
-    there = arrive(take(start, found), take(motion, found), basis, take(side, found))
-    np.maximum.at(most, lanes[found], there.y)
+    phase = take(every, index)
+    motion, poles = motion_of(phase), poles_of(phase.plan, phase.side)
+    found, t = minima(poles, Numerator(*(-row for row in motion[6:9])), lengths[index])
+    motion, poles, phase = take((motion, poles, phase), found)
+    there = arrive(phase.start, motion, basis_at(poles, t), phase.side)
+    np.maximum.at(most, phases.lane[index[found]], there.y)
     return most

@@ -12,19 +12,17 @@ does not cancel and knows no pole configuration (Van Loan, "Computing integrals 
 An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hopform_solver import formulas
-from hopform_solver.lanes import Array, Record, choose, take
+from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
-from hopform_solver.linear import ONE, V1, V2, X, Y, doublings_of, system, transition
-from hopform_solver.phases import Plan, Side, motion_of, plan_lanes, state_in_phase
+from hopform_solver.linear import ONE, V1, V2, X, Y, columns_of, doublings_of, system, transition
+from hopform_solver.phases import Phase, drive_of, motion_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, LegState, Robot, RobotChange, StateChange
-from hopform_solver.stance import Phases, Solution, sides_of
+from hopform_solver.stance import Solution, locate
 
 ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed")
 """Time and state of the take-off, hop height of the apex, AED."""
@@ -34,49 +32,12 @@ COLUMNS = ("x1", "v1", "y", "v2", "u", *Robot._fields)
 
 TERMS = 24
 CHUNK = 4096
-"""Lanes that are computed at a time: the responses of a phase take 2 kB each."""
+"""Phases that are computed at a time: the responses of one take 2 kB."""
 _TAKEOFF = next(number for number, text in ENDINGS.items() if text == "takeoff")
 _EVENT = {text: number for number, text in EVENTS.items()}
 _BY = {name: number for number, name in enumerate(COLUMNS)}
 _SHARES = tuple((row, column) for row in (V1, V2) for column in (ONE, Y, V1, V2))
-
-
-@dataclass(frozen=True)
-class _Chains:
-    """The phases of the lanes that take off, end to end, with what each needs; `lane` counts those lanes alone."""
-
-    plan: Plan
-    phases: Phases
-    length: Array
-    u: Array
-    side: Side
-    first: NDArray[np.intp]
-    count: NDArray[np.int64]
-
-    @property
-    def states(self) -> LegState:
-        return LegState(self.phases.x1, self.phases.v1, self.phases.v2, self.phases.y)
-
-    def only(self, index: NDArray[Any]) -> tuple[Plan, LegState, Array, Side]:
-        """Plan, state at the start, current and mode of some phases."""
-        return plan_lanes(self.plan, index), take(self.states, index), self.u[index], take(self.side, index)
-
-
-def _chains_of(solution: Solution, lanes: NDArray[np.intp]) -> _Chains:
-    phases = take(solution.phases, np.isin(solution.phases.lane, lanes))
-    count = solution.phase_count.reshape(-1)[lanes]
-    first = np.cumsum(count) - count
-    ends = np.append(phases.t[1:], phases.t.dtype.type(0.0))
-    ends[first + count - 1] = solution.duration.reshape(-1)[lanes]
-    return _Chains(
-        plan_lanes(solution.plan, phases.lane),
-        phases,
-        ends - phases.t,
-        solution.u_values[phases.lane, phases.step],
-        sides_of(phases.mode, phases.t.dtype),
-        first,
-        count,
-    )
+_JUMPS = ("x1_hits_stop",), ("x1_reverses", "x1_sticks"), ("x2_reverses", "x2_sticks")
 
 
 def _short_response(m: Array, h: Array) -> Array:
@@ -95,21 +56,22 @@ def _short_response(m: Array, h: Array) -> Array:
     return total
 
 
-def _responses(plan: Plan, start: LegState, u: Array, side: Side, t: Array) -> tuple[Array, Array]:
+def _responses(phase: Phase, t: Array) -> tuple[Array, Array]:
     """Phi (n, 5, 5), and how z at the end answers to each share (n, 5, 8); that of a held mass has no answer."""
-    drive = formulas.drive_of(plan.robot, plan.rates, u, *side)
-    doublings = doublings_of(plan, side, t)
+    plan, start, _, side = phase
+    poles, drive = poles_of(plan, side), drive_of(phase)
+    doublings = doublings_of(poles, t)
     h = np.ldexp(t, -doublings)
-    shares = _short_response(system(plan, drive, side), h)
+    shares = _short_response(system(plan.rates, drive, side), h)
     for n in range(int(doublings.max(initial=0))):
         lanes = np.flatnonzero(doublings > n)
-        phi = transition(plan_lanes(plan, lanes), take(drive, lanes), take(side, lanes), h[lanes])[:, np.newaxis]
+        phi = transition(*take((plan.rates, poles, drive, side, h), lanes))[:, np.newaxis]
         shares[lanes] = phi @ shares[lanes] + shares[lanes] @ phi
         h[lanes] *= 2.0
-    z = np.stack([np.ones_like(t), np.zeros_like(t), start.y, start.v1, start.v2], axis=1)
-    moves = np.stack([side.first != 0.0] * 4 + [side.second != 0.0] * 4, axis=1)
-    by_share = np.where(moves[:, :, np.newaxis], (shares @ z[:, np.newaxis, :, np.newaxis])[..., 0], 0.0)
-    return transition(plan, drive, side, t), np.swapaxes(by_share, 1, 2)
+    by_share = (shares @ columns_of(start)[:, np.newaxis, :, np.newaxis])[..., 0]
+    moves = np.repeat(side.T != 0.0, len(_SHARES) // 2, axis=1)
+    by_share = np.where(moves[:, :, np.newaxis], by_share, 0.0)
+    return transition(plan.rates, poles, drive, side, t), np.swapaxes(by_share, 1, 2)
 
 
 def _robot_change(dtype: Any) -> RobotChange:
@@ -118,117 +80,112 @@ def _robot_change(dtype: Any) -> RobotChange:
     return RobotChange(*(unit[np.newaxis, _BY[name]] for name in Robot._fields))
 
 
-def _column(record: Record) -> Record:
+def _advance(phase: Phase, t: Array, change: Array) -> Array:
+    """Changes (n, 5, columns) at times t since phases began from those at their starts."""
+    if t.size > CHUNK:
+        parts = np.array_split(np.arange(t.size), t.size // CHUNK + 1)
+        return np.concatenate([_advance(take(phase, part), t[part], change[part]) for part in parts])
+    phi, by_share = _responses(phase, t)
+    by_u = np.eye(len(COLUMNS), dtype=t.dtype)[np.newaxis, _BY["u"]]
+    robot, u, side = _column(phase.plan.robot), phase.u[:, np.newaxis], phase.side[..., np.newaxis]
+    slopes = formulas.slopes_of(robot, u, side[0], side[1], _robot_change(t.dtype), by_u)
+    shape = t.size, len(COLUMNS)
+    of_share = np.stack([np.broadcast_to(np.asarray(slope, t.dtype), shape) for slope in slopes], axis=1)
+    return np.asarray(phi @ change + by_share @ of_share)
+
+
+def _column(record: Any) -> Any:
     """A record of lanes, to broadcast against columns."""
     return type(record)(*(field[:, np.newaxis] for field in record))
 
 
-def _advance(chains: _Chains, index: NDArray[np.intp], change: Array) -> Array:
-    """Changes (n, 5, columns) at the end of phases from those at their start."""
-    plan, start, u, side = chains.only(index)
-    phi, by_share = _responses(plan, start, u, side, chains.length[index])
-    dtype = change.dtype
-    by_u = np.eye(len(COLUMNS), dtype=dtype)[np.newaxis, _BY["u"]]
-    robot, at = _column(plan.robot), _column(side)
-    slopes = formulas.slopes_of(robot, u[:, np.newaxis], at.first, at.second, _robot_change(dtype), by_u)
-    shape = (index.size, len(COLUMNS))
-    of_share = np.stack([np.broadcast_to(np.asarray(slope, dtype=dtype), shape) for slope in slopes], axis=1)
-    return np.asarray(phi @ change + by_share @ of_share)
+def speeds_of(phase: Phase) -> Array:
+    """z' (n, 5) where phases start."""
+    motion = motion_of(phase)
+    return np.stack([phase.start.v1, motion.H3_1, motion.H3_2, motion.H3_y, np.zeros_like(phase.u)], axis=1)
 
 
-def _speeds(chains: _Chains, index: NDArray[np.intp], state: LegState) -> Array:
-    """z' (n, 5) in the modes and under the currents of phases, at states."""
-    plan, _, u, side = chains.only(index)
-    motion = motion_of(plan, state, u, side)
-    return np.stack([np.zeros_like(u), state.v1, motion.H3_y, motion.H3_1, motion.H3_2], axis=1)
+class Crossing(NamedTuple):
+    """Changes through events.
 
-
-def _is(event: NDArray[np.int8], *words: str) -> NDArray[np.bool_]:
-    return np.isin(event, [_EVENT[word] for word in words])
-
-
-def _pass(chains: _Chains, old: NDArray[np.intp], change: Array) -> Array:
-    """Changes right after the events between phases and the next ones; nothing jumps at a slip or a step of the
-    current.
+    hits: a stop is met. before, after: z' (n, rows). speed: at which what becomes 0 does so. late: how much later the
+    event comes (n, columns). change: right after it (n, rows, columns).
     """
-    now = old + 1
-    event = chains.phases.event[now]
-    hits = _is(event, "x1_hits_stop")
-    rests_1, rests_2 = _is(event, "x1_reverses", "x1_sticks"), _is(event, "x2_reverses", "x2_sticks")
-    lanes = np.flatnonzero(hits | rests_1 | rests_2)
-    if not lanes.size:
-        return change
-    old, now, hits = old[lanes], now[lanes], hits[lanes]
-    state = take(chains.states, now)
-    after = _speeds(chains, now, state)
-    plan, start, u, side = chains.only(old)
-    arriving = state_in_phase(plan, start, u, side, chains.length[old])
-    before = _speeds(chains, old, state._replace(v1=choose(hits, arriving.v1, state.v1)))
-    coordinate = np.where(hits, X, np.where(rests_1[lanes], V1, V2))
-    bound = np.zeros((lanes.size, len(COLUMNS)), dtype=change.dtype)
-    stop = np.where(side.first > 0.0, _BY["x1_max"], _BY["x1_min"])
-    bound[hits, stop[hits]] = 1.0
-    each = np.arange(lanes.size)
-    smooth = ~hits & (before == after).all(
-        axis=1
-    )  # without friction nothing jumps, however little of a velocity is left
-    before[smooth, coordinate[smooth]] = after[smooth, coordinate[smooth]] = 1.0
-    late = (bound - change[lanes, coordinate]) / before[each, coordinate, np.newaxis]
-    passed = change[lanes] + (before - after)[:, :, np.newaxis] * late[:, np.newaxis]
-    passed[each, coordinate] = bound - after[each, coordinate, np.newaxis] * late
+
+    hits: Flags
+    before: Array
+    after: Array
+    speed: Array
+    late: Array
+    change: Array
+
+
+def cross(solution: Solution, now: Numbers, v1: Array, change: Array, bound: Array, graze: float) -> Crossing:
+    """Changes right after the events that start phases `now`; nothing jumps at a slip or a step of the current.
+
+    v1: with which a stop is met. change: before the event (n, rows, columns). bound: the change of the stop (n,
+    columns). graze: how late what has no speed is.
+    """
+    event, old, new = solution.phases.event[now], solution.phase(now - 1), solution.phase(now)
+    hits, rests_1, rests_2 = (np.isin(event, [_EVENT[word] for word in words]) for words in _JUMPS)
+    each, row = np.arange(now.size), np.select([hits, rests_1, rests_2], [X, V1, V2], -1)
+    arriving = old._replace(start=new.start._replace(v1=choose(hits, v1, new.start.v1)))
+    before, after = (speeds_of(phase)[:, : change.shape[1]] for phase in (arriving, new))
+    # Without friction nothing jumps, however little of a velocity is left.
+    smooth = ~hits & (before == after).all(axis=1)
+    speed, speed_after = (choose(smooth, 1.0, speeds[each, row])[:, np.newaxis] for speeds in (before, after))
+    late = choose(speed != 0.0, (bound - change[each, row]) / speed, graze)
+    late = choose((row >= 0)[:, np.newaxis], late, 0.0)
+    passed = change + (before - after)[:, :, np.newaxis] * late[:, np.newaxis]
+    jumps = np.flatnonzero(row >= 0)
+    passed[jumps, row[jumps]] = (bound - speed_after * late)[jumps]
     passed[hits, V1] = -after[hits, V1, np.newaxis] * late[hits]
-    made = change.copy()
-    made[lanes] = passed
-    return made
+    return Crossing(hits, before, after, speed[:, 0], late, passed)
 
 
-def _begin(chains: _Chains, struck: NDArray[np.bool_]) -> Array:
+def _begin(solution: Solution, lanes: Numbers) -> Array:
     """Changes at the start: no velocity is left of a mass that is held, or that a stop took at once."""
-    dtype = chains.length.dtype
-    change = np.zeros((chains.first.size, 5, len(COLUMNS)), dtype=dtype)
+    side = solution.phase(solution.first[lanes]).side
+    change = np.zeros((lanes.size, 5, len(COLUMNS)), side.dtype)
     change[:, X, _BY["x1"]] = change[:, Y, _BY["y"]] = 1.0
-    change[:, V1, _BY["v1"]] = (chains.side.first[chains.first] != 0.0) & ~struck
-    change[:, V2, _BY["v2"]] = chains.side.second[chains.first] != 0.0
+    change[:, V1, _BY["v1"]] = (side[0] != 0.0) & ~(solution.start_loss.reshape(-1)[lanes] < 0.0)
+    change[:, V2, _BY["v2"]] = side[1] != 0.0
     return change
 
 
-def _finish(chains: _Chains, end: LegState, change: Array) -> Array:
+def _pass(solution: Solution, now: Numbers, lengths: Array, change: Array) -> Array:
+    """Changes right after the events between phases and the ones before, NaN where one grazes."""
+    old = solution.phase(now - 1)
+    event, (up, _) = solution.phases.event[now], old.side > 0.0
+    bound = np.zeros((now.size, len(COLUMNS)), change.dtype)
+    hits = np.flatnonzero(event == _EVENT["x1_hits_stop"])
+    bound[hits, np.where(up, _BY["x1_max"], _BY["x1_min"])[hits]] = 1.0
+    return cross(solution, now, state_in_phase(old, lengths).v1, change, bound, np.nan).change
+
+
+def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
     """The rows (n, 7, columns) from the changes at take-off, F = 0."""
-    dtype = change.dtype
-    last = chains.first + chains.count - 1
-    speed = _speeds(chains, last, end)[:, :, np.newaxis]
-    by = _robot_change(dtype)
-    robot = _column(take(chains.plan.robot, chains.first))
-    rows = (X, V1, V2, Y)
-    rate = formulas.contact_slope(robot, LegState(*(speed[:, row] for row in rows)))
-    at_rest = StateChange(*(change[:, row] for row in rows))
-    late = -formulas.contact_change(robot, _column(end), by, at_rest) / rate
-    d_x1, d_v1, d_v2, d_y = (change[:, row] + speed[:, row] * late for row in rows)
+    start = solution.phase(solution.first[lanes])
+    last = solution.phase(solution.first[lanes] + solution.phase_count.reshape(-1)[lanes] - 1)
+    end = LegState(*(field.reshape(-1)[lanes] for field in solution.end))
+    speed = speeds_of(last._replace(start=end))[:, :ONE, np.newaxis]
+    by, unit = _robot_change(change.dtype), np.eye(len(COLUMNS), dtype=change.dtype)
+    robot, begin, end = (_column(record) for record in (start.plan.robot, start.start, end))
+    rate = formulas.contact_slope(robot, LegState(*np.moveaxis(speed, 1, 0)))
+    at_rest = StateChange(*np.moveaxis(change[:, :ONE], 1, 0))
+    late = -formulas.contact_change(robot, end, by, at_rest) / rate
+    at_end = StateChange(*np.moveaxis(change[:, :ONE] + speed * late[:, np.newaxis], 1, 0))
     if CONTACT_IS_COMPRESSION:
-        d_y = np.zeros_like(d_x1)
-    unit = np.eye(len(COLUMNS), dtype=dtype)
+        at_end = at_end._replace(d_y=np.zeros_like(late))
     at_start = StateChange(*(unit[np.newaxis, _BY[name]] for name in LegState._fields))
-    start, end = _column(take(chains.states, chains.first)), _column(end)
-    at_end = StateChange(d_x1, d_v1, d_v2, d_y)
-    before = formulas.body_energy_change(robot, start, by, at_start)
+    before = formulas.body_energy_change(robot, begin, by, at_start)
     aed = formulas.body_energy_change(robot, end, by, at_end) - before
+    d_x1, d_v1, d_v2, d_y = at_end
     apex = formulas.apex_change(robot, np.maximum(end.v2, 0.0), by, d_x1, d_y, d_v2)
     return np.stack([late, d_x1, d_v1, d_x1 - d_y + by.d_L0 + by.d_c, d_v2, apex, aed], axis=1)
 
 
-def _of_lanes(solution: Solution, lanes: NDArray[np.intp]) -> Array:
-    """The matrices (n, 7, columns) of lanes that take off."""
-    chains = _chains_of(solution, lanes)
-    change = _begin(chains, solution.start_loss.reshape(-1)[lanes] < 0.0)
-    for n in range(int(chains.count.max(initial=0))):
-        going = np.flatnonzero(chains.count > n)
-        change[going] = _advance(chains, chains.first[going] + n, change[going])
-        on = np.flatnonzero(chains.count > n + 1)
-        change[on] = _pass(chains, chains.first[on] + n, change[on])
-    end = LegState(*(np.asarray(field).reshape(-1)[lanes] for field in solution.end))
-    return _finish(chains, end, change)
-
-
+@np.errstate(all="ignore")
 def sensitivities_of(solution: Solution) -> Array:
     """Derivatives of solved stances through their events, in the solution's shape with two more axes, ROWS and COLUMNS.
 
@@ -236,56 +193,35 @@ def sensitivities_of(solution: Solution) -> Array:
     where x_2 is given, y = x_1 - x_2 + L0 + c passes it on to them. An actuator that starts on a stop stays where it
     starts (x1) until it leaves; x1_min, x1_max count where a stop is met later.
     """
-    ending = solution.ending.reshape(-1)
-    matrix = np.full((ending.size, len(ROWS), len(COLUMNS)), np.nan, dtype=solution.duration.dtype)
-    lifts = np.flatnonzero(ending == _TAKEOFF)
-    with np.errstate(all="ignore"):
-        for begin in range(0, lifts.size, CHUNK):
-            lanes = lifts[begin : begin + CHUNK]
-            matrix[lanes] = _of_lanes(solution, lanes)
-    exists = np.isfinite(matrix[:, : ROWS.index("apex")]).all(axis=(1, 2))
-    matrix[~exists] = np.nan
-    matrix[~np.isfinite(matrix[:, ROWS.index("apex")]).all(axis=1), ROWS.index("apex")] = np.nan
+    ending, counts = solution.ending.reshape(-1), solution.phase_count.reshape(-1)
+    matrix = np.full((ending.size, len(ROWS), len(COLUMNS)), np.nan, solution.duration.dtype)
+    lanes, lengths = np.flatnonzero(ending == _TAKEOFF), solution.lengths
+    change, first, count = _begin(solution, lanes), solution.first[lanes], counts[lanes]
+    for n in range(int(count.max(initial=0))):
+        going = np.flatnonzero(count > n)
+        index = first[going] + n
+        if n:
+            change[going] = _pass(solution, index, lengths[index - 1], change[going])
+        change[going] = _advance(solution.phase(index), lengths[index], change[going])
+    matrix[lanes] = _finish(solution, lanes, change)
+    apex = ROWS.index("apex")
+    matrix[~np.isfinite(matrix[:, :apex]).all(axis=(1, 2))] = np.nan
+    matrix[~np.isfinite(matrix[:, apex]).all(axis=1), apex] = np.nan
     return matrix.reshape(*solution.shape, len(ROWS), len(COLUMNS))
 
 
-def _between(chains: _Chains, n: int, t: Array) -> _Chains:
-    """Pieces of one phase from its start or a time to the next time, each a phase of its own."""
-    index = np.full(t.size, n)
-    begin = np.concatenate([chains.phases.t[n : n + 1], t[:-1]])
-    plan, start, u, side = chains.only(index)
-    at = state_in_phase(plan, start, u, side, begin - chains.phases.t[n])
-    at = LegState(*(np.where(begin > chains.phases.t[n], later, now) for later, now in zip(at, start, strict=True)))
-    phases = take(chains.phases, index)._replace(t=begin, x1=at.x1, v1=at.v1, v2=at.v2, y=at.y)
-    one = np.zeros(1, dtype=np.intp)
-    return _Chains(plan, phases, t - begin, u, side, one, np.full(1, t.size, dtype=np.int64))
-
-
+@np.errstate(all="ignore")
 def tangents_of(solution: Solution, times: Array) -> Array:
-    """Derivatives (times, 4, columns) of the states x_1, v_1, v_2, y of one solved stance at times that do not
-    decrease.
+    """Derivatives (times, 4, columns) of the states x_1, v_1, v_2, y of one solved stance at times.
 
     Through the events before each time; where an event grazes, those of a motion that does not notice it.
     """
-    chains = _chains_of(solution, np.zeros(1, dtype=np.intp))
-    change = _begin(chains, solution.start_loss.reshape(-1)[:1] < 0.0)
-    within = np.minimum(times, solution.duration.reshape(-1)[0])
-    found = np.zeros((times.size, 4, len(COLUMNS)), dtype=within.dtype)
-    rows = [X, V1, V2, Y]
-    with np.errstate(all="ignore"):
-        for n in range(int(chains.count[0])):
-            last = n + 1 == chains.count[0]
-            end = np.inf if last else chains.phases.t[n + 1]
-            here = np.flatnonzero((within >= chains.phases.t[n]) & (within < end))
-            stops = within[here] if last else np.append(within[here], end)
-            if not stops.size:
-                break
-            pieces = _between(chains, n, np.asarray(stops, dtype=within.dtype))
-            for piece in range(stops.size):
-                change = _advance(pieces, np.array([piece]), change)
-                if piece < here.size:
-                    found[here[piece]] = change[0, rows]
-            if not last:
-                passed = _pass(chains, np.array([n]), change)
-                change = np.where(np.isfinite(passed).all(), passed, change)
-    return found
+    lengths = solution.lengths
+    changes = [_begin(solution, np.zeros(1, np.intp))]
+    for n in range(1, lengths.size):
+        now = np.array([n])
+        change = _advance(solution.phase(now - 1), lengths[now - 1], changes[-1])
+        passed = _pass(solution, now, lengths[now - 1], change)
+        changes.append(np.where(np.isfinite(passed).all(), passed, change))
+    index, within = locate(solution, 0, times)
+    return _advance(solution.phase(index), within, np.concatenate(changes)[index])[:, :ONE]

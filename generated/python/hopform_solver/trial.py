@@ -7,7 +7,6 @@ acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau. E
 move to first order as if their time stood still. All currents at once, phase by phase.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,14 +15,14 @@ from numpy.typing import NDArray
 from hopform_solver import formulas
 from hopform_solver.extrema import minima, rate_of
 from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array, choose, put, take
+from hopform_solver.lanes import Array, Flags, Numbers, choose, put, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
-from hopform_solver.phases import Plan, Side, arrive, contact_numerator, motion_of, motion_under, plan_lanes, poles_of
-from hopform_solver.records import ENDINGS, EVENTS, Drive, LegState, Motion, Poles, Robot
-from hopform_solver.stance import Solution, sides_of, solve
+from hopform_solver.phases import Phase, arrive, contact_numerator, motion_of, motion_under, poles_of
+from hopform_solver.records import ENDINGS, Basis, Drive, LegState, Motion, Poles, Robot
+from hopform_solver.sensitivity import cross, speeds_of
+from hopform_solver.stance import Solution, solve
 
 _TAKEOFF = next(number for number, text in ENDINGS.items() if text == "takeoff")
-_EVENT = {text: number for number, text in EVENTS.items()}
 _PRIME = 1_000_003
 
 
@@ -43,211 +42,143 @@ class Trials(NamedTuple):
     least_contact: Array
     least_contact_u: Array
     events: NDArray[np.int64]
-    takes_off: NDArray[np.bool_]
-    held: NDArray[np.bool_]
-    smooth: NDArray[np.bool_]
+    takes_off: Flags
+    held: Flags
+    smooth: Flags
 
 
-@dataclass
-class _Phase:
-    """A phase of each of some lanes: where it starts, how it moves, how its change moves."""
+class _Moving(NamedTuple):
+    """A phase of each of some lanes, how it moves, and how its change by u moves."""
 
-    robot: Robot
+    phase: Phase
     poles: Poles
-    start: LegState
     motion: Motion
     change: LegState
     by_u: Motion
-    side: Side
-    length: Array
 
-    def at(self, t: Array) -> LegState:
-        return arrive(self.start, self.motion, basis_at(self.poles, t), self.side)
-
-    def change_at(self, t: Array) -> LegState:
-        return arrive(self.change, self.by_u, basis_at(self.poles, t), self.side)
-
-    def only(self, lanes: NDArray[np.intp]) -> "_Phase":
-        return _Phase(
-            take(self.robot, lanes), take(self.poles, lanes), take(self.start, lanes), take(self.motion, lanes),
-            take(self.change, lanes), take(self.by_u, lanes), take(self.side, lanes), self.length[lanes],
-        )  # fmt: skip
-
-    def contact_rate(self, t: Array) -> Array:
-        """Rate of the contact force over k."""
-        return rate_of(self.poles, contact_numerator(self.robot, self.motion), t)
+    def at(self, basis: Basis) -> tuple[LegState, LegState]:
+        """State and change."""
+        phase = self.phase
+        return arrive(phase.start, self.motion, basis, phase.side), arrive(self.change, self.by_u, basis, phase.side)
 
 
 def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_phases: int) -> Trials:
     """The stances from one state under currents u, an array of one dimension, in its precision."""
     solution = solve(robot, start, u, (0.0,), horizon, max_phases, u.dtype.type)
-    phases, count = solution.phases, solution.phase_count
-    first = np.cumsum(count) - count
-    plan, gravity = solution.plan, formulas.fall_of(solution.plan.robot)
-    trials = _blank(u)
-    trials.takes_off[:] = solution.ending == _TAKEOFF
-    trials.largest_x1[:] = phases.x1[first]
-    change = LegState(*(np.zeros_like(u) for _ in LegState._fields))
-    arrived = LegState(*(np.zeros_like(u) for _ in LegState._fields))
+    phases, count, first, lengths = solution.phases, solution.phase_count, solution.first, solution.lengths
+    zeros, yes = np.zeros((4, u.size), u.dtype), np.ones(u.shape, np.bool_)
+    trials = Trials(
+        u, zeros[0], zeros[1], phases.x1[first], zeros[2], np.full_like(u, np.inf), zeros[3],
+        np.zeros(u.shape, np.int64), solution.ending == _TAKEOFF, yes, yes.copy(),
+    )  # fmt: skip
+    change, arrived = (LegState(*np.zeros((4, u.size), u.dtype)) for _ in range(2))
     rate = np.zeros_like(u)
-    ends = np.append(phases.t[1:], u.dtype.type(0.0))
-    ends[first + count - 1] = solution.duration
     for n in range(int(count.max(initial=0))):
         lanes = np.flatnonzero(count > n)
         index = first[lanes] + n
-        side = sides_of(phases.mode[index], u.dtype)
-        states = LegState(phases.x1[index], phases.v1[index], phases.v2[index], phases.y[index])
-        trials.held[lanes] &= side.first == 0.0
+        phase, length = solution.phase(index), lengths[index]
+        trials.held[lanes] &= phase.side[0] == 0.0
         trials.events[lanes] = trials.events[lanes] * _PRIME + phases.mode[index] + 16 * phases.event[index]
         if n:
-            _cross(plan, solution, trials, change, (arrived, rate), lanes, index)
-        phase = _phase_of(
-            plan_lanes(plan, lanes), states, u[lanes], take(change, lanes), side, ends[index] - phases.t[index]
-        )
-        _find_minima(trials, lanes, phase)
-        put(arrived, lanes, phase.at(phase.length))
-        put(change, lanes, phase.change_at(phase.length))
-        rate[lanes] = phase.contact_rate(phase.length)
-    _lift(solution, trials, change, first + count - 1, gravity)
+            _cross(solution, trials, change, arrived.v1[lanes], rate[lanes], lanes, index)
+        moving = _moving(phase, take(change, lanes))
+        _find_minima(trials, lanes, moving, length)
+        basis = basis_at(moving.poles, length)
+        at_end = moving.at(basis)
+        put(arrived, lanes, at_end[0])
+        put(change, lanes, at_end[1])
+        rate[lanes] = rate_of(contact_numerator(phase.plan.robot, moving.motion), basis)
+    _lift(solution, trials, change, first + count - 1)
     return trials
 
 
-def _blank(u: Array) -> Trials:
-    zero, yes = np.zeros_like(u), np.ones(u.shape, dtype=bool)
-    return Trials(
-        u, zero.copy(), zero.copy(), zero.copy(), zero.copy(), np.full_like(u, np.inf), zero.copy(),
-        np.zeros(u.shape, np.int64), ~yes, yes.copy(), yes.copy(),
-    )  # fmt: skip
+def _moving(phase: Phase, change: LegState) -> _Moving:
+    per_ampere = Drive(phase.plan.rates.a1_u, np.zeros_like(phase.u))
+    by_u = motion_under(phase.plan.rates, per_ampere, change, phase.side)
+    return _Moving(phase, poles_of(phase.plan, phase.side), motion_of(phase), change, by_u)
 
 
-def _phase_of(plan: Plan, start: LegState, u: Array, change: LegState, side: Side, length: Array) -> _Phase:
-    zero = np.zeros_like(u)
-    per_ampere = Drive(plan.rates.a1_u, zero)
-    return _Phase(
-        plan.robot, poles_of(plan, side), start, motion_of(plan, start, u, side), change,
-        motion_under(plan.rates, per_ampere, change, side), side, length,
-    )  # fmt: skip
-
-
-def _note(value: Array, value_u: Array, lanes: NDArray[np.intp], found: Array, found_u: Array, sign: float) -> None:
+def _note(value: Array, value_u: Array, lanes: Numbers, found: Array, found_u: Array, sign: float) -> None:
     """Keep the larger (sign 1) or the smaller (sign -1) of what is known and what is found."""
     better = sign * (found - value[lanes]) > 0.0
     value[lanes[better]], value_u[lanes[better]] = found[better], found_u[better]
 
 
-def _find_minima(trials: Trials, lanes: NDArray[np.intp], phase: _Phase) -> None:
+def _find_minima(trials: Trials, lanes: Numbers, moving: _Moving, length: Array) -> None:
     """Minima of the contact force inside phases; y' keeps its sign unless both masses move in the same direction."""
-    same_way = (phase.side.first != 0.0) & (phase.side.first == phase.side.second)
-    may = np.flatnonzero(same_way | (not CONTACT_IS_COMPRESSION))
+    side = moving.phase.side
+    may = np.flatnonzero(((side[0] != 0.0) & (side[0] == side[1])) | (not CONTACT_IS_COMPRESSION))
     if not may.size:
         return
-    some = phase.only(may)
-    row, t = minima(some.poles, contact_numerator(some.robot, some.motion), some.length)
-    if not row.size:
-        return
-    found = some.only(row)
-    least = formulas.contact_of(found.robot, found.at(t))
-    least_u = formulas.contact_slope(found.robot, found.change_at(t))
+    some = take(moving, may)
+    row, t = minima(some.poles, contact_numerator(some.phase.plan.robot, some.motion), length[may])
+    found = take(some, row)
+    state, change = found.at(basis_at(found.poles, t))
+    least = formulas.contact_of(found.phase.plan.robot, state)
+    least_u = formulas.contact_slope(found.phase.plan.robot, change)
     for one in np.argsort(-least, kind="stable"):  # the least last; hardly any stance has two
-        here = slice(one, one + 1)
-        _note_minimum(trials, lanes[may[row[here]]], least[here], least_u[here])
-
-
-def _speeds(plan: Plan, state: LegState, u: Array, side: Side) -> LegState:
-    """x_1, v_1, v_2, y per time in modes, at states."""
-    motion = motion_of(plan, state, u, side)
-    return LegState(state.v1, motion.H3_1, motion.H3_2, motion.H3_y)
+        here, where = slice(one, one + 1), lanes[may[row[one : one + 1]]]
+        _note(trials.least_contact, trials.least_contact_u, where, least[here], least_u[here], -1.0)
 
 
 def _cross(
-    plan: Plan,
-    solution: Solution,
-    trials: Trials,
-    change: LegState,
-    before_event: tuple[LegState, Array],
-    lanes: NDArray[np.intp],
-    now: NDArray[np.intp],
+    solution: Solution, trials: Trials, change: LegState, v1: Array, rate: Array, lanes: Numbers, now: Numbers
 ) -> None:
     """Changes right after the events that start phases `now`, in place; extrema there.
 
-    before_event: the states in which they were met, and the rates of the contact force.
+    v1, rate: the velocity of the actuator and the rate of the contact force when they were met.
     """
-    arrived, rate = before_event
-    phases, event = solution.phases, solution.phases.event[now]
-    stops, rests_1 = event == _EVENT["x1_hits_stop"], np.isin(event, [_EVENT["x1_reverses"], _EVENT["x1_sticks"]])
-    rests_2 = np.isin(event, [_EVENT["x2_reverses"], _EVENT["x2_sticks"]])
-    u, plans, dtype = trials.u[lanes], plan_lanes(plan, lanes), rate.dtype
-    state = LegState(phases.x1[now], phases.v1[now], phases.v2[now], phases.y[now])
-    after = _speeds(plans, state, u, sides_of(phases.mode[now], dtype))
-    arriving = state._replace(v1=np.where(stops, arrived.v1[lanes], state.v1))
-    before = _speeds(plans, arriving, u, sides_of(phases.mode[now - 1], dtype))
-    moving = stops | rests_1 | rests_2
-    old = take(change, lanes)
-    speed = choose(stops, before.x1, choose(rests_1, before.v1, before.v2))
-    off = choose(stops, old.x1, choose(rests_1, old.v1, old.v2))
-    grazes = moving & (speed == 0.0)
-    late = np.zeros_like(off)
-    sound = moving & ~grazes
-    late[sound] = -off[sound] / speed[sound]
-    passed = LegState(*(c + (b - a) * late for c, b, a in zip(old, before, after, strict=True)))
-    new = LegState(
-        np.where(stops, -after.x1 * late, passed.x1),
-        np.where(stops | rests_1, -after.v1 * late, passed.v1),
-        np.where(rests_2, -after.v2 * late, passed.v2),
-        passed.y,
-    )
+    stack = np.array(take(change, lanes)).T[:, :, np.newaxis]
+    passed = cross(solution, now, v1, stack, np.zeros((now.size, 1), v1.dtype), 0.0)
+    new = LegState(*passed.change[..., 0].T)
     put(change, lanes, new)
-    trials.smooth[lanes] &= ~grazes
-    met = LegState(*(np.asarray(c + b * late) for c, b in zip(old, before, strict=True)))
-    hit = np.flatnonzero(sound & stops & (speed > 0.0))
-    _note_hit(trials, lanes[hit], take(arriving, hit), take(met, hit), take(plans.robot, hit))
+    trials.smooth[lanes] &= passed.speed != 0.0
+    phase, old_side = solution.phase(now), solution.phase(now - 1).side
+    robot, state = phase.plan.robot, phase.start
+    met, left = (
+        LegState(*(each[..., 0] + speeds * passed.late).T)
+        for each, speeds in ((stack, passed.before), (passed.change, passed.after))
+    )
+    hit = np.flatnonzero(passed.hits & (passed.speed > 0.0))
+    _note_hit(trials, lanes[hit], *take((state._replace(v1=v1), met, robot), hit))
     _note(trials.largest_x1, trials.largest_x1_u, lanes, state.x1, new.x1, 1.0)
     # Where both masses stand still, what they do before and after tells, and not what rounding leaves of their
     # velocities.
-    old_side, new_side = sides_of(phases.mode[now - 1], dtype), sides_of(phases.mode[now], dtype)
     stands = CONTACT_IS_COMPRESSION & (state.v1 == 0.0) & (state.v2 == 0.0)
-    jumps = (not CONTACT_IS_COMPRESSION) & stops
-    fell = np.where(stands, old_side.first < old_side.second, (rate[lanes] < 0.0) | jumps)
-    falls = np.where(stands, new_side.first < new_side.second, formulas.contact_slope(plans.robot, after) < 0.0)
+    jumps = (not CONTACT_IS_COMPRESSION) & passed.hits
+    after = formulas.contact_slope(robot, LegState(*passed.after.T))
+    fell = (stands & (old_side[0] < old_side[1])) | (~stands & ((rate < 0.0) | jumps))
+    falls = (stands & (phase.side[0] < phase.side[1])) | (~stands & (after < 0.0))
     turns = np.flatnonzero(fell & ~falls)
-    left = LegState(*(np.asarray(c + a * late) for c, a in zip(new, after, strict=True)))
-    least = formulas.contact_of(plans.robot, state)
-    _note_minimum(trials, lanes[turns], least[turns], formulas.contact_slope(plans.robot, left)[turns])
+    least, least_u = formulas.contact_of(robot, state)[turns], formulas.contact_slope(robot, left)[turns]
+    _note(trials.least_contact, trials.least_contact_u, lanes[turns], least, least_u, -1.0)
 
 
-def _note_minimum(trials: Trials, lanes: NDArray[np.intp], least: Array, least_u: Array) -> None:
-    _note(trials.least_contact, trials.least_contact_u, lanes, least, least_u, -1.0)
-
-
-def _note_hit(trials: Trials, lanes: NDArray[np.intp], at: LegState, met: LegState, robot: Robot) -> None:
+def _note_hit(trials: Trials, lanes: Numbers, at: LegState, met: LegState, robot: Robot) -> None:
     """Where the upper stop is hit: how far x_1 is from staying off it, as its velocity vanishes or the leg takes off
     before.
 
     The lesser of the contact force over k and of the height from which a mass falls as fast; met: the change of the
     state, whose time moves.
     """
-    height, contact = np.asarray(0.5 * at.v1 * at.v1 / formulas.fall_of(robot)), formulas.contact_of(robot, at)
-    slow = np.asarray(height < contact)
-    past_u = choose(slow, np.asarray(at.v1 * met.v1 / formulas.fall_of(robot)), formulas.contact_slope(robot, met))
-    past = choose(slow, height, contact)
-    _note(trials.largest_x1, trials.largest_x1_u, lanes, np.asarray(at.x1 + past), past_u, 1.0)
+    height, contact = 0.5 * at.v1 * at.v1 / formulas.fall_of(robot), formulas.contact_of(robot, at)
+    slow = height < contact
+    past_u = choose(slow, at.v1 * met.v1 / formulas.fall_of(robot), formulas.contact_slope(robot, met))
+    _note(trials.largest_x1, trials.largest_x1_u, lanes, at.x1 + choose(slow, height, contact), past_u, 1.0)
 
 
-def _lift(solution: Solution, trials: Trials, change: LegState, last: NDArray[np.intp], gravity: Array) -> None:
+def _lift(solution: Solution, trials: Trials, change: LegState, last: Numbers) -> None:
     """The apex and its change where a stance takes off; the last extremum of x_1."""
-    end = LegState(*(np.asarray(field) for field in solution.end))
-    side = sides_of(solution.phases.mode[last], trials.u.dtype)
-    speed = _speeds(solution.plan, end, trials.u, side)
-    off = trials.takes_off
-    robot = solution.plan.robot
+    end, off, robot = solution.end, trials.takes_off, solution.plan.robot
+    speed = LegState(*speeds_of(solution.phase(last)._replace(start=end)).T[:4])
     rate = formulas.contact_slope(robot, speed)
-    good = off & (rate != 0.0)
-    late = np.zeros_like(trials.u)
-    late[good] = -formulas.contact_slope(robot, change)[good] / rate[good]
-    x1_u, v2_u = change.x1 + speed.x1 * late, change.v2 + speed.v2 * late
-    y_u = np.zeros_like(x1_u) if CONTACT_IS_COMPRESSION else change.y + speed.y * late
-    trials.apex[off] = formulas.apex_of_takeoff(take(robot, off), end.x1[off], end.y[off], np.maximum(end.v2[off], 0.0))
-    trials.apex_u[off] = (x1_u - y_u + np.maximum(end.v2, 0.0) * v2_u / gravity)[off]
-    trials.smooth[off & ~good] = False
-    lanes = np.arange(trials.u.size)
-    _note(trials.largest_x1, trials.largest_x1_u, lanes, end.x1, choose(off, x1_u, np.asarray(change.x1)), 1.0)
+    late = choose(off & (rate != 0.0), -formulas.contact_slope(robot, change) / rate, 0.0)
+    x1_u, _, v2_u, y_u = (c + s * late for c, s in zip(change, speed, strict=True))
+    if CONTACT_IS_COMPRESSION:
+        y_u = np.zeros_like(x1_u)
+    v_up = np.maximum(end.v2, 0.0)
+    trials.apex[off] = formulas.apex_of_takeoff(robot, end.x1, end.y, v_up)[off]
+    trials.apex_u[off] = (x1_u - y_u + v_up * v2_u / formulas.fall_of(robot))[off]
+    trials.smooth[off & ~(rate != 0.0)] = False
+    every = np.arange(trials.u.size)
+    _note(trials.largest_x1, trials.largest_x1_u, every, end.x1, choose(off, x1_u, change.x1), 1.0)

@@ -7,13 +7,12 @@ All cells that are not done are split at once into many, from a grid on, as a wa
 however many there are: no step of this follows the order in which the C library goes.
 """
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hopform_solver.lanes import Array, take
+from hopform_solver.lanes import Array, Flags, Numbers, take
 from hopform_solver.lanes import choose as either
 from hopform_solver.limits import NEAR_WITHIN, REACHED_WITHIN
 from hopform_solver.records import COMMANDS, LegState, Robot
@@ -37,20 +36,18 @@ LEAN, BEND, KINK, DEPTH = 0.25, 0.03125, 0.5, 1.0
 """How far functions may be off what the ends foretell, as in the C library."""
 
 
-class Target(NamedTuple):
-    """What the controller is asked for: h_des [m], datum [m], stop_margin [m], horizon [s]."""
-
-    h_des: float
-    datum: float
-    stop_margin: float
-    horizon: float
+def pick(where: Flags, first: Trials, second: Trials) -> Trials:
+    """The trials of `first` where a condition holds, those of `second` elsewhere."""
+    return Trials(*(np.where(where, one, other) for one, other in zip(first, second, strict=True)))
 
 
 @dataclass
 class _Search:
     robot: Robot
     start: LegState
-    target: Target
+    wanted: float
+    stop_margin: float
+    horizon: float
     max_phases: int
     dtype: np.dtype[Any]
     solved: int = 0
@@ -58,32 +55,20 @@ class _Search:
     gap: float = np.inf  # of the best so far, inf while none is admissible
 
     def __post_init__(self) -> None:
-        eps = float(np.finfo(self.dtype).eps)
-        locked = not self.robot.x1_min < self.robot.x1_max
-        self.wanted = self.target.h_des + self.target.datum
-        self.limit = np.inf if locked else self.robot.x1_max - self.target.stop_margin - 16.0 * eps
+        self.eps = float(np.finfo(self.dtype).eps)
+        self.movable = self.robot.x1_min < self.robot.x1_max
+        self.limit = self.robot.x1_max - self.stop_margin - 16.0 * self.eps if self.movable else np.inf
         self.reach, self.near = REACHED_WITHIN[self.dtype], NEAR_WITHIN[self.dtype]
-        self.eps, self.movable = eps, not locked
 
-    @property
-    def reached(self) -> bool:
-        return abs(self.gap) <= self.reach
-
-    @property
-    def worth(self) -> float:
-        """A gap that is worth looking for: smaller than this."""
-        return max(abs(self.gap) - 2.0 * self.near, 0.0)
-
-    def admits(self, trials: Trials) -> NDArray[np.bool_]:
+    def admits(self, trials: Trials) -> Flags:
         return np.asarray(trials.takes_off & (trials.largest_x1 < self.limit))
 
     def attempt(self, u: Array) -> Trials:
-        trials = try_currents(self.robot, self.start, u.astype(self.dtype), self.target.horizon, self.max_phases)
+        trials = try_currents(self.robot, self.start, u.astype(self.dtype), self.horizon, self.max_phases)
         self.solved += u.size
         lanes = np.flatnonzero(self.admits(trials))
         if lanes.size:
-            gap = trials.apex[lanes] - self.dtype.type(self.wanted)
-            score = np.maximum(np.abs(gap), self.reach)
+            score = np.maximum(np.abs(trials.apex[lanes] - self.dtype.type(self.wanted)), self.reach)
             best = lanes[np.lexsort((np.abs(trials.u[lanes]), score))[0]]
             new = float(trials.apex[best]) - self.wanted
             key = max(abs(new), self.reach), abs(float(trials.u[best]))
@@ -92,45 +77,34 @@ class _Search:
         return trials
 
 
-class _Curve(NamedTuple):
-    """Functions of u on cells: values and slopes at both ends, and whether they are smooth in between."""
+@dataclass
+class _Curve:
+    """Functions of u on cells: values and slopes at both ends, and whether they are smooth in between.
+
+    spread: how much the slopes differ from the chord's. lean: their sum less twice the chord's, 0 for a parabola.
+    doubt: how far a slope may be off that of the cubic which the ends determine.
+    """
 
     from_: Array
     from_rate: Array
     to: Array
     to_rate: Array
     width: Array
-    smooth: NDArray[np.bool_]
+    smooth: Flags
+
+    def __post_init__(self) -> None:
+        self.chord: Array = (self.to - self.from_) / self.width
+        self.spread = np.abs(self.from_rate - self.chord) + np.abs(self.to_rate - self.chord)
+        self.lean: Array = self.from_rate + self.to_rate - 2.0 * self.chord
+        self.doubt: Array = LEAN * np.abs(self.lean) + BEND * self.spread
+        self.half: Array = self.from_rate + self.lean - self.chord
 
     @property
     def mirrored(self) -> "_Curve":
         return _Curve(-self.from_, -self.from_rate, -self.to, -self.to_rate, self.width, self.smooth)
 
     @property
-    def chord(self) -> Array:
-        return np.asarray((self.to - self.from_) / self.width)
-
-    @property
-    def spread(self) -> Array:
-        """How much the slopes differ from the chord's."""
-        return np.asarray(np.abs(self.from_rate - self.chord) + np.abs(self.to_rate - self.chord))
-
-    @property
-    def lean(self) -> Array:
-        """The slopes' sum less twice the chord's: 0 for a parabola."""
-        return np.asarray(self.from_rate + self.to_rate - 2.0 * self.chord)
-
-    @property
-    def doubt(self) -> Array:
-        """How far a slope may be off that of the cubic which the ends determine."""
-        return np.asarray(LEAN * np.abs(self.lean) + BEND * self.spread)
-
-    @property
-    def half(self) -> Array:
-        return np.asarray(self.from_rate + self.lean - self.chord)
-
-    @property
-    def rises(self) -> NDArray[np.bool_]:
+    def rises(self) -> Flags:
         lean, half, end = self.lean, self.half, np.minimum(self.from_rate, self.to_rate)
         turns = (lean > 0.0) & (half > 0.0) & (half < 3.0 * lean)
         inside = np.where(turns, np.minimum(end, self.from_rate - half * half / (3.0 * lean)), end)
@@ -138,7 +112,7 @@ class _Curve(NamedTuple):
         return np.where(self.smooth, inside > 4.0 * self.doubt, kinked)
 
     @property
-    def monotone(self) -> NDArray[np.bool_]:
+    def monotone(self) -> Flags:
         return np.asarray(self.rises | self.mirrored.rises)
 
     @property
@@ -189,43 +163,34 @@ class _Cells:
         self.width = self.to.u - self.from_.u
         self.smooth = (self.from_.events == self.to.events) & self.from_.smooth & self.to.smooth
 
-    def curve(self, from_: Array, from_u: Array, to: Array, to_u: Array) -> _Curve:
-        return _Curve(from_, from_u, to, to_u, self.width, self.smooth)
+    def curve(self, name: str, level: Any = 0.0) -> _Curve:
+        """What the trials say of a quantity, counted from a level."""
+        values, rates = ([getattr(end, of) for end in (self.from_, self.to)] for of in (name, f"{name}_u"))
+        return _Curve(values[0] - level, rates[0], values[1] - level, rates[1], self.width, self.smooth)
 
     @property
     def gap(self) -> _Curve:
         """The apex less what is wanted; an end that reaches it counts as being on the side of the other one."""
         wanted, reach = self.width.dtype.type(self.search.wanted), self.width.dtype.type(self.search.reach)
-        from_, to = self.from_.apex - wanted, self.to.apex - wanted
-        ends_at, starts_at = np.abs(to) <= reach, np.abs(from_) <= reach
-        shown_to = np.where(ends_at, np.where(from_ > 0.0, reach, -reach), to)
-        shown_from = np.where(starts_at & ~ends_at, np.where(to > 0.0, reach, -reach), from_)
-        return self.curve(shown_from, self.from_.apex_u, shown_to, self.to.apex_u)
+        gap = self.curve("apex", wanted)
+        ends_at, starts_at = np.abs(gap.to) <= reach, np.abs(gap.from_) <= reach
+        shown_to = np.where(ends_at, np.where(gap.from_ > 0.0, reach, -reach), gap.to)
+        shown_from = np.where(starts_at & ~ends_at, np.where(gap.to > 0.0, reach, -reach), gap.from_)
+        return replace(gap, from_=shown_from, to=shown_to)
 
     @property
     def largest_x1(self) -> _Curve:
-        limit = self.width.dtype.type(self.search.limit)
-        return self.curve(
-            self.from_.largest_x1 - limit, self.from_.largest_x1_u, self.to.largest_x1 - limit, self.to.largest_x1_u
-        )
+        return self.curve("largest_x1", self.width.dtype.type(self.search.limit))
 
     @property
-    def least_contact(self) -> _Curve:
-        return self.curve(
-            self.from_.least_contact, self.from_.least_contact_u, self.to.least_contact, self.to.least_contact_u
-        )
-
-    @property
-    def quiet(self) -> NDArray[np.bool_]:
+    def quiet(self) -> Flags:
         """No rebound takes off that does not do so at the ends: the least y of each stays above zero."""
         in_from, in_to = np.isfinite(self.from_.least_contact), np.isfinite(self.to.least_contact)
-        known, slope = (
-            either(in_from, self.from_.least_contact, self.to.least_contact),
-            either(in_from, self.from_.least_contact_u, self.to.least_contact_u),
-        )
-        one = known > self.width * np.abs(slope)
+        known = pick(in_from, self.from_, self.to)
+        one = known.least_contact > self.width * np.abs(known.least_contact_u)
         fine = self.width <= np.sqrt(self.search.eps) * self.search.robot.u_max
-        return np.asarray(fine | ~(in_from | in_to) | np.where(in_from & in_to, self.least_contact.least > 0.0, one))
+        both = self.curve("least_contact").least > 0.0
+        return np.asarray(fine | ~(in_from | in_to) | np.where(in_from & in_to, both, one))
 
     @property
     def share_of_limit(self) -> Array:
@@ -252,13 +217,9 @@ class _Cells:
     def promise_of_step(self) -> Array:
         """The same where one end takes off and the other does not: the apex ends like a square root."""
         lifts = self.from_.takes_off
-        largest, largest_u = (
-            either(lifts, self.from_.largest_x1, self.to.largest_x1),
-            either(lifts, self.from_.largest_x1_u, self.to.largest_x1_u),
-        )
-        apex, apex_u = either(lifts, self.from_.apex, self.to.apex), either(lifts, self.from_.apex_u, self.to.apex_u)
-        hopeless = ~(largest - 2.0 * self.width * np.abs(largest_u) < self.search.limit)
-        away = np.abs(apex - self.search.wanted) - 3.0 * self.width * np.abs(apex_u)
+        end = pick(lifts, self.from_, self.to)
+        hopeless = ~(end.largest_x1 - 2.0 * self.width * np.abs(end.largest_x1_u) < self.search.limit)
+        away = np.abs(end.apex - self.search.wanted) - 3.0 * self.width * np.abs(end.apex_u)
         fine = self.width <= STEP * self.search.robot.u_max
         return np.where(fine, np.where(hopeless, np.inf, away), 0.0)
 
@@ -279,14 +240,13 @@ class _Cells:
         tiny = self.width <= 2.0 * search.eps * np.maximum(np.abs(from_.u), np.abs(to.u))
         return np.where((from_.held & to.held) | tiny, np.inf, np.where(wide, 0.0, judged))
 
-    def done(self) -> NDArray[np.bool_]:
+    def done(self) -> Flags:
         """Whether all in the cells that might be better is known."""
         promise, search = self.promise, self.search
-        if search.reached:
-            return np.asarray(
-                (promise >= search.reach) | (np.minimum(np.abs(self.from_.u), np.abs(self.to.u)) >= abs(search.u))
-            )
-        return np.asarray((promise > search.worth) | np.isinf(promise))
+        least_u = np.minimum(np.abs(self.from_.u), np.abs(self.to.u))
+        if abs(search.gap) <= search.reach:
+            return np.asarray((promise >= search.reach) | (least_u >= abs(search.u)))
+        return np.asarray((promise > max(abs(search.gap) - 2.0 * search.near, 0.0)) | np.isinf(promise))
 
     @property
     def predicted(self) -> Array:
@@ -299,19 +259,17 @@ class _Cells:
         turn = np.where(in_from, gap.share_of_turn, self.largest_x1.share_of_turn)
         lifted = np.where(gap.from_ * gap.to < 0.0, gap.share_of_root, np.where(in_from != in_to, limit, turn))
         minima = np.isfinite(from_.least_contact) & np.isfinite(to.least_contact)
-        grounded = np.where(minima, self.least_contact.share_of_turn, -1.0)
-        share = np.where(
-            from_.takes_off & to.takes_off, lifted, np.where(from_.takes_off | to.takes_off, -1.0, grounded)
-        )
+        grounded = np.where(minima, self.curve("least_contact").share_of_turn, -1.0)
+        unlike = from_.takes_off != to.takes_off
+        share = np.where(unlike, -1.0, np.where(from_.takes_off, lifted, grounded))
         return np.where(np.isfinite(share), share, -1.0)
 
-    def split(self) -> tuple[Array, NDArray[np.intp]]:
+    def split(self) -> tuple[Array, Numbers]:
         """Currents to try, and the cell that each is in; in order."""
         number = min(max(LANES // self.width.size, 1), 31)
         even = np.arange(1, number + 1) / (number + 1.0)
-        shares = np.concatenate(
-            [np.broadcast_to(even, (self.width.size, number)), self.predicted[:, None] + np.array(CLUSTER)], axis=1
-        )
+        evenly, around = np.tile(even, (self.width.size, 1)), self.predicted[:, None] + np.array(CLUSTER)
+        shares = np.concatenate([evenly, around], axis=1)
         root = self.smooth & (self.gap.from_ * self.gap.to < 0.0)
         shares[root, :number] = 0.5
         u = np.sort(self.from_.u[:, None] + (shares * self.width[:, None]).astype(self.width.dtype), axis=1)
@@ -321,6 +279,7 @@ class _Cells:
         return u[cell, place], cell
 
 
+@np.errstate(all="ignore")
 def choose(
     robot: Robot, start: LegState, target: tuple[float, float, float, float], max_phases: int, dtype: type[np.floating]
 ) -> tuple[float, float, int, int]:
@@ -329,22 +288,20 @@ def choose(
 
     robot and start hold floats; target: h_des, datum, stop_margin [m], horizon [s]. No input is checked here.
     """
-    with np.errstate(all="ignore"):
-        search = _Search(robot, start, Target(*target), max_phases, np.dtype(dtype))
-        if robot.u_max > 0.0 and search.movable and start.x1 < search.limit:
-            _search(search)
-        else:
-            search.attempt(np.zeros(1))
+    h_des, datum, stop_margin, horizon = target
+    search = _Search(robot, start, h_des + datum, stop_margin, horizon, max_phases, np.dtype(dtype))
+    if robot.u_max > 0.0 and search.movable and start.x1 < search.limit:
+        _search(search)
+    else:
+        search.attempt(np.zeros(1))
     if not np.isfinite(search.gap):
         return 0.0, 0.0, NO_TAKEOFF, search.solved
     status = REACHED if abs(search.gap) <= search.near else NEAREST
-    return search.u, search.gap + target[0], status, search.solved
+    return search.u, search.gap + h_des, status, search.solved
 
 
 def _search(search: _Search) -> None:
-    grid = search.attempt(
-        np.asarray(np.linspace(-search.robot.u_max, search.robot.u_max, GRID + 1), dtype=search.dtype)
-    )
+    grid = search.attempt(search.robot.u_max * np.linspace(-1.0, 1.0, GRID + 1))
     cells = _Cells(search, take(grid, np.arange(GRID)), take(grid, np.arange(1, GRID + 1)))
     for _ in range(WAVES):
         left = np.flatnonzero(~cells.done())

@@ -8,35 +8,31 @@ between the roots of that its rate, between the roots of that the foot itself: e
 time.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hopform_solver import formulas
-from hopform_solver.events import step_converges, step_to_root, time_to_rest
-from hopform_solver.kernels import decay_at, pair_at
-from hopform_solver.lanes import Array
+from hopform_solver import events, formulas
+from hopform_solver.lanes import Array, Numbers, choose, take
+from hopform_solver.ledgers import moments_of, sums_before
 from hopform_solver.limits import LEG_HAS_DAMPER
-from hopform_solver.phases import stable_rates_of
+from hopform_solver.phases import pair_alone, stable_rates_of
 from hopform_solver.records import (
     FLIGHT_ENDINGS,
     FLIGHT_EVENTS,
     Actuator,
-    ActuatorAt,
-    Ballistic,
+    Basis,
+    Drive,
     Energy,
     FlightLedger,
     FlightRates,
     FlightWork,
-    FootAt,
     Gains,
     LegState,
-    Pair,
     Poles,
-    Pull,
+    Rates,
     Robot,
     Way,
 )
@@ -60,9 +56,9 @@ class FlightPhase(NamedTuple):
     x1: Real
     v1: Real
     acc1: Real
-    side: int
-    limit: int
-    event: int
+    side: Real
+    limit: Real
+    event: Real
 
 
 @dataclass(frozen=True)
@@ -105,73 +101,40 @@ def largest_force(robot: Robot) -> Real:
     return min(abs(robot.gamma2) * robot.u_max, type(robot.gamma2)(_LARGEST[robot.gamma2.dtype]))
 
 
-def _poles(rates: FlightRates, limit: int) -> Poles:
-    zero = rates.p_law * 0.0
-    p, q = (rates.p_law, rates.q_law) if limit == 0 else (rates.p_free, zero)
-    return Poles(zero, p, q, p, q, zero)
+def _poles(rates: FlightRates, limit: Array) -> Poles:
+    """Of the actuator, under the law or at a limit."""
+    return pair_alone(choose(limit == 0, rates.p_law, rates.p_free), choose(limit == 0, rates.q_law, rates.q_law * 0.0))
 
 
-def _response(poles: Poles, t: Real) -> Pair:
-    """R, its derivative and its integral; with q = 0 R is the integral of exp(-p t)."""
-    of_array = [np.array([value]) for value in poles]
-    if poles.q > 0.0:
-        return Pair(*(field[0] for field in pair_at(Poles(*of_array), np.array([t]))))
-    decay = decay_at(of_array[1], np.array([t]))
-    return Pair(decay.e[0], decay.e1[0], decay.e2[0], decay.e3[0], t * 0.0)
+def _ways(poles: Array, v1: Array, acc1: Array, propagator: Array) -> Array:
+    """How far the actuator has moved since a phase began, and the derivatives of that up to the sixth."""
+    numerator = np.array([v1, acc1 + poles[1] * v1, np.zeros_like(v1)])
+    ways = [*events.jets_of(events.EventSet(poles, poles, numerator, np.zeros_like(v1)), propagator)]
+    for _ in range(3):
+        ways.append(events.next_derivative(poles, ways))
+    return np.array(ways)
 
 
-def _move(actuator: Actuator, poles: Poles, side: int, t: Real) -> ActuatorAt:
-    if side == 0:
-        return ActuatorAt(*[t * 0.0] * 4)
-    return formulas.actuator_in_flight(actuator, poles, _response(poles, t))
-
-
-class _Instant(NamedTuple):
-    """Everything at one time of a phase; further: the derivatives of x_1 from the third on."""
-
-    t: Real
-    actuator: ActuatorAt
-    further: tuple[Real, Real, Real, Real]
-    pull: Pull
-    foot: FootAt
-
-
-Curve: TypeAlias = Callable[["_Chain", _Instant], tuple[Real, Real, Real, Real, Real]]
-"""A function of time: its value and derivatives up to the fourth at an instant."""
-
-
-def _foot_curvature(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
-    third, fourth, fifth, sixth = at.further
-    return at.foot.foot_curvature, -third, -fourth, -fifth, -sixth
-
-
-def _foot_rate(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
-    third, fourth, fifth, _ = at.further
-    return at.foot.foot_rate, at.foot.foot_curvature, -third, -fourth, -fifth
-
-
-def _foot(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
-    return *at.foot, -at.further[0], -at.further[1]
-
-
-def _way(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
-    return at.actuator.moved, at.actuator.v1_t, at.actuator.acc1_t, at.further[0], at.further[1]
-
-
-def _pull(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
-    (Kp, Kd), (third, fourth, fifth, _) = chain.gains, at.further
-    return *at.pull, Kp * third + Kd * fourth, Kp * fourth + Kd * fifth
-
-
-def zero_of_pair(poles: Poles, value: Real, rate: Real) -> Real:
+def zero_of_pair(poles: Array, motion: Array) -> Real:
     """When a motion of the pair, which begins with a value and a rate, first vanishes behind the start of the phase;
     NEVER if it does not.
     """
-    sign = np.sign(value if value != 0.0 else rate)
-    return time_to_rest(Poles(*np.array(poles)[:, np.newaxis]), np.array([sign * value]), np.array([sign * rate]))[0]
+    value, rate = motion * np.sign(motion[0] if motion[0] != 0.0 else motion[1])
+    return events.time_to_rest(Poles(*poles), value[np.newaxis], rate[np.newaxis])[0]
 
 
 # ---- the chain ----
+
+WAY, PULL, FOOT = range(3)
+"""Functions of time in a phase: how far the actuator has moved, what the law asks of the motor, the foot's height."""
+
+
+class _Times(NamedTuple):
+    """Times of a phase, the propagator there, and WAY, PULL and FOOT with their derivatives up to the fifth."""
+
+    t: Array
+    propagator: Array
+    functions: Array
 
 
 @dataclass
@@ -195,38 +158,42 @@ class _Chain:
     def __post_init__(self) -> None:
         self.highest: tuple[Real, Real, LegState, int] = (-np.inf, self.t, self.start, 0)
         self.start_loss = self.t * 0.0
+        self.poles_by_limit = [np.array(_poles(self.rates, np.array([limit]))) for limit in (0, 1)]
         self.eps = np.finfo(self.t.dtype).eps
 
     @property
-    def poles(self) -> Poles:
-        return _poles(self.rates, self.limit)
+    def poles(self) -> Array:
+        return self.poles_by_limit[abs(self.limit)]
 
     @property
     def fall(self) -> Real:
         return formulas.fall_of(self.robot)
 
-    @property
-    def v2(self) -> Real:
-        return self.start.v2 - self.fall * self.t
+    def at(self, t: Array, propagator: Array | None = None) -> _Times:
+        (Kp, Kd), g, v2 = self.gains, self.fall, self.start.v2 - self.fall * self.t
+        poles = self.poles.repeat(t.size, axis=1)
+        found = events.propagator_at(poles, t) if propagator is None else propagator
+        way = _ways(poles, self.actuator.v1 + 0.0 * t, self.actuator.acc1 + 0.0 * t, found)
+        pull, foot = Kp * way[:6] + Kd * way[1:], -way[:7]
+        pull[0] += Kp * self.actuator.x1
+        foot[0] += self.foot + (v2 - 0.5 * g * t) * t
+        foot[1] += v2 - g * t
+        foot[2] -= g
+        functions = np.zeros((3, *way.shape), t.dtype)
+        functions[WAY], functions[PULL, :6], functions[FOOT] = way, pull, foot
+        return _Times(t, found, functions)
 
-    def look(self, t: Real) -> _Instant:
-        poles = self.poles
-        actuator = _move(self.actuator, poles, self.side, t)
-        pull = formulas.pull_of_law(self.gains, self.actuator, actuator)
-        foot = formulas.foot_in_flight(self.robot, Ballistic(self.foot, self.v2), actuator, t)
-        third = actuator.jerk1_t
-        fourth = -poles.p * third - poles.q * actuator.acc1_t
-        fifth = -poles.p * fourth - poles.q * third
-        further = (third, fourth, fifth, -poles.p * fifth - poles.q * fourth)
-        return _Instant(t, actuator, further, pull, foot)
+    def at_start(self) -> _Times:
+        zero = np.zeros(1, self.t.dtype)
+        return self.at(zero, events.propagator_of(self.poles, Basis(zero + 1.0, zero, zero, zero, zero)))
 
-    def state_of(self, at: _Instant) -> LegState:
-        v2 = self.start.v2 - self.fall * (self.t + at.t)
-        return LegState(self.within_stroke(at.actuator.moved), at.actuator.v1_t, v2, -at.foot.foot_t)
+    def state_at(self, points: _Times, n: int) -> LegState:
+        (moved, v1, *_), _, (foot, *_) = points.functions[..., n]
+        return LegState(self.within_stroke(moved), v1, self.start.v2 - self.fall * (self.t + points.t[n]), -foot)
 
     def within_stroke(self, moved: Real) -> Real:
         """x_1, which rounding or underflow may have put a last digit beyond a stop."""
-        return _clipped(self.robot, self.actuator.x1 + moved)
+        return np.clip(self.actuator.x1 + moved, self.robot.x1_min, self.robot.x1_max)
 
     def time_of(self, t: Real) -> Real:
         """Time since take-off, not behind the horizon by rounding."""
@@ -235,130 +202,106 @@ class _Chain:
     def record(self, event: str) -> None:
         self.phases.append(FlightPhase(self.t, *self.actuator, self.side, self.limit, _EVENT[event]))
 
-    def root_between(self, curve: Curve, sign: float, level: Real, low: Real, end: _Instant) -> _Instant:
-        """The root of sign (f - level) between a time where it is positive and an instant where it is negative."""
-        last, high = end, end.t
-        for n in range(100):
-            at = np.array(curve(self, last))
-            at[0] -= level
-            at *= sign
-            if abs(at[0]) <= self.eps * last.t * abs(at[1]):
-                return last
-            low, high = (last.t, high) if at[0] > 0.0 else (low, last.t)
-            step = step_to_root(at[:4])
-            follows = low < last.t - step < high and not (n > 8 and n % 2 == 1)
-            new = last.t - step if follows else low + 0.5 * (high - low)
-            if not low < new < high:
-                return last
-            lands = follows and step_converges(np.array(self.poles), at[:4], at[4], last.t, step)
-            last = self.look(new)
-            if lands:
-                return last
-        return last
+    def with_roots(self, which: int, order: int, level: Real, points: _Times) -> _Times:
+        """Times and, among them, the roots of a function, or of its derivative of an order, which is monotone between
+        them.
+        """
+        value = points.functions[which, order] - level
+        places = np.flatnonzero(value[:-1] * value[1:] < 0.0) + 1
+        if not places.size:
+            return points
+        sign, poles = np.sign(value[places - 1]), self.poles.repeat(places.size, axis=1)
 
-    def split(self, curve: Curve, points: list[_Instant]) -> list[_Instant]:
-        """The points and, among them, the roots of a function that is monotone between them."""
-        found = points[:1]
-        for before, after in zip(points, points[1:], strict=False):
-            from_value, to_value = curve(self, before)[0], curve(self, after)[0]
-            if from_value * to_value < 0.0:
-                root = self.root_between(curve, float(np.sign(from_value)), from_value * 0.0, before.t, after)
-                found += [root] if before.t < root.t < after.t else []
-            found.append(after)
-        return found
+        def curve(lanes: Numbers, t: Array, propagator: Array) -> Array:
+            jet = self.at(t, propagator).functions[which, order : order + 5]
+            jet[0] -= level
+            return np.asarray(sign[lanes] * jet)
 
-    def turned(self, start: Real, rate: Real, until: Real) -> list[_Instant]:
-        """The ends of a time and, between them, the zero of a motion of the pair."""
-        zero = zero_of_pair(self.poles, start, rate)
-        times = [until * 0.0, zero, until] if zero < until else [until * 0.0, until]
-        return [self.look(time) for time in times]
+        every = np.arange(places.size)
+        (low, at_low), (high, at_high) = (take(points[:2], n) for n in (places - 1, places))
+        guess = events.rough_root(curve(every, low, at_low), curve(every, high, at_high), high - low)
+        roots = self.at(*events.root_between(poles, curve, low, high, at_high, low + (high - low) * guess))
+        both = [np.concatenate(pair, axis=-1) for pair in zip(points, roots, strict=True)]
+        return take(_Times(*both), np.argsort(both[0], kind="stable"))
 
-
-def _clipped(robot: Robot, x1: Real) -> Real:
-    return robot.x1_min if x1 < robot.x1_min else robot.x1_max if x1 > robot.x1_max else x1
+    def until(self, which: int, level: Real, points: _Times, n: int) -> _Times:
+        """The times up to the n-th and, as the last one, where a function is at a level then."""
+        found = self.with_roots(which, 0, level, take(points, np.array([n, n + 1])))
+        ends = take(found, np.array([1 if found.t.size > 2 else 0]))
+        before = take(points, np.arange(n + 1))
+        return _Times(*(np.concatenate(pair, axis=-1) for pair in zip(before, ends, strict=True)))
 
 
 # ---- the end of a phase ----
 
 
 class _End(NamedTuple):
-    t: Real
     kind: str
     limit: int = 0
 
 
-def _watch_stop(chain: _Chain, end: _End) -> _End:
+def _watch_stop(chain: _Chain, points: _Times, end: _End) -> tuple[_Times, _End]:
     """x_1 is monotone in a phase: it has met the stop ahead if it is beyond it at the end, or comes to rest at it."""
     stop = chain.robot.x1_max if chain.side > 0 else chain.robot.x1_min
-    way = stop - chain.actuator.x1
-    last = chain.look(end.t)
-    beyond = chain.side * (last.actuator.moved - way)
-    size = abs(stop) + abs(chain.actuator.x1) + abs(last.actuator.moved)
-    if end.kind == "velocity" and np.isfinite(stop) and abs(beyond) <= 16.0 * chain.eps * size:
-        return _End(end.t, "stop")
-    if np.isfinite(stop) and beyond > 0.0:
-        return _End(chain.root_between(_way, -chain.side, way, end.t * 0.0, last).t, "stop")
-    return end
+    way, moved = stop - chain.actuator.x1, points.functions[WAY, 0]
+    beyond = chain.side * (moved - way)
+    size = abs(stop) + abs(chain.actuator.x1) + abs(moved[-1])
+    if end.kind == "velocity" and np.isfinite(stop) and abs(beyond[-1]) <= 16.0 * chain.eps * size:
+        return points, _End("stop")
+    if np.isfinite(stop) and beyond[-1] > 0.0:
+        return chain.until(WAY, way, points, np.flatnonzero(beyond[1:] > 0.0)[0]), _End("stop")
+    return points, end
 
 
-def _watch_level(chain: _Chain, points: list[_Instant], sign: float, level: Real, limit: int, end: _End) -> _End:
-    """Where sign (level - pull) becomes negative, on pieces on which the pull is monotone; a touch is none."""
-    x1, v1 = abs(chain.actuator.x1), abs(chain.actuator.v1)
-    for before, after in zip(points, points[1:], strict=False):
-        size = chain.gains.Kp * (x1 + abs(after.actuator.moved)) + chain.gains.Kd * (v1 + abs(after.actuator.v1_t))
-        if sign * (level - after.pull.pull) < -16.0 * chain.eps * (chain.largest + size):
-            inside = sign * (level - before.pull.pull) > 0.0
-            t = chain.root_between(_pull, -sign, level, before.t, after).t if inside else before.t
-            return _End(t, "pull", limit) if t < end.t else end
-    return end
+def _watch_pull(chain: _Chain, points: _Times, end: _End) -> tuple[_Times, _End]:
+    """Where the current reaches its limit or leaves it, on pieces on which the pull is monotone; a touch is none."""
+    (Kp, Kd), largest = chain.gains, chain.largest
+    limits = ((-chain.limit, 0),) if chain.limit else ((1, 1), (-1, -1))
+    for sign, limit in limits if Kp > 0.0 or Kd > 0.0 else ():
+        moved, v1 = np.abs(points.functions[WAY, :2])
+        size = largest + Kp * (abs(chain.actuator.x1) + moved) + Kd * (abs(chain.actuator.v1) + v1)
+        level = (limit or chain.limit) * largest
+        room = sign * (level - points.functions[PULL, 0])
+        beyond = np.flatnonzero(room[1:] < -16.0 * chain.eps * size[1:])
+        if beyond.size:
+            sooner = chain.until(PULL, level, points, beyond[0])
+            points, end = (sooner, _End("pull", limit)) if sooner.t[-1] < points.t[-1] else (points, end)
+    return points, end
 
 
-def _watch_pull(chain: _Chain, end: _End) -> _End:
-    """Where the current reaches its limit or leaves it."""
-    if chain.gains.Kp == 0.0 and chain.gains.Kd == 0.0:
-        return end
-    start = chain.look(end.t * 0.0)
-    points = chain.turned(start.pull.pull_rate, start.pull.pull_curvature, end.t)
-    if chain.limit:
-        return _watch_level(chain, points, -chain.limit, chain.limit * chain.largest, 0, end)
-    end = _watch_level(chain, points, 1.0, chain.largest, 1, end)
-    return _watch_level(chain, points, -1.0, -chain.largest, -1, end)
-
-
-def _watch_foot(chain: _Chain, end: _End) -> _End:
+def _watch_foot(chain: _Chain, points: _Times, end: _End) -> tuple[_Times, _End]:
     """The foot's first downward crossing of the ground after it has been above it."""
-    start = chain.look(end.t * 0.0)
-    points = chain.turned(*start.further[:2], end.t)
-    for curve in (_foot_curvature, _foot_rate):
-        points = chain.split(curve, points)
-    for before, after in zip(points, points[1:], strict=False):
-        size = abs(chain.foot) + abs(chain.v2 * after.t) + 0.5 * chain.fall * after.t**2 + abs(after.actuator.moved)
-        noise = 16.0 * chain.eps * size
-        foot, rate, _ = after.foot
-        falls = foot < before.foot.foot_t and foot < 0.0 and (foot < -noise or rate * after.t < -noise)
+    for order in (2, 1):
+        points = chain.with_roots(FOOT, order, 0.0, points)
+    t, (foot, rate, *_), v2 = points.t, points.functions[FOOT], chain.start.v2 - chain.fall * chain.t
+    size = abs(chain.foot) + np.abs(v2 * t) + 0.5 * chain.fall * t * t + np.abs(points.functions[WAY, 0])
+    noise = 16.0 * chain.eps * size
+    for n in range(1, t.size):
+        falls = foot[n] < foot[n - 1] and foot[n] < 0.0 and (foot[n] < -noise[n] or rate[n] * t[n] < -noise[n])
         if chain.airborne and falls:
-            inside = before.foot.foot_t > 0.0
-            return _End(
-                chain.root_between(_foot, 1.0, foot * 0.0, before.t, after).t if inside else before.t, "touchdown"
-            )
+            return chain.until(FOOT, 0.0, points, n - 1), _End("touchdown")
         if not chain.airborne:
-            _remember_highest(chain, after)
-            chain.airborne = bool(foot > noise)
-    return end
+            _remember_highest(chain, points, n)
+            chain.airborne = bool(foot[n] > noise[n])
+    return points, end
 
 
-def _remember_highest(chain: _Chain, at: _Instant) -> None:
-    if at.foot.foot_t > chain.highest[0]:
-        chain.highest = (at.foot.foot_t, chain.time_of(at.t), chain.state_of(at), len(chain.phases))
+def _remember_highest(chain: _Chain, points: _Times, n: int) -> None:
+    if points.functions[FOOT, 0, n] > chain.highest[0]:
+        time, state = chain.time_of(points.t[n]), chain.state_at(points, n)
+        chain.highest = (points.functions[FOOT, 0, n], time, state, len(chain.phases))
 
 
-def _find_end(chain: _Chain, until: Real) -> _End:
-    end = _End(until, "limit")
+def _find_end(chain: _Chain, until: Real) -> tuple[_Times, _End]:
+    """The times of a phase up to its end, and by what it ends."""
+    start, poles = chain.at_start(), chain.poles
+    way, pull, _ = start.functions[..., 0]
+    rest, *turns = (zero_of_pair(poles, motion) for motion in (way[1:3], pull[1:3], way[3:5]))
+    end, last = (_End("velocity"), rest) if rest <= until else (_End("limit"), until)
+    points = chain.at(np.array([start.t[0], *sorted(t for t in turns if t < last), last]))
     if chain.side:
-        zero = zero_of_pair(chain.poles, chain.actuator.v1, chain.actuator.acc1)
-        end = _End(zero, "velocity") if zero <= until else end
-        end = _watch_pull(chain, _watch_stop(chain, end))
-    return _watch_foot(chain, end)
+        points, end = _watch_pull(chain, *_watch_stop(chain, points, end))
+    return _watch_foot(chain, points, end)
 
 
 # ---- what the actuator does ----
@@ -387,36 +330,25 @@ def _choose_limit(chain: _Chain) -> None:
         chain.limit = int(np.sign(pull)) if rate * pull > 0.0 else 0
 
 
-def _settle(chain: _Chain) -> None:
-    """An actuator at rest: held while the free acceleration is within the friction."""
-    free = _acceleration(chain, 0)
+def _settle(chain: _Chain, known: Real | None = None) -> None:
+    """An actuator at rest: held while the free acceleration is within the friction; `known` if there is no friction."""
+    free = _acceleration(chain, 0) if known is None else known
     side = int(np.sign(free)) if abs(free) > chain.robot.f1 else 0
-    _go(chain, side, None)
-
-
-def _go(chain: _Chain, side: int, acceleration: Real | None) -> None:
     chain.side = 0 if _blocked(chain.robot, chain.actuator.x1, side) else side
-    known = _acceleration(chain, chain.side) if acceleration is None else acceleration
-    chain.actuator = chain.actuator._replace(acc1=known if chain.side else known * 0.0)
+    acc1 = _acceleration(chain, chain.side) if known is None else known
+    chain.actuator = chain.actuator._replace(acc1=acc1 if chain.side else acc1 * 0.0)
 
 
-def _rest(chain: _Chain, kind: str) -> None:
+def _rest(chain: _Chain, hits: bool) -> None:
     """The actuator has come to rest. Without dry friction its acceleration goes on as it was."""
-    before, acceleration, robot = chain.side, chain.actuator.acc1, chain.robot
-    stop = robot.x1_max if before > 0 else robot.x1_min
-    hits = kind == "stop"
-    zero = abs(acceleration) * 0.0
-    chain.actuator = Actuator(stop if hits else chain.actuator.x1, zero, zero)
+    before, (x1, _, acc1), robot = chain.side, chain.actuator, chain.robot
+    stop, zero = robot.x1_max if before > 0 else robot.x1_min, abs(acc1) * 0.0
+    chain.actuator = Actuator(stop if hits else x1, zero, zero)
     if hits:
         _choose_limit(chain)
-        _settle(chain)
-        chain.record("x1_hits_stop")
-        return
-    if robot.f1 > 0.0:
-        _settle(chain)
-    else:
-        _go(chain, int(np.sign(acceleration)), acceleration)
-    chain.record("x1_sticks" if chain.side == 0 else "x1_reverses" if chain.side != before else "")
+    _settle(chain, None if hits or robot.f1 > 0.0 else acc1)
+    turned = "x1_sticks" if chain.side == 0 else "x1_reverses" if chain.side != before else ""
+    chain.record("x1_hits_stop" if hits else turned)
 
 
 def _begin(chain: _Chain) -> None:
@@ -437,7 +369,7 @@ def _begin(chain: _Chain) -> None:
 def _too_low(chain: _Chain) -> bool:
     """The foot cannot come as high again as it was: the body falls, and is too low for the shortest leg."""
     shortest = chain.actuator.x1 - chain.robot.x1_min
-    falls = chain.v2 < 0.0 and np.isfinite(shortest)
+    falls = chain.start.v2 < chain.fall * chain.t and np.isfinite(shortest)
     return bool(not chain.airborne and falls and chain.foot + shortest < chain.highest[0])
 
 
@@ -449,31 +381,28 @@ def _trip(chain: _Chain) -> tuple[str, LegState]:
 
 def _run(chain: _Chain, max_phases: int) -> tuple[str, LegState]:
     _begin(chain)
-    _remember_highest(chain, chain.look(chain.t))
+    _remember_highest(chain, chain.at_start(), 0)
     while True:
         if _too_low(chain):
             return _trip(chain)
-        end = _find_end(chain, chain.horizon - chain.t)
-        last = chain.look(end.t)
-        state = chain.state_of(last)
-        chain.t = chain.horizon if end.kind == "limit" else chain.time_of(end.t)
+        points, end = _find_end(chain, chain.horizon - chain.t)
+        state, acc1 = chain.state_at(points, -1), points.functions[WAY, 2, -1]
+        chain.t = chain.horizon if end.kind == "limit" else chain.time_of(points.t[-1])
         if end.kind == "touchdown":
             return "touchdown", state._replace(y=abs(state.y) * 0.0)
         if end.kind == "limit":
             return ("horizon", state) if chain.airborne else _trip(chain)
-        chain.actuator = Actuator(chain.within_stroke(last.actuator.moved), last.actuator.v1_t, last.actuator.acc1_t)
+        chain.actuator = Actuator(state.x1, state.v1, acc1)
         if end.kind == "pull":
             chain.limit = end.limit
             chain.record("u_saturates" if end.limit else "u_desaturates")
         else:
-            _rest(chain, end.kind)
+            _rest(chain, end.kind == "stop")
         if len(chain.phases) > max_phases:
             chain.phases.pop()
             return "too_many_phases", state
-        since = chain.t
-        chain.foot = (
-            chain.start.x1 - chain.start.y - chain.actuator.x1 + (chain.start.v2 - 0.5 * chain.fall * since) * since
-        )
+        rise = (chain.start.v2 - 0.5 * chain.fall * chain.t) * chain.t
+        chain.foot = chain.start.x1 - chain.start.y - chain.actuator.x1 + rise
 
 
 # ---- what users call ----
@@ -488,6 +417,7 @@ def expected_time(robot: Robot, start: LegState) -> Real:
     return type(start.v2)(max(fall - SETTLED_BEFORE, SHORTEST))
 
 
+@np.errstate(all="ignore")
 def solve_flight(
     robot: Robot,
     start: LegState,
@@ -521,114 +451,77 @@ def solve_flight(
         Actuator(first.x1, first.v1, zero), -first.y, 0, 0, bool(first.y < 0.0), [],
     )  # fmt: skip
     ending, end = _run(chain, max_phases)
-    return replace(_report(chain, ending, end), start=given, end=end._replace(y=dtype(end.y + rest)))
-
-
-def _report(chain: _Chain, ending: str, end: LegState) -> FlightSolution:
-    robot, start = chain.robot, chain.start
-    g = chain.fall
-    top = min(max(start.v2 / g, chain.t * 0.0), chain.t)
-    lands = ending == "touchdown"
+    top, lands = np.clip(first.v2 / chain.fall, zero, chain.t), ending == "touchdown"
     return FlightSolution(
-        robot, chain.gains, start, chain.t, end,
-        formulas.velocity_after_impact(robot, end.v2) if lands else end.v2,
-        start.x1 - start.y + (start.v2 - 0.5 * g * top) * top, top,
-        -0.5 * robot.m_s * end.v2**2 * robot.impact_loss if lands else end.v2 * 0.0,
+        one, law, given, chain.t, end._replace(y=dtype(end.y + rest)),
+        formulas.velocity_after_impact(one, end.v2) if lands else end.v2,
+        first.x1 - first.y + (first.v2 - 0.5 * chain.fall * top) * top, top,
+        -0.5 * one.m_s * end.v2**2 * one.impact_loss if lands else zero,
         chain.start_loss, _ENDING[ending], tuple(chain.phases),
     )  # fmt: skip
 
 
+def _phases_of(flight: FlightSolution) -> FlightPhase:
+    """The phases, each field an array of numbers."""
+    return FlightPhase(*np.array(flight.phases, np.asarray(flight.duration).dtype).T)
+
+
+def _phase_at(phases: FlightPhase, t: Array) -> Numbers:
+    """The phase that each time falls into."""
+    return np.asarray(np.searchsorted(phases.t, t, side="right") - 1)
+
+
+def _in_phases(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Poles, Array]:
+    """The poles of phases; how far the actuator has moved at times since they began, and the derivatives of that."""
+    rates = formulas.flight_rates_of(flight.robot, flight.gains, largest_force(flight.robot))
+    poles = _poles(rates, phase.limit)
+    return poles, _ways(np.array(poles), phase.v1, phase.acc1, events.propagator_at(np.array(poles), t))
+
+
 def flight_at(flight: FlightSolution, t: ArrayLike) -> LegState:
     """States at times t [s], 0 <= t <= duration, in t's shape."""
-    times = flight.times(t)
-    columns = np.empty((len(LegState._fields), times.size), dtype=times.dtype)
-    for n, time in enumerate(times.reshape(-1)):
-        columns[:, n] = _state_at(flight, time)
+    times, phases, robot = flight.times(t), _phases_of(flight), flight.robot
+    since = times.reshape(-1)
+    phase = take(phases, _phase_at(phases, since))
+    moved, v1, *_ = _in_phases(flight, phase, since - phase.t)[1]
+    start, v2 = flight.start, flight.start.v2 - flight.fall * since
+    rise = (start.v2 - 0.5 * flight.fall * since) * since
+    x1 = np.clip(phase.x1 + moved, robot.x1_min, robot.x1_max)
+    columns = x1, v1, v2, start.y - (rise - ((phase.x1 - start.x1) + moved))
     return LegState(*(column.reshape(times.shape) for column in columns))
-
-
-def _phase_at(flight: FlightSolution, t: Real) -> FlightPhase:
-    return next(phase for phase in reversed(flight.phases) if phase.t <= t)
-
-
-def _state_at(flight: FlightSolution, t: Real) -> LegState:
-    phase, start, g = _phase_at(flight, t), flight.start, flight.fall
-    at = _at_in_phase(flight, phase, t - phase.t)
-    moved = (phase.x1 - start.x1) + at.moved
-    return LegState(
-        _clipped(flight.robot, phase.x1 + at.moved),
-        at.v1_t,
-        start.v2 - g * t,
-        start.y - ((start.v2 - 0.5 * g * t) * t - moved),
-    )
-
-
-def _at_in_phase(flight: FlightSolution, phase: FlightPhase, t: Real) -> ActuatorAt:
-    rates = formulas.flight_rates_of(flight.robot, flight.gains, largest_force(flight.robot))
-    return _move(Actuator(phase.x1, phase.v1, phase.acc1), _poles(rates, phase.limit), phase.side, t)
 
 
 # ---- energy ----
 
 
-def _square_of_velocity(poles: Poles, phase: FlightPhase, t: Real) -> Real:
-    """Integral of v_1^2 over the first t of a phase, I(2h) = I(h) + Phi(h) I(h) Phi(h)^T for z = (v, a) as in the
-    stance.
+def _work_in(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Array, Array]:
+    """The entries of the ledger over the first t of phases, and v_1 then.
+
+    In a phase the actuator moves as beside a body that is held, on a spring of the law.
     """
-    if phase.side == 0:
-        return t * 0.0
-    fastest = float(poles.p + np.sqrt(poles.q)) * float(t)
-    doublings = max(0, int(np.ceil(np.log2(fastest / 0.5)))) if fastest > 0.5 else 0
-    h = t * type(t)(0.5**doublings)
-    m = np.array([[t * 0.0, t * 0.0 + 1.0], [-poles.q, -poles.p]])
-    z = np.array([phase.v1, phase.acc1])
-    product = np.outer(z, z) * h
-    total = product.copy()
-    for n in range(2, 26):
-        half = m @ product
-        product = (half + half.T) * (h / n)
-        total = total + product
-    for _ in range(doublings):
-        pair = _response(poles, h)
-        phi = np.array([[pair.Rd + poles.p * pair.R, pair.R], [-poles.q * pair.R, pair.Rd]])
-        total = total + phi @ total @ phi.T
-        h = h * 2.0
-    return total[0, 0]
-
-
-def _ledger_in_phase(flight: FlightSolution, phase: FlightPhase, t: Real) -> Array:
+    poles, way = _in_phases(flight, phase, t)
+    zero = np.zeros_like(t)
+    rates = Rates(*np.zeros((len(Rates._fields), t.size), t.dtype))
+    rates = rates._replace(a1_y=-poles.q, a1_v1=-poles.p, p_1=poles.p, q_1=poles.q)
+    drive, start = Drive(phase.acc1 + poles.p * phase.v1, zero), LegState(zero, phase.v1, zero, zero)
+    squares = moments_of(rates, poles, drive, start, np.array([phase.side, zero]), t).int_v1v1
+    over = Way(way[0], squares, (flight.start.v2 - flight.fall * (phase.t + 0.5 * t)) * t)
     largest = largest_force(flight.robot)
-    rates = formulas.flight_rates_of(flight.robot, flight.gains, largest)
-    moved = _at_in_phase(flight, phase, t).moved
-    squares = _square_of_velocity(_poles(rates, phase.limit), phase, t)
-    rise = (flight.start.v2 - flight.fall * (phase.t + 0.5 * t)) * t
-    entries = formulas.flight_ledger_of(
-        flight.robot, flight.gains, largest, phase.x1, phase.side, phase.limit, Way(moved, squares, rise)
-    )
-    return flight.times(entries)
+    work = formulas.flight_ledger_of(flight.robot, flight.gains, largest, phase.x1, phase.side, phase.limit, over)
+    return np.array([zero + entry for entry in work]), way[1]
 
 
 def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> FlightLedger:
     """The ledger from take-off to times t [s], in t's shape."""
-    times = flight.times(t)
-    phases, hits = flight.phases, _EVENT["x1_hits_stop"]
-    lengths = [after.t - before.t for before, after in zip(phases, phases[1:], strict=False)]
-    whole = [_ledger_in_phase(flight, phase, length) for phase, length in zip(phases, lengths, strict=False)]
-    sums = np.cumsum([np.zeros(len(FlightWork._fields), times.dtype), *whole], axis=0)
-    losses = [flight.start_loss]
-    for before, after, length in zip(phases, phases[1:], lengths, strict=False):
-        v1 = _at_in_phase(flight, before, length).v1_t if after.event == hits else length * 0.0
-        losses.append(-0.5 * flight.robot.m_eff * v1 * v1)
-    lost = np.cumsum(losses)
-    starts = np.array([phase.t for phase in phases])
-    index = np.searchsorted(starts, times.reshape(-1), side="right") - 1
-    columns = np.empty((len(FlightWork._fields), times.size), dtype=times.dtype)
-    for column, time in enumerate(times.reshape(-1)):
-        n = int(index[column])
-        phase = phases[n]
-        columns[:, column] = sums[n] + _ledger_in_phase(flight, phase, time - phase.t)
-    work = FlightWork(*(column.reshape(times.shape) for column in columns))
-    return FlightLedger(**work._asdict(), stop_loss=lost[index].reshape(times.shape))
+    times, phases = flight.times(t), _phases_of(flight)
+    since, index = times.reshape(-1), _phase_at(phases, times.reshape(-1))
+    whole, v1 = _work_in(flight, phases, np.append(np.diff(phases.t), phases.t[:1]))
+    hits = np.append(phases.event[1:] == _EVENT["x1_hits_stop"], False)
+    lost = choose(hits, -0.5 * flight.robot.m_eff * v1 * v1, 0.0)
+    sums = sums_before([*whole, lost], flight.start_loss)[:, index]
+    sums[:-1] += _work_in(flight, take(phases, index), since - phases.t[index])[0]
+    *work, stop_loss = (row.reshape(times.shape) for row in sums)
+    return FlightLedger(**FlightWork(*work)._asdict(), stop_loss=stop_loss)
 
 
 def flight_energy_at(flight: FlightSolution, t: ArrayLike) -> Energy:

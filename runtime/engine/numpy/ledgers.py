@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT-0
 """The ledger over a part of a phase.
 
-Within a phase z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z, so the integral of z z^T obeys
+Within a phase z = (x_1 - x_1(0), v_1, v_2, y, 1) obeys z' = M z, so the integral of z z^T obeys
 
     I(2h) = I(h) + Phi(h) I(h) Phi(h)^T,        Phi(h) = exp(M h) from the closed form
 
@@ -9,13 +9,15 @@ Within a phase z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z, so the integra
 and which knows no pole configuration. It starts from the power series over a time in which little moves.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hopform_solver import formulas
 from hopform_solver.lanes import Array, take
-from hopform_solver.linear import ONE, V1, V2, X, Y, doublings_of, system, transition
-from hopform_solver.phases import Plan, Side, plan_lanes
-from hopform_solver.records import LegState, Moments, Work
+from hopform_solver.linear import ONE, V1, V2, X, Y, columns_of, doublings_of, system, transition
+from hopform_solver.phases import Phase, drive_of, poles_of
+from hopform_solver.records import Drive, LegState, Moments, Poles, Rates, Real, Work
 
 TERMS = 24
 
@@ -32,22 +34,30 @@ def _short_moments(m: Array, start: Array, h: Array) -> Array:
     return total
 
 
-def moments_of(plan: Plan, start: LegState, u: Array, side: Side, t: Array) -> Moments:
+def moments_of(rates: Rates, poles: Poles, drive: Drive, start: LegState, side: Array, t: Array) -> Moments:
     """Integrals of the products over the first t of phases."""
-    drive = formulas.drive_of(plan.robot, plan.rates, u, *side)
-    doublings = doublings_of(plan, side, t)
+    doublings = doublings_of(poles, t)
     h = np.ldexp(t, -doublings)
-    z = np.stack([np.ones_like(t), np.zeros_like(t), start.y, start.v1, start.v2], axis=1)
-    total = _short_moments(system(plan, drive, side), z, h)
+    total = _short_moments(system(rates, drive, side), columns_of(start), h)
     for n in range(int(doublings.max(initial=0))):
         lanes = np.flatnonzero(doublings > n)
-        phi = transition(plan_lanes(plan, lanes), take(drive, lanes), take(side, lanes), h[lanes])
+        phi = transition(*take((rates, poles, drive, side, h), lanes))
         total[lanes] += phi @ total[lanes] @ np.swapaxes(phi, 1, 2)
         h[lanes] *= 2.0
     pairs = ((ONE, V1), (ONE, V2), (V1, V1), (V1, V2), (V2, V2), (Y, V1), (Y, V2), (X, V2))
     return Moments(*(total[:, row, column] for row, column in pairs))
 
 
-def ledger_over(plan: Plan, start: LegState, u: Array, side: Side, t: Array) -> Work:
-    """The entries of the ledger over the first t of phases that start in a state."""
-    return formulas.ledger_of(plan.robot, moments_of(plan, start, u, side, t), u, *side, start.x1)
+def ledger_over(phase: Phase, t: Array) -> Work:
+    """The entries of the ledger over the first t of phases."""
+    plan, start, u, side = phase
+    moments = moments_of(plan.rates, poles_of(plan, side), drive_of(phase), start, side, t)
+    return formulas.ledger_of(plan.robot, moments, u, side[0], side[1], start.x1)
+
+
+def sums_before(entries: Sequence[Array], first: Real) -> Array:
+    """Of entries (rows, phases), what has come together before each phase begins; the last row begins with a value."""
+    sums = np.zeros_like(entries)
+    sums[-1, 0] = first
+    sums[:, 1:] = np.array(entries)[:, :-1]
+    return np.cumsum(sums, axis=1, dtype=sums.dtype)

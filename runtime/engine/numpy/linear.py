@@ -1,55 +1,49 @@
 # SPDX-License-Identifier: MIT-0
-"""A mode as a linear system: z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z in a phase, and Phi(h) = exp(M h)."""
+"""A mode as a linear system: z = (x_1 - x_1(0), v_1, v_2, y, 1) obeys z' = M z in a phase, and Phi(h) = exp(M h)."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array
-from hopform_solver.phases import Plan, Side, arrive, motion_under, poles_of
-from hopform_solver.records import Drive, LegState
+from hopform_solver.phases import arrive, motion_under
+from hopform_solver.records import Drive, LegState, Poles, Rates
 
-ONE, X, Y, V1, V2 = range(5)
+X, V1, V2, Y, ONE = range(5)
+"""The rows of z: those of a state, and 1."""
 
 
-def system(plan: Plan, drive: Drive, side: Side) -> Array:
+def columns_of(state: LegState) -> Array:
+    """z of states, (lanes, 5), from where x_1 is."""
+    return np.stack([np.zeros_like(state.y), *state[1:], np.ones_like(state.y)], axis=1)
+
+
+def system(rates: Rates, drive: Drive, side: Array) -> Array:
     """M of the mode."""
-    moves_1, moves_2 = np.abs(side.first), np.abs(side.second)
-    rates = plan.rates
-    m = np.zeros((*side.first.shape, 5, 5), dtype=side.first.dtype)
+    moves_1, moves_2 = moves = np.abs(side)
+    m = np.zeros((side.shape[1], 5, 5), side.dtype)
     m[:, X, V1] = m[:, Y, V1] = moves_1
     m[:, Y, V2] = -moves_2
-    for row, moves, entries in (
-        (V1, moves_1, {ONE: drive.C_1, Y: rates.a1_y, V1: rates.a1_v1, V2: rates.a1_v2}),
-        (V2, moves_2, {ONE: drive.C_2, Y: rates.a2_y, V1: rates.a2_v1, V2: rates.a2_v2}),
-    ):
-        for column, value in entries.items():
-            m[:, row, column] = np.where(moves > 0.0, value, 0.0)
+    rows = (rates.a1_v1, rates.a1_v2, rates.a1_y, drive.C_1), (rates.a2_v1, rates.a2_v2, rates.a2_y, drive.C_2)
+    m[:, V1 : V2 + 1, V1:] = np.moveaxis(np.where(moves[:, np.newaxis] > 0.0, rows, 0.0), -1, 0)
     return m
 
 
-def transition(plan: Plan, drive: Drive, side: Side, h: Array) -> Array:
+def transition(rates: Rates, poles: Poles, drive: Drive, side: Array, h: Array) -> Array:
     """Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values."""
-    basis = basis_at(poles_of(plan, side), h)
-    zero = np.zeros_like(h)
-    none = Drive(zero, zero)
-    phi = np.zeros((*h.shape, 5, 5), dtype=h.dtype)
+    basis = basis_at(poles, h)
+    phi = np.zeros((h.size, 5, 5), h.dtype)
     phi[:, ONE, ONE] = phi[:, X, X] = 1.0
-    unit = {
-        ONE: LegState(zero, zero, zero, zero),
-        Y: LegState(zero, zero, zero, zero + 1.0),
-        V1: LegState(zero, np.abs(side.first), zero, zero),
-        V2: LegState(zero, zero, np.abs(side.second), zero),
-    }
-    for column, start in unit.items():
-        motion = motion_under(plan.rates, drive if column == ONE else none, start, side)
-        end = arrive(start, motion, basis, side)
-        phi[:, X, column], phi[:, Y, column], phi[:, V1, column], phi[:, V2, column] = end.x1, end.y, end.v1, end.v2
+    for column in V1, V2, Y, ONE:
+        start = np.zeros((5, h.size), h.dtype)
+        start[column] = np.abs(side[column - V1]) if column < Y else 1.0
+        acceleration = Drive(*(constant * start[ONE] for constant in drive))
+        motion = motion_under(rates, acceleration, LegState(*start[:ONE]), side)
+        phi[:, :ONE, column] = np.transpose(arrive(LegState(*start[:ONE]), motion, basis, side))
     return phi
 
 
-def doublings_of(plan: Plan, side: Side, t: Array) -> NDArray[np.int64]:
+def doublings_of(poles: Poles, t: Array) -> NDArray[np.int64]:
     """How often a time in which little moves must be doubled to give t."""
-    poles = poles_of(plan, side)
     fastest = (poles.s_1 + np.sqrt(poles.s_2)) * t
     return np.asarray(np.ceil(np.log2(np.maximum(2.0 * fastest, 1.0))), dtype=np.int64)

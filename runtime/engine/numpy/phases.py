@@ -7,7 +7,7 @@ import numpy as np
 
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, factor_cubic
-from hopform_solver.lanes import Array, Lanes, blank, choose, put, take
+from hopform_solver.lanes import Array, choose, put, take
 from hopform_solver.records import Basis, Drive, LegState, Motion, Numerator, Poles, Rates, Robot
 from hopform_solver.stability import conditions
 
@@ -22,27 +22,27 @@ class Plan(NamedTuple):
     body: Poles
 
 
-class Side(NamedTuple):
-    """The mode: the sign of each velocity, 0 where the mass is held."""
+class Phase(NamedTuple):
+    """Phases: of which robot, from which state, under which current, and in which mode.
 
-    first: Array
-    second: Array
+    side (2, lanes): the sign of each velocity, 0 where the mass is held.
+    """
 
-
-def refuse_negative(value: Array, name: str, who: str) -> None:
-    """ValueError if one of the values that a condition of stability is about is negative."""
-    negative = np.asarray(value)[np.asarray(value) < 0.0]
-    if negative.size:
-        raise ValueError(
-            f"the robot is unstable, {who}: Routh's condition {name} >= 0 is violated, {name} = {float(negative[0])!r}"
-        )
+    plan: Plan
+    start: LegState
+    u: Array
+    side: Array
 
 
 def stable_rates_of(robot: Robot) -> Rates:
     """Coefficients of the equations of motion; ValueError names the condition that lets a motion grow."""
     rates = formulas.rates_of(robot)
     for name, value, who in conditions(rates):
-        refuse_negative(value, name, who)
+        if (negative := np.asarray(value)[np.asarray(value) < 0.0]).size:
+            raise ValueError(
+                f"the robot is unstable, {who}: Routh's condition {name} >= 0 is violated, "
+                f"{name} = {float(negative[0])!r}"
+            )
     return rates
 
 
@@ -53,68 +53,68 @@ def plan_of(robot: Robot) -> Plan:
     return Plan(
         robot,
         rates,
-        factor_cubic(*np.array([rates.s_1, rates.s_2, rates.s_3])),
-        Poles(zero, rates.p_1, rates.q_1, rates.p_1, rates.q_1, zero),
-        Poles(zero, rates.p_2, rates.q_2, rates.p_2, rates.q_2, zero),
+        factor_cubic(rates.s_1, rates.s_2, rates.s_3),
+        pair_alone(rates.p_1, rates.q_1),
+        pair_alone(rates.p_2, rates.q_2),
     )
 
 
-def plan_lanes(plan: Plan, lanes: Lanes) -> Plan:
-    robot, rates, both, actuator, body = plan
-    return Plan(take(robot, lanes), take(rates, lanes), take(both, lanes), take(actuator, lanes), take(body, lanes))
+def pair_alone(p: Array, q: Array) -> Poles:
+    """The poles of one mass while the other one is held."""
+    zero = np.zeros_like(p)
+    return Poles(zero, p, q, p, q, zero)
 
 
-def poles_of(plan: Plan, side: Side) -> Poles:
+def poles_of(plan: Plan, side: Array) -> Poles:
     """The poles of each lane's mode."""
-    holds_1, holds_2 = side.first == 0.0, side.second == 0.0
-    return Poles(
-        *(
-            choose(holds_1, body, choose(holds_2, actuator, both))
-            for both, actuator, body in zip(plan.both, plan.actuator, plan.body, strict=True)
-        )
-    )
+    modes = zip(plan.both, plan.actuator, plan.body, strict=True)
+    held_1, held_2 = side == 0.0
+    return Poles(*(choose(held_1, body, choose(held_2, actuator, both)) for both, actuator, body in modes))
 
 
-def motion_under(rates: Rates, drive: Drive, state: LegState, side: Side) -> Motion:
+def motion_under(rates: Rates, drive: Drive, state: LegState, side: Array) -> Motion:
     """The numerators of each lane's mode from the state in which the phase starts, under constant accelerations."""
-    motion = blank(Motion, side.first)
-    moves_1, moves_2 = side.first != 0.0, side.second != 0.0
+    motion = Motion(*np.zeros((len(Motion._fields), side.shape[1]), side.dtype))
+    moves_1, moves_2 = side != 0.0
     for lanes, formula in (
         (moves_1 & moves_2, formulas.motion_of_both),
         (moves_1 & ~moves_2, formulas.motion_of_actuator),
         (~moves_1 & moves_2, formulas.motion_of_body),
     ):
         if lanes.any():
-            put(motion, lanes, formula(take(rates, lanes), take(drive, lanes), take(state, lanes)))
+            put(motion, lanes, formula(*take((rates, drive, state), lanes)))
     return motion
 
 
-def motion_of(plan: Plan, state: LegState, u: Array, side: Side) -> Motion:
-    """The same under a current."""
-    return motion_under(plan.rates, formulas.drive_of(plan.robot, plan.rates, u, *side), state, side)
+def drive_of(phase: Phase) -> Drive:
+    """The constant accelerations of phases."""
+    return formulas.drive_of(phase.plan.robot, phase.plan.rates, phase.u, *phase.side)
+
+
+def motion_of(phase: Phase) -> Motion:
+    """The numerators of phases."""
+    return motion_under(phase.plan.rates, drive_of(phase), phase.start, phase.side)
 
 
 def contact_numerator(robot: Robot, motion: Motion) -> Numerator:
     """The numerator of the contact force over k."""
     none = np.zeros_like(motion.H3_y)
-    of_state = ((motion[n], motion[n + 3], motion[n + 6]) for n in range(3))
-    return Numerator(
-        *(formulas.contact_slope(robot, LegState(none, of_1, of_2, of_y)) for of_1, of_2, of_y in of_state)
-    )
+    return Numerator(*(formulas.contact_slope(robot, LegState(none, *motion[n:9:3])) for n in range(3)))
 
 
-def arrive(state: LegState, motion: Motion, basis: Basis, side: Side) -> LegState:
+def arrive(state: LegState, motion: Motion, basis: Basis, side: Array) -> LegState:
     """The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is."""
     at = formulas.state_at(state, motion, basis)
-    holds_1, holds_2 = side.first == 0.0, side.second == 0.0
+    held_1, held_2 = side == 0.0
     return LegState(
-        np.where(holds_1, state.x1, at.x1_t),
-        np.where(holds_1, 0.0, at.v1_t).astype(at.v1_t.dtype),
-        np.where(holds_2, 0.0, at.v2_t).astype(at.v2_t.dtype),
-        np.where(holds_1 & holds_2, state.y, at.y_t),
+        choose(held_1, state.x1, at.x1_t),
+        choose(held_1, 0.0, at.v1_t),
+        choose(held_2, 0.0, at.v2_t),
+        choose(held_1 & held_2, state.y, at.y_t),
     )
 
 
-def state_in_phase(plan: Plan, start: LegState, u: Array, side: Side, t: Array) -> LegState:
+def state_in_phase(phase: Phase, t: Array) -> LegState:
     """The state at time t since a phase began."""
-    return arrive(start, motion_of(plan, start, u, side), basis_at(poles_of(plan, side), t), side)
+    basis = basis_at(poles_of(phase.plan, phase.side), t)
+    return arrive(phase.start, motion_of(phase), basis, phase.side)
