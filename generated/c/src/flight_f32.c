@@ -726,22 +726,20 @@ static bool is_sound_f32(const hopform_flight_f32 *flight)
 
 int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopform_gains_f32 *gains)
 {
+    const hopform_gains_f32 none = {0.0f, 0.0f};
+    hopform_gains_f32 found = none; /* the gains may lie in the plan */
+    int32_t status = HOPFORM_ERROR_NULL;
     if (gains == NULL) {
-        return HOPFORM_ERROR_NULL;
+        return status;
     }
-    int32_t status = HOPFORM_OK;
-    hopform_gains_f32 found = {0.0f, 0.0f}; /* the gains may lie in the plan */
-    if (plan == NULL) {
-        status = HOPFORM_ERROR_NULL;
-    } else if (plan->made != HOPFORM_PLAN_MADE) {
+    if (plan != NULL && plan->made != HOPFORM_PLAN_MADE) {
         status = HOPFORM_ERROR_ROBOT;
-    } else if (!(time > 0.0f && time <= HOPFORM_NEVER_f32)) {
+    } else if (plan != NULL && !(time > 0.0f && time <= HOPFORM_NEVER_f32)) {
         status = HOPFORM_ERROR_TIME;
-    } else {
+    } else if (plan != NULL) {
         found = hopform_critical_gains_f32(&plan->robot, time);
         status = gains_are_sound_f32(&found) ? HOPFORM_OK : HOPFORM_ERROR_NUMBERS;
     }
-    const hopform_gains_f32 none = {0.0f, 0.0f};
     *gains = status < 0 ? none : found;
     return status;
 }

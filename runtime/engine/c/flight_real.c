@@ -726,22 +726,20 @@ static bool is_sound_real(const hopform_flight_real *flight)
 
 int32_t hopform_design_return_real(const hopform_plan_real *plan, real time, hopform_gains_real *gains)
 {
+    const hopform_gains_real none = {0.0, 0.0};
+    hopform_gains_real found = none; /* the gains may lie in the plan */
+    int32_t status = HOPFORM_ERROR_NULL;
     if (gains == NULL) {
-        return HOPFORM_ERROR_NULL;
+        return status;
     }
-    int32_t status = HOPFORM_OK;
-    hopform_gains_real found = {0.0, 0.0}; /* the gains may lie in the plan */
-    if (plan == NULL) {
-        status = HOPFORM_ERROR_NULL;
-    } else if (plan->made != HOPFORM_PLAN_MADE) {
+    if (plan != NULL && plan->made != HOPFORM_PLAN_MADE) {
         status = HOPFORM_ERROR_ROBOT;
-    } else if (!(time > 0.0 && time <= HOPFORM_NEVER_real)) {
+    } else if (plan != NULL && !(time > 0.0 && time <= HOPFORM_NEVER_real)) {
         status = HOPFORM_ERROR_TIME;
-    } else {
+    } else if (plan != NULL) {
         found = hopform_critical_gains_real(&plan->robot, time);
         status = gains_are_sound_real(&found) ? HOPFORM_OK : HOPFORM_ERROR_NUMBERS;
     }
-    const hopform_gains_real none = {0.0, 0.0};
     *gains = status < 0 ? none : found;
     return status;
 }
