@@ -11,7 +11,7 @@ counted from x_2(0) and v_2(0): no large numbers are subtracted, and b_1 = b_2 =
 
 import sympy as sp
 
-from ..emit.ir import Step, function
+from ..emit.ir import Step, Steps, function
 from ..model.equations import Model
 from ..model.quantities import *
 
@@ -24,7 +24,7 @@ CONSTANT = sp.Matrix([0, C_1, C_2])
 
 
 @function(takes=(ROBOT,), returns=RATES)
-def rates_of(model: Model) -> tuple[Step, ...]:
+def rates_of(model: Model) -> Steps:
     """Coefficients of the equations of motion and of their characteristic polynomials."""
     steps = []
     smooth = [acc.subs({side_1: 0, side_2: 0}) for acc in model.in_compression]
@@ -53,12 +53,10 @@ def characteristic(matrix: sp.Matrix) -> list[sp.Expr]:
 
 
 @function(takes=(ROBOT, RATES, CURRENT, SIDE_1, SIDE_2), returns=DRIVE)
-def drive_of() -> tuple[Step, ...]:
+def drive_of() -> Steps:
     """Constant accelerations of a phase."""
-    return (
-        Step(C_1, a1_0 + a1_u * u - f1 * side_1, "(3), in (10) lambda_2 measured from y = 0"),
-        Step(C_2, a2_0 - f2 * side_2, "(4), in (8) -gamma measured from y = 0"),
-    )
+    yield Step(C_1, a1_0 + a1_u * u - f1 * side_1, "(3), in (10) lambda_2 measured from y = 0")
+    yield Step(C_2, a2_0 - f2 * side_2, "(4), in (8) -gamma measured from y = 0")
 
 
 # Where a numerator stands in the paper: (13)-(15) for the body, the same of X_1 for (16), (17); one mass alone is (6)
@@ -71,7 +69,7 @@ NAMES = {0: (H3_y, H2_y, H1_y), 1: (H3_1, H2_1, H1_1), 2: (H3_2, H2_2, H1_2)}
 WHOLE = (N2_1, N1_1, N0_1)
 
 
-def numerators(moving: tuple[int, ...]) -> tuple[Step, ...]:
+def numerators(moving: tuple[int, ...]) -> Steps:
     """H_3, H_2, H_1 of y, v_1, v_2 in the mode where the masses `moving` slip and the others are held.
 
     H_3 is the initial rate M z(0) + d. With both masses moving H_2 = (M + s_1) H_3 and
@@ -101,19 +99,19 @@ def numerators(moving: tuple[int, ...]) -> tuple[Step, ...]:
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_both() -> tuple[Step, ...]:
+def motion_of_both() -> Steps:
     """Numerators of the motion with both slipping."""
     return numerators((1, 2))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_actuator() -> tuple[Step, ...]:
+def motion_of_actuator() -> Steps:
     """Numerators of the motion with actuator slipping."""
     return numerators((1,))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_body() -> tuple[Step, ...]:
+def motion_of_body() -> Steps:
     """Numerators of the motion with body slipping."""
     return numerators((2,))
 
@@ -132,9 +130,9 @@ def _whole_numerator(moving: tuple[int, ...], adjugate: sp.Matrix, start: sp.Mat
 
 
 def _source(moving: tuple[int, ...], row: int, column: int) -> str:
-    return (
-        SOURCE[row].format(13 + column) if len(moving) == 2 else ALONE[row].format("(6)" if moving == (1,) else "(7)")
-    )
+    if len(moving) == 2:
+        return SOURCE[row].format(13 + column)
+    return ALONE[row].format("(6)" if moving == (1,) else "(7)")
 
 
 def paper_frame(model: Model) -> dict[str, sp.Expr]:
