@@ -34,7 +34,6 @@ PROPAGATED = Record.of(
     scalar("W1_t", "s^3", "integral of W"),
     scalar("W2_t", "s^4", "integral of that"),
 )
-Wdd_t, Wd_t, W_t, W1_t, W2_t = PROPAGATED.symbols
 AT = Record.of(
     "At",
     "The state at time t of a phase.",
@@ -45,6 +44,13 @@ AT = Record.of(
 )
 x1_t, v1_t, v2_t, y_t = AT.symbols
 W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_sixth", real=True)
+HIGHER_DERIVATIVES = (
+    Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W"),
+    Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'"),
+    Step(W_fifth, -s_1 * W_fourth - s_2 * W_third - s_3 * Wdd, "(11) denominator on W''"),
+    Step(W_sixth, -s_1 * W_fifth - s_2 * W_fourth - s_3 * W_third, "(11) denominator on W'''"),
+)
+"""Derivatives of W behind the second, each from those before it."""
 
 
 @function(takes=(POLES, NUMERATOR, BASIS), returns=RISE)
@@ -53,8 +59,7 @@ def step_response() -> Steps:
 
     h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first three derivatives.
     """
-    yield Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W")
-    yield Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'")
+    yield from HIGHER_DERIVATIVES[:2]
     yield Step(rise, H3 * Wd + H2 * W + H1 * W1, "(19), (21)")
     yield Step(rise_rate, H3 * Wdd + H2 * Wd + H1 * W, "derivative of (19), (21)")
     yield Step(rise_curvature, H3 * W_third + H2 * Wdd + H1 * Wd, "second derivative of (19), (21)")
@@ -83,24 +88,15 @@ def taylor_step() -> Steps:
     half, sixth, rest = sp.symbols("half sixth rest", real=True)
     gains = sp.symbols("more_Wdd more_Wd more_W more_W1 more_W2", real=True)
     known = (W2, W1, W, Wd, Wdd, W_third, W_fourth, W_fifth, W_sixth)
-    later = (Wdd_t, Wd_t, W_t, W1_t, W2_t)
-    steps = [
-        Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W"),
-        Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'"),
-        Step(W_fifth, -s_1 * W_fourth - s_2 * W_third - s_3 * Wdd, "(11) denominator on W''"),
-        Step(W_sixth, -s_1 * W_fifth - s_2 * W_fourth - s_3 * W_third, "(11) denominator on W'''"),
-        Step(half, t * t / 2, "t^2/2!"),
-        Step(sixth, half * t / 3, "t^3/3!"),
-        Step(rest, sixth * t / 4, "t^4/4!"),
-    ]
-    for n, (gain, value) in enumerate(zip(gains, later, strict=True)):
-        start = known.index(Wdd) - n
-        rates = known[start + 1 : start + 5]
-        steps.append(
-            Step(gain, t * rates[0] + half * rates[1] + sixth * rates[2] + rest * rates[3], "its Taylor series")
-        )
-        steps.append(Step(value, known[start] + gain, "t later"))
-    return tuple(steps)
+    yield from HIGHER_DERIVATIVES
+    yield Step(half, t * t / 2, "t^2/2!")
+    yield Step(sixth, half * t / 3, "t^3/3!")
+    yield Step(rest, sixth * t / 4, "t^4/4!")
+    for n, (gain, value) in enumerate(zip(gains, PROPAGATED.symbols, strict=True)):
+        start, *rates = known[known.index(Wdd) - n :][:5]
+        series = t * rates[0] + half * rates[1] + sixth * rates[2] + rest * rates[3]
+        yield Step(gain, series, "its Taylor series")
+        yield Step(value, start + gain, "t later")
 
 
 @function(takes=(STATE, MOTION, BASIS), returns=AT)

@@ -12,6 +12,7 @@ statement about their difference. In them
 Figures are those of the robot `hopper_c` after a drop from 20 cm unless said otherwise; the tests compute each of them.
 """
 
+import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -61,7 +62,7 @@ class Equation:
             pieces = list(_pieces(text))
             yield from pieces[:-1] if len(pieces) > 1 else ()
             yield f"{pieces[-1]},"
-        yield f"({''.join(f'{_quote(step)}, ' for step in self.steps).rstrip()}),"
+        yield f"({''.join(f'{json.dumps(step)}, ' for step in self.steps).rstrip()}),"
 
 
 @dataclass(frozen=True)
@@ -72,24 +73,20 @@ class Proof:
     test: str
 
 
-def _quote(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
-
-
 def _pieces(text: str, width: int = 96) -> Iterator[str]:
     """A string literal as adjacent literals, broken at spaces; more than one stand in parentheses."""
     lines, line = [], ""
     for word in text.split(" "):
-        if line and len(_quote(line + word)) > width:
+        if line and len(json.dumps(line + word)) > width:
             lines.append(line)
             line = ""
         line += word + " "
     lines.append(line[:-1])
     if len(lines) == 1:
-        yield _quote(lines[0])
+        yield json.dumps(lines[0])
         return
     yield "("
-    yield from (f"    {_quote(piece)}" for piece in lines)
+    yield from (f"    {json.dumps(piece)}" for piece in lines)
     yield ")"
 
 
