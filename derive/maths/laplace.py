@@ -16,6 +16,8 @@ from ..model.equations import Model
 from ..model.quantities import *
 
 s = sp.Symbol("s")
+X1, X2 = sp.symbols("X1 X2")
+x1_0, v1_0, x2_0, v2_0 = sp.symbols("x1_0 v1_0 x2_0 v2_0", real=True)
 
 # The system with named coefficients; `rates` gives the coefficients of a model.
 MATRIX = sp.Matrix([[0, 1, -1], [a1_y, a1_v1, a1_v2], [a2_y, a2_v1, a2_v2]])
@@ -135,19 +137,22 @@ def _source(moving: tuple[int, ...], row: int, column: int) -> str:
     return ALONE[row].format("(6)" if moving == (1,) else "(7)")
 
 
+def transforms(model: Model) -> tuple[sp.Expr, ...]:
+    """The transforms (6), (7) of (3), (4): what is 0 in X_1(s), X_2(s) and the initial values."""
+    made = []
+    for acc, X, x_0, v_0 in zip(model.accelerations, (X1, X2), (x1_0, x2_0), (v1_0, v2_0), strict=True):
+        constant = acc.subs({v1: 0, v2: 0, x1: 0, x2: 0})
+        moving = (acc - constant).subs({v1: s * X1 - x1_0, v2: s * X2 - x2_0, x1: X1, x2: X2})
+        made.append(s**2 * X - s * x_0 - v_0 - moving - constant / s)
+    return tuple(made)
+
+
 def paper_frame(model: Model) -> dict[str, sp.Expr]:
     """beta, gamma, lambda_2 and H_4..H_1 of (8)-(15) as they follow from (3), (4), in the paper's frame.
 
     (6), (7) are solved for X_2(s); H_n is the coefficient of s^(n-1) of its numerator over s^2 P(s).
     """
-    x1_0, v1_0, x2_0, v2_0 = initial = sp.symbols("x1_0 v1_0 x2_0 v2_0", real=True)
-    X1, X2 = sp.symbols("X1 X2")
-    equations = []
-    for acc, X, x_0, v_0 in zip(model.accelerations, (X1, X2), initial[::2], initial[1::2], strict=True):
-        transform = acc.subs({v1: s * X1 - x1_0, v2: s * X2 - x2_0, x1: X1, x2: X2})
-        constant = acc.subs({v1: 0, v2: 0, x1: 0, x2: 0})
-        equations.append(s**2 * X - s * x_0 - v_0 - (transform - constant) - constant / s)
-    solution = sp.solve(equations, (X1, X2), dict=True)[0]
+    solution = sp.solve(transforms(model), (X1, X2), dict=True)[0]
     polynomial = sp.Poly(sp.expand((s * sp.eye(3) - MATRIX).det()), s).as_expr()
     entries = {step.symbol: step.value for step in rates_of(model) if step.symbol in MATRIX.free_symbols}
     denominator = s**2 * polynomial.subs(entries)
