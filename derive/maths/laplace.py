@@ -39,11 +39,10 @@ def rates_of(model: Model) -> Steps:
         Step(a2_0, smooth[1].subs({y: 0, v1: 0, v2: 0, u: 0}), "(4) constant"),
     ]
     entries = {step.symbol: step.value for step in steps}
-    for name, coefficient in zip((s_1, s_2, s_3), characteristic(MATRIX.subs(entries)), strict=True):
-        steps.append(Step(name, coefficient, "(11) denominator"))
-    for pair, rows, source in (((p_1, q_1), (0, 1), "(6)"), ((p_2, q_2), (0, 2), "(7)")):
+    modes = (((s_1, s_2, s_3), (0, 1, 2), "(11)"), ((p_1, q_1), (0, 1), "(6)"), ((p_2, q_2), (0, 2), "(7)"))
+    for symbols, rows, source in modes:
         polynomial = characteristic(MATRIX.extract(rows, rows).subs(entries))
-        steps += [Step(name, value, f"{source} denominator") for name, value in zip(pair, polynomial, strict=True)]
+        steps += [Step(name, value, f"{source} denominator") for name, value in zip(symbols, polynomial, strict=True)]
     return tuple(steps)
 
 
