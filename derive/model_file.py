@@ -9,6 +9,7 @@ import keyword
 import math
 import re
 import runpy
+import traceback
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -48,6 +49,13 @@ KEYWORDS_OF_C = {
 """Of C and C++, and the macros in small letters that compilers and common headers define."""
 
 
+NAMES_OF_THE_PACKAGE = (
+    "Field Number Parameters Real cached_property description fields formulas math name parameters real result solver "
+    "to_toml I U V1 V2 X1"
+)
+"""Names of the class of the robot and of the modules of formulas; the imaginary unit of C, enumerators of columns."""
+
+
 def read_model(path: Path, prefix: str = "hopform") -> Model:
     """The model of a file that defines `terms`, `parameters` and `fixed`; errors name the file."""
     if not path.is_file():
@@ -82,12 +90,8 @@ def _line_in(path: Path, error: BaseException) -> int | None:
     """The line of the file where an exception came from: the innermost one."""
     if isinstance(error, SyntaxError) and error.filename == str(path):
         return error.lineno
-    line, trace = None, error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(path):
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    return line
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
+    return lines[-1] if lines else None
 
 
 def _one_line(text: str, most: int = 240) -> str:
@@ -118,24 +122,7 @@ def _sequence(value: Any, name: str, kind: type) -> tuple[Any, ...]:
 def _names_of_the_derivation() -> frozenset[str]:
     """Every name that a generated formula, or the class of the robot, may use beside those of the parameters."""
     derived = program()
-    names = {
-        "Field",
-        "Number",
-        "Parameters",
-        "Real",
-        "cached_property",
-        "description",
-        "fields",
-        "formulas",
-        "math",
-        "name",
-        "parameters",
-        "real",
-        "result",
-        "solver",
-        "to_toml",
-    }
-    names |= {"I", "U", "V1", "V2", "X1"}  # the imaginary unit of C, and enumerators of columns
+    names = set(NAMES_OF_THE_PACKAGE.split())
     for record in derived.records:
         names |= {record.name, record.in_python, snake(record.name), *map(str, record.symbols)}
     for function in derived.functions:
@@ -161,8 +148,7 @@ def _why_not(name: Any, prefix: str) -> str | None:
         (
             name.endswith(("_t", "_real", "_f32", "_f64")) or name.startswith("d_") or _has_prefix(name, prefix),
             f"it must not end in _t, _real, _f32 or _f64, begin with d_ or {prefix}_, or contain hopform, as names of "
-            "the "
-            "generated code do",
+            "the generated code do",
         ),
     )
     return next((reason for holds, reason in reasons if holds), None)
@@ -245,8 +231,7 @@ def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...], prefix: st
         if fields & taken or _has_prefix(energy.field_name(term.name), prefix):
             raise ModelError(
                 f"the name of a term is {term.name!r}: the generated code or another term has {min(fields)} already, "
-                "which "
-                "would be its entry of the ledger"
+                "which would be its entry of the ledger"
             )
         taken |= fields
         forces = {
@@ -299,6 +284,5 @@ def _exact(value: sp.Expr, what: str) -> sp.Expr:
             return sp.Pow(base, exponent)
     raise ModelError(
         f"{what}: {_one_line(str(value))} has no spelling in generated code; allowed are sums, products and whole "
-        "powers of "
-        "symbols and numbers, and quotients by all of these but sums"
+        "powers of symbols and numbers, and quotients by all of these but sums"
     )

@@ -10,7 +10,7 @@ for the Physics Simulation of Servo Actuators").
 import csv
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -125,9 +125,8 @@ def main() -> int:
     if not os.environ.get("HOPFORM_DATA") or not folder.is_dir():
         print("hopform: set HOPFORM_DATA to the folder of the recordings", file=sys.stderr)
         return 2
-    parts: tuple[Callable[[Path], Iterator[Line]], ...] = (decays, pulses, axis, pendulums)
     try:
-        lines = [line for part in parts for line in part(folder)]
+        lines = [line for part in (decays, pulses, axis, pendulums) for line in part(folder)]
     except HopformError as error:
         print(f"hopform: {error}", file=sys.stderr)
         return 2

@@ -65,14 +65,12 @@ class Expressions:
             above.append(f"{self.root}({self._sum(root)})")
         above.sort(key=_factor_order)
         below.sort(key=_factor_order)
-        if max(number.p, number.q) > LARGEST_PART or (number.p != 1 and number.q in (1, 2, 4, 8)):
-            above.insert(0, _number(float(number)))
+        if max(number.p, number.q) > LARGEST_PART or (number != 1 and number.q in (1, 2, 4, 8)):
+            above.insert(0, repr(float(number)))
         elif number.q != 1:
             if number.p != 1:
-                above.insert(0, _number(float(number.p)))
-            below.insert(0, _number(float(number.q))) if number.q not in (2, 4, 8) else above.insert(
-                0, _number(1.0 / number.q)
-            )
+                above.insert(0, repr(float(number.p)))
+            below.insert(0, repr(float(number.q)))
         top = "*".join(above) or "1.0"
         if not below:
             return top
@@ -82,7 +80,7 @@ class Expressions:
         if base.is_Symbol:
             return str(base.name)
         if base.is_Rational:
-            return _number(float(base))
+            return repr(float(base))
         if isinstance(base, sp.Abs):
             return f"{self.absolute}({self._sum(base.args[0])})"
         return f"({self._sum(base)})"
@@ -90,10 +88,6 @@ class Expressions:
 
 def _factor_order(text: str) -> tuple[bool, str]:
     return text.startswith("("), text
-
-
-def _number(value: float) -> str:
-    return repr(value)
 
 
 def aligned(lines: Iterable[Line]) -> Iterator[str]:

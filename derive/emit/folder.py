@@ -172,12 +172,10 @@ def _read_manifest(folder: Path) -> tuple[dict[Path, str], dict[Path, str]]:
 
 
 def _parse_manifest(text: str) -> tuple[dict[Path, str], dict[Path, str]]:
-    parts: list[dict[Path, str]] = [{}, {}]
-    section = 0
-    for line in text.split("\n"):
-        if line == "# made from":
-            section = 1
-        elif line and not line.startswith("#"):
-            digest, _, path = line.partition("  ")
-            parts[section][Path(path)] = digest
-    return parts[0], parts[1]
+    made, _, makers = text.partition("# made from\n")
+    return _hashes(made), _hashes(makers)
+
+
+def _hashes(lines: str) -> dict[Path, str]:
+    parts = (line.partition("  ") for line in lines.split("\n"))
+    return {Path(path): digest for digest, _, path in parts if path}

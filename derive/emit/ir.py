@@ -5,10 +5,10 @@ The intermediate form knows sympy expressions and nothing about any target langu
 
 import inspect
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import sympy as sp
 
@@ -96,6 +96,10 @@ class Record:
     quantities: tuple[Quantity, ...]
     python_name: str = ""
 
+    @classmethod
+    def of(cls, name: str, meaning: str, *quantities: Quantity, python_name: str = "") -> "Record":
+        return cls(name, meaning, quantities, python_name)
+
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
         return tuple(quantity.symbol for quantity in self.quantities)
@@ -141,6 +145,10 @@ class Struct:
     meaning: str
     members: tuple[Member, ...]
 
+    @classmethod
+    def of(cls, name: str, meaning: str, *members: Member) -> "Struct":
+        return cls(name, meaning, members)
+
 
 @dataclass(frozen=True)
 class Step:
@@ -149,6 +157,10 @@ class Step:
     symbol: sp.Symbol
     value: sp.Expr
     source: str
+
+
+Steps: TypeAlias = Iterable[Step]
+"""What a function of the program yields, in the order of computation."""
 
 
 def unfold(expression: sp.Expr, steps: tuple[Step, ...]) -> sp.Expr:
@@ -201,11 +213,11 @@ class Definition:
     meaning: str
     takes: tuple[Record | Quantity, ...]
     returns: Record | Quantity
-    make: Callable[..., tuple[Step, ...]]
+    make: Callable[..., Steps]
 
     def __call__(self, *model: Any) -> tuple[Step, ...]:
         """The steps; those that depend on a model take it."""
-        return self.make(*model)
+        return tuple(self.make(*model))
 
     def of(self, model: Any, records: Mapping[str, Record]) -> Function:
         """The function of a model; `records` are those that the model makes longer, by name."""
@@ -213,16 +225,16 @@ class Definition:
         def longer(argument: Record | Quantity) -> Record | Quantity:
             return records.get(argument.name, argument) if isinstance(argument, Record) else argument
 
-        steps = self.make(model) if inspect.signature(self.make).parameters else self.make()
+        steps = self(model) if inspect.signature(self.make).parameters else self()
         return Function(self.name, self.meaning, tuple(map(longer, self.takes)), steps, longer(self.returns))
 
 
 def function(
     *, takes: tuple[Record | Quantity, ...], returns: Record | Quantity
-) -> Callable[[Callable[..., tuple[Step, ...]]], Definition]:
-    """Make what returns steps a function of the program, under its name; the docstring's first line is the meaning."""
+) -> Callable[[Callable[..., Steps]], Definition]:
+    """Make what yields steps a function of the program, under its name; the docstring's first line is the meaning."""
 
-    def define(make: Callable[..., tuple[Step, ...]]) -> Definition:
+    def define(make: Callable[..., Steps]) -> Definition:
         meaning = inspect.getdoc(make)
         if not meaning:
             raise ValueError(f"{make.__name__} has no docstring to say what it means")

@@ -23,7 +23,7 @@ from ..model.equations import Model
 from ..model.kinds import FLIGHT_EVENTS, KINDS, LONGEST_PREFIX, MOST_STEPS, STATUSES
 from ..model.precisions import CONSTANTS, LIMITS, PRECISIONS, Precision
 from ..model.quantities import TRAVEL
-from ..model.selftest import CASES, ROBOTS
+from ..model.selftest import CASES, ROBOTS, Case
 from ..model.structs import SEARCH_INTERVALS, struct_of, structs
 from ..models.hopper import HOPPER
 from ..paper.register import CERTIFICATE, REGISTER, VERDICTS, tallies
@@ -222,15 +222,14 @@ def _context(made: Program, options: Options, precision: Precision) -> dict[str,
         "domains": DOMAINS.values(),
         "limits": LIMITS,
         "constants": CONSTANTS,
-        "series": kernels.series,
-        "tables": kernels.tables,
-        "nodes": kernels.nodes,
+        "kernels": kernels,
         "contact_is_compression": int(contact.is_compression(options.model)),
         "leg_has_damper": int(contact.has_damper(options.model)),
         "foot_is_fixed": int("foot" in options.model.fixed),
         "body_is_fixed": int("body" in options.model.fixed),
         "precisions": options.precisions,
         "selftest_robots": ROBOTS,
+        "selftest_reals": Case._fields[1:],  # the first is the robot's place
         "selftest_cases": CASES,
         "body_entries": energy.body_entries(options.model),
         "stability": stability.open_conditions(options.model),

@@ -6,7 +6,7 @@ spring. It is taken over k, so that it is the compression y itself for the paper
 
 import sympy as sp
 
-from ..emit.ir import Step, function, scalar
+from ..emit.ir import Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from . import sensitivity
@@ -27,29 +27,29 @@ def has_damper(model: Model) -> bool:
 
 
 @function(takes=(ROBOT, STATE), returns=CONTACT)
-def contact_of(model: Model) -> tuple[Step, ...]:
+def contact_of(model: Model) -> Steps:
     """Contact force of the leg over k, at a state."""
-    return (Step(contact, model.contact, "what the leg carries"),)
+    yield Step(contact, model.contact, "what the leg carries")
 
 
 @function(takes=(ROBOT, STATE), returns=CONTACT)
-def contact_slope(model: Model) -> tuple[Step, ...]:
+def contact_slope(model: Model) -> Steps:
     """Change of the contact force over k with a change of the state, or with its rate."""
     slope = sum((model.contact.diff(symbol) * symbol for symbol in (y, v1, v2)), sp.S.Zero)
-    return (Step(contact, sp.expand(slope), "what the leg carries"),)
+    yield Step(contact, sp.expand(slope), "what the leg carries")
 
 
 @function(
     takes=(ROBOT, STATE, sensitivity.ROBOT_CHANGE, sensitivity.STATE_CHANGE),
     returns=scalar("d_contact", "m", "change of the contact force over k"),
 )
-def contact_change(model: Model) -> tuple[Step, ...]:
+def contact_change(model: Model) -> Steps:
     """Change of the contact force over k with the robot and the state."""
     steps = (Step(contact, model.contact, "what the leg carries"),)
     return sensitivity.changed_steps(steps, (*model.robot.symbols, v1, v2, y), (sensitivity.change_of(contact),))
 
 
 @function(takes=(ROBOT,), returns=REST)
-def rest_compression(model: Model) -> tuple[Step, ...]:
+def rest_compression(model: Model) -> Steps:
     """Compression at which the leg at rest carries nothing: 0 where the spring is all that acts in it."""
-    return (Step(rest, model.rest, "N = 0 at rest"),)
+    yield Step(rest, model.rest, "N = 0 at rest")

@@ -9,7 +9,7 @@ Hop heights count from L_0 + c above the ground under the foot. At take-off y = 
 
 import sympy as sp
 
-from ..emit.ir import Step, function, scalar
+from ..emit.ir import Step, Steps, function, scalar
 from ..model import equations
 from ..model.equations import Model
 from ..model.quantities import *
@@ -34,63 +34,57 @@ E_td, E_dist, E_spring = sp.symbols("E_td E_dist E_spring", real=True)
 
 
 @function(takes=(ROBOT, HEIGHT), returns=V_AFTER)
-def touchdown_velocity(model: Model) -> tuple[Step, ...]:
+def touchdown_velocity(model: Model) -> Steps:
     """Velocity of the body after the impact of a drop from a hop height."""
-    return (Step(v_after, -sp.sqrt(2 * model.fall * height * (1 - impact_loss)), "drop from rest, after the impact"),)
+    yield Step(v_after, -sp.sqrt(2 * model.fall * height * (1 - impact_loss)), "drop from rest, after the impact")
 
 
 @function(takes=(ROBOT, STATE.quantities[0], STATE.quantities[3], V_UP), returns=APEX)
-def apex_of_takeoff(model: Model) -> tuple[Step, ...]:
+def apex_of_takeoff(model: Model) -> Steps:
     """Hop height of the apex after a take-off."""
-    return (Step(apex, x1 - (y - model.rest) + v_up**2 / (2 * model.fall), "apex of the ballistic flight"),)
+    yield Step(apex, x1 - (y - model.rest) + v_up**2 / (2 * model.fall), "apex of the ballistic flight")
 
 
 @function(takes=(ROBOT, STATE, AED, X1_T, STEP), returns=APEX)
-def apex_from_energy() -> tuple[Step, ...]:
+def apex_from_energy() -> Steps:
     """Hop height of the apex over the ground at take-off, from the energies at touchdown and the AED.
 
     (25)-(27) with what they leave out.
     """
-    return (
-        Step(E_td, m_s * v2**2 / 2, "(25), after the impact"),
-        Step(E_dist, -m_s * g * step, "(26) without the 1/2, signed"),
-        Step(
-            apex,
-            (E_td + E_dist + k * x1**2 / 2 + aed - k * x1_T**2 / 2) / (m_s * g) + x1,
-            "(27) with the spring coordinate",
-        ),
+    yield Step(E_td, m_s * v2**2 / 2, "(25), after the impact")
+    yield Step(E_dist, -m_s * g * step, "(26) without the 1/2, signed")
+    yield Step(
+        apex,
+        (E_td + E_dist + k * x1**2 / 2 + aed - k * x1_T**2 / 2) / (m_s * g) + x1,
+        "(27) with the spring coordinate",
     )
 
 
 @function(takes=(ROBOT, STATE, AED, H_DES, STEP), returns=PRINTED)
-def printed_objective() -> tuple[Step, ...]:
+def printed_objective() -> Steps:
     """The objective of the controller as the paper prints it."""
-    return (
-        Step(E_td, m_s * v2**2 / 2, "(25)"),
-        Step(E_dist, m_s * g * sp.Abs(step) / 2, "(26) as printed"),
-        Step(J, sp.Abs(aed - (m_s * g * h_des - E_td - E_dist)), "(27) as printed"),
-    )
+    yield Step(E_td, m_s * v2**2 / 2, "(25)")
+    yield Step(E_dist, m_s * g * sp.Abs(step) / 2, "(26) as printed")
+    yield Step(J, sp.Abs(aed - (m_s * g * h_des - E_td - E_dist)), "(27) as printed")
 
 
 @function(takes=(ROBOT, STATE, AED, X1_T, H_DES, LIFT, SPRING), returns=OBJECTIVE)
-def objective() -> tuple[Step, ...]:
+def objective() -> Steps:
     """The same objective with another share of the step, and with the spring coordinate.
 
     J of (27), where the ground lies `lift` higher than it counts from, and with a weight of what (27) leaves out:
     lift = |step|/2, spring 0 is printed_objective; lift = -step, spring 1 vanishes where the apex is h_des.
     """
-    return (
-        Step(E_td, m_s * v2**2 / 2, "(25), after the impact"),
-        Step(E_dist, m_s * g * lift, "(26)"),
-        Step(E_spring, k * x1**2 / 2 - k * x1_T**2 / 2 + m_s * g * x1, "what (27) leaves out"),
-        Step(J, sp.Abs(aed - (m_s * g * h_des - E_td - E_dist - spring * E_spring)), "(27)"),
-    )
+    yield Step(E_td, m_s * v2**2 / 2, "(25), after the impact")
+    yield Step(E_dist, m_s * g * lift, "(26)")
+    yield Step(E_spring, k * x1**2 / 2 - k * x1_T**2 / 2 + m_s * g * x1, "what (27) leaves out")
+    yield Step(J, sp.Abs(aed - (m_s * g * h_des - E_td - E_dist - spring * E_spring)), "(27)")
 
 
 @function(takes=(ROBOT,), returns=THRESHOLD)
-def threshold_current() -> tuple[Step, ...]:
+def threshold_current() -> Steps:
     """Current at which the unloaded actuator starts to move."""
-    return (Step(u_threshold, equations.threshold_current(), "(5) as a magnitude"),)
+    yield Step(u_threshold, equations.threshold_current(), "(5) as a magnitude")
 
 
 def variations(model: Model) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, function, scalar
+from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model import equations
 from ..model.equations import Model, Term
 from ..model.quantities import *
@@ -83,7 +83,7 @@ def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
 
 
 @function(takes=(ROBOT, MOMENTS, CURRENT, SIDE_1, SIDE_2, X1_0), returns=LEDGER)
-def ledger_of(model: Model) -> tuple[Step, ...]:
+def ledger_of(model: Model) -> Steps:
     """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0."""
     return tuple(
         Step(entry, _integrate(power), "(24)" if entry in body_entries(model) else "ledger")
@@ -92,68 +92,60 @@ def ledger_of(model: Model) -> tuple[Step, ...]:
 
 
 @function(takes=(LEDGER,), returns=AED)
-def aed_of_ledger(model: Model) -> tuple[Step, ...]:
+def aed_of_ledger(model: Model) -> Steps:
     """Change of the energy of the body by the entries of a ledger."""
-    return (Step(aed, sum(body_entries(model), sp.S.Zero), "(24)"),)
+    yield Step(aed, sum(body_entries(model), sp.S.Zero), "(24)")
 
 
 @function(takes=(ROBOT, STATE.quantities[0], STATE.quantities[3]), returns=BODY_HEIGHT)
-def body_height() -> tuple[Step, ...]:
+def body_height() -> Steps:
     """Height of the body over the ground under the foot.
 
     x_2 of a state, solved from y = x_1 - x_2 + L_0 + c; each step rounds once, in this order.
     """
-    return (
-        Step(length, x1 - y, "x_2 - L_0 - c"),
-        Step(unloaded, L0 + c, "length of the leg without load"),
-        Step(x2, length + unloaded, "y = x_1 - x_2 + L_0 + c"),
-    )
+    yield Step(length, x1 - y, "x_2 - L_0 - c")
+    yield Step(unloaded, L0 + c, "length of the leg without load")
+    yield Step(x2, length + unloaded, "y = x_1 - x_2 + L_0 + c")
 
 
 @function(takes=(ROBOT, STATE), returns=STORED)
-def stored_energy() -> tuple[Step, ...]:
+def stored_energy() -> Steps:
     """Energy of the body beside its kinetic energy and that of its height.
 
     Where this is large against m_s max(v_2^2, 1)/2, the difference of two E has lost the digits of the AED.
     """
-    return (
-        Step(length, x1 - y, "x_2 - L_0 - c at the start"),
-        Step(stored, k * length**2 / 2, "(22), (23)"),
-    )
+    yield Step(length, x1 - y, "x_2 - L_0 - c at the start")
+    yield Step(stored, k * length**2 / 2, "(22), (23)")
 
 
 @function(takes=(ROBOT, STATE), returns=ENERGY)
-def energies() -> tuple[Step, ...]:
+def energies() -> Steps:
     """Energy of the body and of the robot.
 
     E and H of a state; x_2 - L_0 - c is the actuator's displacement less the compression.
     """
-    return (
-        Step(length, x1 - y, "x_2 - L_0 - c"),
-        Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)"),
-        Step(
-            total,
-            m_eff * v1**2 / 2 + m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * y**2 / 2,
-            "energy of the whole robot",
-        ),
+    yield Step(length, x1 - y, "x_2 - L_0 - c")
+    yield Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)")
+    yield Step(
+        total,
+        m_eff * v1**2 / 2 + m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * y**2 / 2,
+        "energy of the whole robot",
     )
 
 
 @function(takes=(ROBOT, STATE, AT), returns=GAIN)
-def body_energy_gain() -> tuple[Step, ...]:
+def body_energy_gain() -> Steps:
     """Change of the body's energy between two states, the AED.
 
     Each difference of squares is factored: nothing large is subtracted.
     """
     length_t = sp.Symbol("length_t", real=True)
-    return (
-        Step(length, x1 - y, "x_2 - L_0 - c at the start"),
-        Step(length_t, x1_t - y_t, "x_2 - L_0 - c at the end"),
-        Step(
-            gain,
-            m_s * (v2_t - v2) * (v2_t + v2) / 2 + (length_t - length) * (m_s * g + k * (length_t + length) / 2),
-            "(22)-(24) U_delta",
-        ),
+    yield Step(length, x1 - y, "x_2 - L_0 - c at the start")
+    yield Step(length_t, x1_t - y_t, "x_2 - L_0 - c at the end")
+    yield Step(
+        gain,
+        m_s * (v2_t - v2) * (v2_t + v2) / 2 + (length_t - length) * (m_s * g + k * (length_t + length) / 2),
+        "(22)-(24) U_delta",
     )
 
 

@@ -19,17 +19,15 @@ the actuator, constant or linear in v_1, and a constant force on the body: for g
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, function, scalar
+from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model, ModelError, Term
 from ..model.quantities import *
 
-GAINS = Record(
+GAINS = Record.of(
     "Gains",
     "The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current.",
-    (
-        Quantity("Kp", r"K_p", "N/m", "force per displacement", "nonnegative"),
-        Quantity("Kd", r"K_d", "N s/m", "force per velocity", "nonnegative"),
-    ),
+    Quantity("Kp", r"K_p", "N/m", "force per displacement", "nonnegative"),
+    Quantity("Kd", r"K_d", "N s/m", "force per velocity", "nonnegative"),
 )
 Kp, Kd = GAINS.symbols
 
@@ -38,84 +36,70 @@ LIMIT = Quantity("limit", r"\mathrm{sat}", "1", "sign of the motor's pull at its
 SETTLING = Quantity("time", r"T", "s", "time to settle", "positive")
 largest, limit, time = LIMIT_FORCE.symbol, LIMIT.symbol, SETTLING.symbol
 
-FLIGHT_RATES = Record(
+FLIGHT_RATES = Record.of(
     "FlightRates",
     "The actuator in flight: accelerations, and poles under the law and at its limit.",
-    (
-        Quantity("p_law", r"p", "1/s", "sum of the rates under the law"),
-        Quantity("q_law", r"q", "1/s^2", "product of the rates under the law"),
-        Quantity("p_free", r"p_0", "1/s", "rate of the actuator under a constant force"),
-        Quantity("a_free", r"a_0", "m/s^2", "constant acceleration without the motor"),
-        Quantity("a_largest", r"a_{max}", "m/s^2", "largest acceleration by the motor"),
-    ),
+    Quantity("p_law", r"p", "1/s", "sum of the rates under the law"),
+    Quantity("q_law", r"q", "1/s^2", "product of the rates under the law"),
+    Quantity("p_free", r"p_0", "1/s", "rate of the actuator under a constant force"),
+    Quantity("a_free", r"a_0", "m/s^2", "constant acceleration without the motor"),
+    Quantity("a_largest", r"a_{max}", "m/s^2", "largest acceleration by the motor"),
 )
 p_law, q_law, p_free, a_free, a_largest = FLIGHT_RATES.symbols
 
-ACTUATOR = Record(
+ACTUATOR = Record.of(
     "Actuator",
     "The actuator at one instant of the flight.",
-    (
-        Quantity("x1", r"x_1", "m", "displacement"),
-        Quantity("v1", r"\dot{x}_1", "m/s", "velocity"),
-        Quantity("acc1", r"\ddot{x}_1", "m/s^2", "acceleration"),
-    ),
+    Quantity("x1", r"x_1", "m", "displacement"),
+    Quantity("v1", r"\dot{x}_1", "m/s", "velocity"),
+    Quantity("acc1", r"\ddot{x}_1", "m/s^2", "acceleration"),
 )
 acc1 = ACTUATOR.symbols[2]
 
-ACTUATOR_AT = Record(
+ACTUATOR_AT = Record.of(
     "ActuatorAt",
     "The actuator at time t of a phase of the flight.",
-    (
-        Quantity("moved", r"x_1(t) - x_1", "m", "how far it has moved since the phase began"),
-        Quantity("v1_t", r"\dot{x}_1(t)", "m/s", "velocity"),
-        Quantity("acc1_t", r"\ddot{x}_1(t)", "m/s^2", "acceleration"),
-        Quantity("jerk1_t", r"\dddot{x}_1(t)", "m/s^3", "its rate"),
-    ),
+    Quantity("moved", r"x_1(t) - x_1", "m", "how far it has moved since the phase began"),
+    Quantity("v1_t", r"\dot{x}_1(t)", "m/s", "velocity"),
+    Quantity("acc1_t", r"\ddot{x}_1(t)", "m/s^2", "acceleration"),
+    Quantity("jerk1_t", r"\dddot{x}_1(t)", "m/s^3", "its rate"),
 )
 moved, v1_t, acc1_t, jerk1_t = ACTUATOR_AT.symbols
 
-PULL = Record(
+PULL = Record.of(
     "Pull",
     "What the law asks of the motor, and how that changes.",
-    (
-        Quantity("pull", r"K_p x_1 + K_d v_1", "N", "force"),
-        Quantity("pull_rate", r"", "N/s", "its rate"),
-        Quantity("pull_curvature", r"", "N/s^2", "the rate of that"),
-    ),
+    Quantity("pull", r"K_p x_1 + K_d v_1", "N", "force"),
+    Quantity("pull_rate", r"", "N/s", "its rate"),
+    Quantity("pull_curvature", r"", "N/s^2", "the rate of that"),
 )
 pull, pull_rate, pull_curvature = PULL.symbols
 
-BALLISTIC = Record(
+BALLISTIC = Record.of(
     "Ballistic",
     "Body and foot where a phase of the flight begins.",
-    (
-        Quantity("foot", r"h", "m", "height of the foot over the ground ahead"),
-        Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
-    ),
+    Quantity("foot", r"h", "m", "height of the foot over the ground ahead"),
+    Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
 )
 foot = BALLISTIC.symbols[0]
 
-FOOT_AT = Record(
+FOOT_AT = Record.of(
     "FootAt",
     "The foot at time t of a phase of the flight.",
-    (
-        Quantity("foot_t", r"h(t)", "m", "height over the ground ahead"),
-        Quantity("foot_rate", r"\dot{h}(t)", "m/s", "its rate"),
-        Quantity("foot_curvature", r"\ddot{h}(t)", "m/s^2", "the rate of that"),
-    ),
+    Quantity("foot_t", r"h(t)", "m", "height over the ground ahead"),
+    Quantity("foot_rate", r"\dot{h}(t)", "m/s", "its rate"),
+    Quantity("foot_curvature", r"\ddot{h}(t)", "m/s^2", "the rate of that"),
 )
 foot_t, foot_rate, foot_curvature = FOOT_AT.symbols
 
-FLIGHT_LEDGER = Record(
+FLIGHT_LEDGER = Record.of(
     "FlightLedger",
     "Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart.",
-    (
-        Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
-        Quantity("offset_work", r"k c \Delta x_1", "J", "work of the constant force k c"),
-        Quantity("viscous_1", r"-\int b_1 v_1^2", "J", "viscous loss of the actuator"),
-        Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
-    ),
-    "FlightWork",
+    Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
+    Quantity("offset_work", r"k c \Delta x_1", "J", "work of the constant force k c"),
+    Quantity("viscous_1", r"-\int b_1 v_1^2", "J", "viscous loss of the actuator"),
+    Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
+    python_name="FlightWork",
 )
 HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body, counted from L_0 + c")
 DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")
@@ -182,67 +166,59 @@ def at_limit(model: Model) -> sp.Expr:
 
 
 @function(takes=(ROBOT, GAINS, LIMIT_FORCE), returns=FLIGHT_RATES)
-def flight_rates_of(model: Model) -> tuple[Step, ...]:
+def flight_rates_of(model: Model) -> Steps:
     """Poles and accelerations of the actuator in flight."""
     law, limited = under_law(model), at_limit(model)
     free = {x1: 0, v1: 0, side_1: 0, limit: 0}
-    return (
-        Step(p_law, -law.diff(v1), "(3) under the law, per v_1"),
-        Step(q_law, -law.diff(x1), "(3) under the law, per x_1"),
-        Step(p_free, -limited.diff(v1), "(3) in flight, per v_1"),
-        Step(a_free, limited.subs(free), "(3) in flight, constant"),
-        Step(a_largest, -limited.diff(limit), "(3) per u, at the limit"),
-    )
+    yield Step(p_law, -law.diff(v1), "(3) under the law, per v_1")
+    yield Step(q_law, -law.diff(x1), "(3) under the law, per x_1")
+    yield Step(p_free, -limited.diff(v1), "(3) in flight, per v_1")
+    yield Step(a_free, limited.subs(free), "(3) in flight, constant")
+    yield Step(a_largest, -limited.diff(limit), "(3) per u, at the limit")
 
 
 @function(takes=(ROBOT, FLIGHT_RATES, *ACTUATOR.quantities[:2], SIDE_1), returns=ACTUATOR.quantities[2])
-def acceleration_under_law() -> tuple[Step, ...]:
+def acceleration_under_law() -> Steps:
     """Acceleration with which a phase of the flight under the law begins."""
-    return (Step(acc1, a_free - q_law * x1 - p_law * v1 - f1 * side_1, "(3) under the law"),)
+    yield Step(acc1, a_free - q_law * x1 - p_law * v1 - f1 * side_1, "(3) under the law")
 
 
 @function(takes=(ROBOT, FLIGHT_RATES, ACTUATOR.quantities[1], SIDE_1, LIMIT), returns=ACTUATOR.quantities[2])
-def acceleration_at_limit() -> tuple[Step, ...]:
+def acceleration_at_limit() -> Steps:
     """Acceleration with which a phase of the flight at the limit of the current begins."""
-    return (Step(acc1, a_free - a_largest * limit - p_free * v1 - f1 * side_1, "(3) at the limit"),)
+    yield Step(acc1, a_free - a_largest * limit - p_free * v1 - f1 * side_1, "(3) at the limit")
 
 
 @function(takes=(ACTUATOR, POLES, PAIR), returns=ACTUATOR_AT)
-def actuator_in_flight() -> tuple[Step, ...]:
+def actuator_in_flight() -> Steps:
     """The actuator at time t of a phase of the flight."""
-    return (
-        Step(moved, v1 * (R + p * R1) + acc1 * R1, "(3) in flight, integral"),
-        Step(v1_t, v1 * (Rd + p * R) + acc1 * R, "(3) in flight"),
-        Step(acc1_t, acc1 * Rd - q * v1 * R, "(3) in flight, derivative"),
-        Step(jerk1_t, -p * acc1_t - q * v1_t, "(3) in flight, differentiated"),
-    )
+    yield Step(moved, v1 * (R + p * R1) + acc1 * R1, "(3) in flight, integral")
+    yield Step(v1_t, v1 * (Rd + p * R) + acc1 * R, "(3) in flight")
+    yield Step(acc1_t, acc1 * Rd - q * v1 * R, "(3) in flight, derivative")
+    yield Step(jerk1_t, -p * acc1_t - q * v1_t, "(3) in flight, differentiated")
 
 
 @function(takes=(GAINS, ACTUATOR, ACTUATOR_AT), returns=PULL)
-def pull_of_law() -> tuple[Step, ...]:
+def pull_of_law() -> Steps:
     """Force that the law demands of the motor at time t of a phase of the flight."""
-    return (
-        Step(pull, Kp * (x1 + moved) + Kd * v1_t, "PD law"),
-        Step(pull_rate, Kp * v1_t + Kd * acc1_t, "derivative of the law"),
-        Step(pull_curvature, Kp * acc1_t + Kd * jerk1_t, "second derivative of the law"),
-    )
+    yield Step(pull, Kp * (x1 + moved) + Kd * v1_t, "PD law")
+    yield Step(pull_rate, Kp * v1_t + Kd * acc1_t, "derivative of the law")
+    yield Step(pull_curvature, Kp * acc1_t + Kd * jerk1_t, "second derivative of the law")
 
 
 @function(takes=(ROBOT, BALLISTIC, ACTUATOR_AT, TIME), returns=FOOT_AT)
-def foot_in_flight(model: Model) -> tuple[Step, ...]:
+def foot_in_flight(model: Model) -> Steps:
     """The foot at time t of a phase of the flight.
 
     The body's parabola less what the actuator has moved.
     """
-    return (
-        Step(foot_t, foot + (v2 * t - model.fall * t**2 / 2 - moved), "x_2 - L_0 - c - x_1"),
-        Step(foot_rate, v2 - model.fall * t - v1_t, "its derivative"),
-        Step(foot_curvature, -model.fall - acc1_t, "its second derivative"),
-    )
+    yield Step(foot_t, foot + (v2 * t - model.fall * t**2 / 2 - moved), "x_2 - L_0 - c - x_1")
+    yield Step(foot_rate, v2 - model.fall * t - v1_t, "its derivative")
+    yield Step(foot_curvature, -model.fall - acc1_t, "its second derivative")
 
 
 @function(takes=(ROBOT, SETTLING), returns=GAINS)
-def critical_gains(model: Model) -> tuple[Step, ...]:
+def critical_gains(model: Model) -> Steps:
     """Gains that bring the actuator back in a given time, critically damped.
 
     Back is within 1/100 of its way. The friction b_1 is part of the damping. Where it is more than critical K_d is 0,
@@ -250,49 +226,45 @@ def critical_gains(model: Model) -> tuple[Step, ...]:
     """
     own = sp.expand(-acceleration(model).diff(v1) * m_eff)
     critical = 2 * m_eff * settled_rate
-    return (
-        Step(settled_rate, SETTLED / time, "(1 + 20/3) exp(-20/3) < 1/100"),
-        Step(shortfall, critical - own, "critical damping less b_1"),
-        Step(Kd, (shortfall + sp.Abs(shortfall)) / 2, "what the motor adds to b_1"),
-        Step(damping, own + Kd, "b_1 + K_d"),
-        Step(Kp, settled_rate * (damping - m_eff * settled_rate), "the slower pole at the settling rate"),
-    )
+    yield Step(settled_rate, SETTLED / time, "(1 + 20/3) exp(-20/3) < 1/100")
+    yield Step(shortfall, critical - own, "critical damping less b_1")
+    yield Step(Kd, (shortfall + sp.Abs(shortfall)) / 2, "what the motor adds to b_1")
+    yield Step(damping, own + Kd, "b_1 + K_d")
+    yield Step(Kp, settled_rate * (damping - m_eff * settled_rate), "the slower pole at the settling rate")
 
 
 @function(takes=(ROBOT,), returns=FALL)
-def fall_of(model: Model) -> tuple[Step, ...]:
+def fall_of(model: Model) -> Steps:
     """Acceleration with which the body falls in flight."""
-    return (Step(FALL.symbol, model.fall, "(4) in flight"),)
+    yield Step(FALL.symbol, model.fall, "(4) in flight")
 
 
 @function(takes=(ROBOT, STATE.quantities[2], DROP), returns=TOUCHDOWN_TIME)
-def time_of_fall(model: Model) -> tuple[Step, ...]:
+def time_of_fall(model: Model) -> Steps:
     """Time after which the body has come down from a height."""
-    return (Step(touchdown_time, (v2 + sp.sqrt(v2**2 + 2 * model.fall * drop)) / model.fall, "ballistic"),)
+    yield Step(touchdown_time, (v2 + sp.sqrt(v2**2 + 2 * model.fall * drop)) / model.fall, "ballistic")
 
 
 @function(takes=(ROBOT, STATE.quantities[2]), returns=V2_AFTER)
-def velocity_after_impact() -> tuple[Step, ...]:
+def velocity_after_impact() -> Steps:
     """Velocity of the body after the impact."""
-    return (Step(v2_after, v2 * sp.sqrt(1 - impact_loss), "impact loss"),)
+    yield Step(v2_after, v2 * sp.sqrt(1 - impact_loss), "impact loss")
 
 
 @function(takes=(ROBOT, *STATE.quantities[1:3], HOP_HEIGHT), returns=ENERGY)
-def flight_energies() -> tuple[Step, ...]:
+def flight_energies() -> Steps:
     """Energy of the body and of the robot in flight.
 
     The spring carries nothing.
     """
-    return (
-        Step(body, m_s * v2**2 / 2 + m_s * g * (hop_height + (L0 + c)), "energy of the body in flight"),
-        Step(total, body + m_eff * v1**2 / 2, "energy of the whole robot in flight"),
-    )
+    yield Step(body, m_s * v2**2 / 2 + m_s * g * (hop_height + (L0 + c)), "energy of the body in flight")
+    yield Step(total, body + m_eff * v1**2 / 2, "energy of the whole robot in flight")
 
 
 @function(
     takes=(ROBOT, GAINS, LIMIT_FORCE, ACTUATOR.quantities[0], SIDE_1, LIMIT, WAY_OF_FLIGHT), returns=FLIGHT_LEDGER
 )
-def flight_ledger_of(model: Model) -> tuple[Step, ...]:
+def flight_ledger_of(model: Model) -> Steps:
     """Each entry of the flight's ledger over a part of a phase.
 
     From the displacement and the integral of v_1^2.
@@ -301,9 +273,7 @@ def flight_ledger_of(model: Model) -> tuple[Step, ...]:
     force = sp.expand(acceleration(model).subs({u: 0, side_1: 0}) * m_eff)
     on_body = sp.expand((g - model.fall) * m_s)
     of_law = Kp * moved * (x1 + moved / 2) + Kd * int_v1v1
-    return (
-        Step(motor_work, -follows * of_law - limit * largest * moved, "law, or limit"),
-        Step(offset_work, sp.expand(force.subs(v1, 0)) * moved + on_body * rise, "constant forces"),
-        Step(viscous_1, force.diff(v1) * int_v1v1, "ledger"),
-        Step(coulomb_1, -m_eff * f1 * side_1 * moved, "ledger"),
-    )
+    yield Step(motor_work, -follows * of_law - limit * largest * moved, "law, or limit")
+    yield Step(offset_work, sp.expand(force.subs(v1, 0)) * moved + on_body * rise, "constant forces")
+    yield Step(viscous_1, force.diff(v1) * int_v1v1, "ledger")
+    yield Step(coulomb_1, -m_eff * f1 * side_1 * moved, "ledger")

@@ -11,33 +11,24 @@ from ..model.precisions import F32, TERMS, Precision
 
 
 @dataclass(frozen=True)
-class Series:
-    """Coefficients of a series, the highest first as Horner's rule takes them."""
-
-    name: str
-    coefficients: tuple[float, ...]
-    meaning: str
-
-
-@dataclass(frozen=True)
 class Table:
-    """Numbers in a row."""
+    """Numbers in a row; of a series its coefficients, the highest first as Horner's rule takes them."""
 
     name: str
     values: tuple[float, ...]
     meaning: str
 
 
-def series(precision: Precision) -> tuple[Series, ...]:
+def series(precision: Precision) -> tuple[Table, ...]:
     """The power series of the kernels."""
     single = precision == F32
     area_tangent = tuple(1.0 / n for n in reversed(range(1, 11 if single else 23, 2)))
     return (
-        Series("EXPONENTIAL", _inverse_factorials(range(1, 9 if single else 15)), "(exp(r) - 1)/r"),
-        Series("DECAY_TAIL", _alternating(_inverse_factorials(range(3, 14 if single else 21))), "phi_3(-z)"),
-        Series("SINE", _alternating(_inverse_factorials(range(1, 10 if single else 18, 2))), "sin(r)/r in r^2"),
-        Series("COSINE", _alternating(_inverse_factorials(range(0, 10 if single else 18, 2))), "cos(r) in r^2"),
-        Series("AREA_TANGENT", area_tangent, "artanh(s)/s in s^2"),
+        Table("EXPONENTIAL", _inverse_factorials(range(1, 9 if single else 15)), "(exp(r) - 1)/r"),
+        Table("DECAY_TAIL", _alternating(_inverse_factorials(range(3, 14 if single else 21))), "phi_3(-z)"),
+        Table("SINE", _alternating(_inverse_factorials(range(1, 10 if single else 18, 2))), "sin(r)/r in r^2"),
+        Table("COSINE", _alternating(_inverse_factorials(range(0, 10 if single else 18, 2))), "cos(r) in r^2"),
+        Table("AREA_TANGENT", area_tangent, "artanh(s)/s in s^2"),
     )
 
 

@@ -11,11 +11,13 @@ counted from x_2(0) and v_2(0): no large numbers are subtracted, and b_1 = b_2 =
 
 import sympy as sp
 
-from ..emit.ir import Step, function
+from ..emit.ir import Step, Steps, function
 from ..model.equations import Model
 from ..model.quantities import *
 
 s = sp.Symbol("s")
+X1, X2 = sp.symbols("X1 X2")
+x1_0, v1_0, x2_0, v2_0 = sp.symbols("x1_0 v1_0 x2_0 v2_0", real=True)
 
 # The system with named coefficients; `rates` gives the coefficients of a model.
 MATRIX = sp.Matrix([[0, 1, -1], [a1_y, a1_v1, a1_v2], [a2_y, a2_v1, a2_v2]])
@@ -24,7 +26,7 @@ CONSTANT = sp.Matrix([0, C_1, C_2])
 
 
 @function(takes=(ROBOT,), returns=RATES)
-def rates_of(model: Model) -> tuple[Step, ...]:
+def rates_of(model: Model) -> Steps:
     """Coefficients of the equations of motion and of their characteristic polynomials."""
     steps = []
     smooth = [acc.subs({side_1: 0, side_2: 0}) for acc in model.in_compression]
@@ -37,11 +39,10 @@ def rates_of(model: Model) -> tuple[Step, ...]:
         Step(a2_0, smooth[1].subs({y: 0, v1: 0, v2: 0, u: 0}), "(4) constant"),
     ]
     entries = {step.symbol: step.value for step in steps}
-    for name, coefficient in zip((s_1, s_2, s_3), characteristic(MATRIX.subs(entries)), strict=True):
-        steps.append(Step(name, coefficient, "(11) denominator"))
-    for pair, rows, source in (((p_1, q_1), (0, 1), "(6)"), ((p_2, q_2), (0, 2), "(7)")):
+    modes = (((s_1, s_2, s_3), (0, 1, 2), "(11)"), ((p_1, q_1), (0, 1), "(6)"), ((p_2, q_2), (0, 2), "(7)"))
+    for symbols, rows, source in modes:
         polynomial = characteristic(MATRIX.extract(rows, rows).subs(entries))
-        steps += [Step(name, value, f"{source} denominator") for name, value in zip(pair, polynomial, strict=True)]
+        steps += [Step(name, value, f"{source} denominator") for name, value in zip(symbols, polynomial, strict=True)]
     return tuple(steps)
 
 
@@ -53,12 +54,10 @@ def characteristic(matrix: sp.Matrix) -> list[sp.Expr]:
 
 
 @function(takes=(ROBOT, RATES, CURRENT, SIDE_1, SIDE_2), returns=DRIVE)
-def drive_of() -> tuple[Step, ...]:
+def drive_of() -> Steps:
     """Constant accelerations of a phase."""
-    return (
-        Step(C_1, a1_0 + a1_u * u - f1 * side_1, "(3), in (10) lambda_2 measured from y = 0"),
-        Step(C_2, a2_0 - f2 * side_2, "(4), in (8) -gamma measured from y = 0"),
-    )
+    yield Step(C_1, a1_0 + a1_u * u - f1 * side_1, "(3), in (10) lambda_2 measured from y = 0")
+    yield Step(C_2, a2_0 - f2 * side_2, "(4), in (8) -gamma measured from y = 0")
 
 
 # Where a numerator stands in the paper: (13)-(15) for the body, the same of X_1 for (16), (17); one mass alone is (6)
@@ -71,7 +70,7 @@ NAMES = {0: (H3_y, H2_y, H1_y), 1: (H3_1, H2_1, H1_1), 2: (H3_2, H2_2, H1_2)}
 WHOLE = (N2_1, N1_1, N0_1)
 
 
-def numerators(moving: tuple[int, ...]) -> tuple[Step, ...]:
+def numerators(moving: tuple[int, ...]) -> Steps:
     """H_3, H_2, H_1 of y, v_1, v_2 in the mode where the masses `moving` slip and the others are held.
 
     H_3 is the initial rate M z(0) + d. With both masses moving H_2 = (M + s_1) H_3 and
@@ -101,19 +100,19 @@ def numerators(moving: tuple[int, ...]) -> tuple[Step, ...]:
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_both() -> tuple[Step, ...]:
+def motion_of_both() -> Steps:
     """Numerators of the motion with both slipping."""
     return numerators((1, 2))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_actuator() -> tuple[Step, ...]:
+def motion_of_actuator() -> Steps:
     """Numerators of the motion with actuator slipping."""
     return numerators((1,))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_body() -> tuple[Step, ...]:
+def motion_of_body() -> Steps:
     """Numerators of the motion with body slipping."""
     return numerators((2,))
 
@@ -132,9 +131,19 @@ def _whole_numerator(moving: tuple[int, ...], adjugate: sp.Matrix, start: sp.Mat
 
 
 def _source(moving: tuple[int, ...], row: int, column: int) -> str:
-    return (
-        SOURCE[row].format(13 + column) if len(moving) == 2 else ALONE[row].format("(6)" if moving == (1,) else "(7)")
-    )
+    if len(moving) == 2:
+        return SOURCE[row].format(13 + column)
+    return ALONE[row].format("(6)" if moving == (1,) else "(7)")
+
+
+def transforms(model: Model) -> tuple[sp.Expr, ...]:
+    """The transforms (6), (7) of (3), (4): what is 0 in X_1(s), X_2(s) and the initial values."""
+    made = []
+    for acc, X, x_0, v_0 in zip(model.accelerations, (X1, X2), (x1_0, x2_0), (v1_0, v2_0), strict=True):
+        constant = acc.subs({v1: 0, v2: 0, x1: 0, x2: 0})
+        moving = (acc - constant).subs({v1: s * X1 - x1_0, v2: s * X2 - x2_0, x1: X1, x2: X2})
+        made.append(s**2 * X - s * x_0 - v_0 - moving - constant / s)
+    return tuple(made)
 
 
 def paper_frame(model: Model) -> dict[str, sp.Expr]:
@@ -142,14 +151,7 @@ def paper_frame(model: Model) -> dict[str, sp.Expr]:
 
     (6), (7) are solved for X_2(s); H_n is the coefficient of s^(n-1) of its numerator over s^2 P(s).
     """
-    x1_0, v1_0, x2_0, v2_0 = initial = sp.symbols("x1_0 v1_0 x2_0 v2_0", real=True)
-    X1, X2 = sp.symbols("X1 X2")
-    equations = []
-    for acc, X, x_0, v_0 in zip(model.accelerations, (X1, X2), initial[::2], initial[1::2], strict=True):
-        transform = acc.subs({v1: s * X1 - x1_0, v2: s * X2 - x2_0, x1: X1, x2: X2})
-        constant = acc.subs({v1: 0, v2: 0, x1: 0, x2: 0})
-        equations.append(s**2 * X - s * x_0 - v_0 - (transform - constant) - constant / s)
-    solution = sp.solve(equations, (X1, X2), dict=True)[0]
+    solution = sp.solve(transforms(model), (X1, X2), dict=True)[0]
     polynomial = sp.Poly(sp.expand((s * sp.eye(3) - MATRIX).det()), s).as_expr()
     entries = {step.symbol: step.value for step in rates_of(model) if step.symbol in MATRIX.free_symbols}
     denominator = s**2 * polynomial.subs(entries)

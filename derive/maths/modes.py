@@ -12,35 +12,33 @@ linear, so it has the closed form of time_domain.py; it ends at the first of
 
 import sympy as sp
 
-from ..emit.ir import Step, function
+from ..emit.ir import Step, Steps, function
 from ..model.quantities import *
 
 
 @function(takes=(RATES, STATE, CURRENT), returns=FREE)
-def free_accelerations() -> tuple[Step, ...]:
+def free_accelerations() -> Steps:
     """Free accelerations of both masses.
 
     They are (3), (4) at v_i = 0 without the friction of mass i.
     """
-    return (
-        Step(free_1, a1_0 + a1_u * u + a1_y * y + a1_v2 * v2, "(3) at v_1 = 0"),
-        Step(free_2, a2_0 + a2_y * y + a2_v1 * v1, "(4) at v_2 = 0"),
-    )
+    yield Step(free_1, a1_0 + a1_u * u + a1_y * y + a1_v2 * v2, "(3) at v_1 = 0")
+    yield Step(free_2, a2_0 + a2_y * y + a2_v1 * v1, "(4) at v_2 = 0")
 
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)
-def free_numerator_1() -> tuple[Step, ...]:
+def free_numerator_1() -> Steps:
     """Numerator of the free acceleration of mass 1 while it is held."""
     return _free_numerator(1)
 
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)
-def free_numerator_2() -> tuple[Step, ...]:
+def free_numerator_2() -> Steps:
     """Numerator of the free acceleration of mass 2 while it is held."""
     return _free_numerator(2)
 
 
-def _free_numerator(number: int) -> tuple[Step, ...]:
+def _free_numerator(number: int) -> Steps:
     per_y, per_v, other = ((a1_y, a1_v2, (H3_2, H2_2, H1_2)), (a2_y, a2_v1, (H3_1, H2_1, H1_1)))[number - 1]
     of_y = (H3_y, H2_y, H1_y)
     values = [per_y * h_y + per_v * h_v for h_y, h_v in zip(of_y, other, strict=True)]

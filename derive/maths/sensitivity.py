@@ -10,24 +10,22 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, function, scalar
+from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from . import control, laplace
 
-SLOPES = Record(
+SLOPES = Record.of(
     "Slopes",
     "Change of the right sides of (3), (4), by what each share of it goes with.",
-    (
-        Quantity("d_C_1", r"\delta C_1", "m/s^2", "change of the acceleration of the actuator, constant in a phase"),
-        Quantity("d_a1_y", r"\delta a_{1y}", "1/s^2", "the same per y"),
-        Quantity("d_a1_v1", r"\delta a_{11}", "1/s", "the same per v_1"),
-        Quantity("d_a1_v2", r"\delta a_{12}", "1/s", "the same per v_2"),
-        Quantity("d_C_2", r"\delta C_2", "m/s^2", "change of the acceleration of the body, constant in a phase"),
-        Quantity("d_a2_y", r"\delta a_{2y}", "1/s^2", "the same per y"),
-        Quantity("d_a2_v1", r"\delta a_{21}", "1/s", "the same per v_1"),
-        Quantity("d_a2_v2", r"\delta a_{22}", "1/s", "the same per v_2"),
-    ),
+    Quantity("d_C_1", r"\delta C_1", "m/s^2", "change of the acceleration of the actuator, constant in a phase"),
+    Quantity("d_a1_y", r"\delta a_{1y}", "1/s^2", "the same per y"),
+    Quantity("d_a1_v1", r"\delta a_{11}", "1/s", "the same per v_1"),
+    Quantity("d_a1_v2", r"\delta a_{12}", "1/s", "the same per v_2"),
+    Quantity("d_C_2", r"\delta C_2", "m/s^2", "change of the acceleration of the body, constant in a phase"),
+    Quantity("d_a2_y", r"\delta a_{2y}", "1/s^2", "the same per y"),
+    Quantity("d_a2_v1", r"\delta a_{21}", "1/s", "the same per v_1"),
+    Quantity("d_a2_v2", r"\delta a_{22}", "1/s", "the same per v_2"),
 )
 
 
@@ -75,14 +73,14 @@ def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], wanted: Se
 
 
 @function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
-def slopes_of(model: Model) -> tuple[Step, ...]:
+def slopes_of(model: Model) -> Steps:
     """Change of the right sides of (3), (4) with the robot and the current."""
     rates = [step for step in laplace.rates_of(model) if step.symbol in RATES.symbols[:9]]
     return changed_steps((*rates, *laplace.drive_of()), (*model.robot.symbols, u), SLOPES.symbols)
 
 
 @function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=_change_of(body, "J", "change of the energy"))
-def body_energy_change(model: Model) -> tuple[Step, ...]:
+def body_energy_change(model: Model) -> Steps:
     """Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c.
 
     That at the end less that at the start is the change of the AED.
@@ -109,7 +107,7 @@ def body_energy_change(model: Model) -> tuple[Step, ...]:
     ),
     returns=_change_of(control.apex, "m", "change of the hop height of the apex"),
 )
-def apex_change(model: Model) -> tuple[Step, ...]:
+def apex_change(model: Model) -> Steps:
     """Change of the apex with the robot and the state at take-off."""
     inputs = (*model.robot.symbols, x1, y, control.v_up)
     return changed_steps(control.apex_of_takeoff(model), inputs, (change_of(control.apex),))

@@ -11,81 +11,76 @@ and, for x_1, (20) without the hats F, G, whose poles d, e cancel.
 
 import sympy as sp
 
-from ..emit.ir import Record, Step, function, scalar
+from ..emit.ir import Record, Step, Steps, function, scalar
 from ..model.quantities import *
 
-RISE = Record(
+RISE = Record.of(
     "Rise",
     "Step response: change of a function of time since the start of the phase, and its first three derivatives.",
-    (
-        scalar("rise", "1", "the function less its initial value"),
-        scalar("rise_rate", "1/s", "its rate"),
-        scalar("rise_curvature", "1/s^2", "the derivative of its rate"),
-        scalar("rise_third", "1/s^3", "the derivative of that"),
-    ),
+    scalar("rise", "1", "the function less its initial value"),
+    scalar("rise_rate", "1/s", "its rate"),
+    scalar("rise_curvature", "1/s^2", "the derivative of its rate"),
+    scalar("rise_third", "1/s^3", "the derivative of that"),
 )
 rise, rise_rate, rise_curvature, rise_third = RISE.symbols
 RESIDUAL = scalar("residual", "1", "the final value less the function")
 residual = RESIDUAL.symbol
-PROPAGATED = Record(
+PROPAGATED = Record.of(
     "Propagated",
     "W, its derivatives and integrals a short time later, by a Taylor step of the propagator.",
-    (
-        scalar("Wdd_t", "1", "W''"),
-        scalar("Wd_t", "s", "W'"),
-        scalar("W_t", "s^2", "W"),
-        scalar("W1_t", "s^3", "integral of W"),
-        scalar("W2_t", "s^4", "integral of that"),
-    ),
+    scalar("Wdd_t", "1", "W''"),
+    scalar("Wd_t", "s", "W'"),
+    scalar("W_t", "s^2", "W"),
+    scalar("W1_t", "s^3", "integral of W"),
+    scalar("W2_t", "s^4", "integral of that"),
 )
-Wdd_t, Wd_t, W_t, W1_t, W2_t = PROPAGATED.symbols
-AT = Record(
+AT = Record.of(
     "At",
     "The state at time t of a phase.",
-    (
-        scalar("x1_t", "m", "displacement of the actuator"),
-        scalar("v1_t", "m/s", "velocity of the actuator"),
-        scalar("v2_t", "m/s", "velocity of the body"),
-        scalar("y_t", "m", "compression of the spring"),
-    ),
+    scalar("x1_t", "m", "displacement of the actuator"),
+    scalar("v1_t", "m/s", "velocity of the actuator"),
+    scalar("v2_t", "m/s", "velocity of the body"),
+    scalar("y_t", "m", "compression of the spring"),
 )
 x1_t, v1_t, v2_t, y_t = AT.symbols
 W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_sixth", real=True)
+HIGHER_DERIVATIVES = (
+    Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W"),
+    Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'"),
+    Step(W_fifth, -s_1 * W_fourth - s_2 * W_third - s_3 * Wdd, "(11) denominator on W''"),
+    Step(W_sixth, -s_1 * W_fifth - s_2 * W_fourth - s_3 * W_third, "(11) denominator on W'''"),
+)
+"""Derivatives of W behind the second, each from those before it."""
 
 
 @function(takes=(POLES, NUMERATOR, BASIS), returns=RISE)
-def step_response() -> tuple[Step, ...]:
+def step_response() -> Steps:
     """Step response: change of a function of time since the start of the phase.
 
     h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first three derivatives.
     """
-    return (
-        Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W"),
-        Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'"),
-        Step(rise, H3 * Wd + H2 * W + H1 * W1, "(19), (21)"),
-        Step(rise_rate, H3 * Wdd + H2 * Wd + H1 * W, "derivative of (19), (21)"),
-        Step(rise_curvature, H3 * W_third + H2 * Wdd + H1 * Wd, "second derivative of (19), (21)"),
-        Step(rise_third, H3 * W_fourth + H2 * W_third + H1 * Wdd, "third derivative of (19), (21)"),
-    )
+    yield from HIGHER_DERIVATIVES[:2]
+    yield Step(rise, H3 * Wd + H2 * W + H1 * W1, "(19), (21)")
+    yield Step(rise_rate, H3 * Wdd + H2 * Wd + H1 * W, "derivative of (19), (21)")
+    yield Step(rise_curvature, H3 * W_third + H2 * Wdd + H1 * Wd, "second derivative of (19), (21)")
+    yield Step(rise_third, H3 * W_fourth + H2 * W_third + H1 * Wdd, "third derivative of (19), (21)")
 
 
 @function(takes=(POLES, NUMERATOR, BASIS, RESIDUAL_0), returns=RESIDUAL)
-def residual_to_steady_state() -> tuple[Step, ...]:
+def residual_to_steady_state() -> Steps:
     """Residual of a function of time to its steady state.
 
     The step response less its final value, of terms that decay: it keeps its digits after the transients.
     """
-    return (
-        Step(
-            residual,
-            residual_0 * Wdd - (H3 - residual_0 * s_1) * Wd - (H2 - residual_0 * s_2) * W,
-            "(19), (21) less their final value",
-        ),
+    yield Step(
+        residual,
+        residual_0 * Wdd - (H3 - residual_0 * s_1) * Wd - (H2 - residual_0 * s_2) * W,
+        "(19), (21) less their final value",
     )
 
 
 @function(takes=(POLES, BASIS, TIME), returns=PROPAGATED)
-def taylor_step() -> tuple[Step, ...]:
+def taylor_step() -> Steps:
     """W a short time t later.
 
     A Taylor step of the propagator; its remainder is of the fifth order in t.
@@ -93,32 +88,21 @@ def taylor_step() -> tuple[Step, ...]:
     half, sixth, rest = sp.symbols("half sixth rest", real=True)
     gains = sp.symbols("more_Wdd more_Wd more_W more_W1 more_W2", real=True)
     known = (W2, W1, W, Wd, Wdd, W_third, W_fourth, W_fifth, W_sixth)
-    later = (Wdd_t, Wd_t, W_t, W1_t, W2_t)
-    steps = [
-        Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W"),
-        Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'"),
-        Step(W_fifth, -s_1 * W_fourth - s_2 * W_third - s_3 * Wdd, "(11) denominator on W''"),
-        Step(W_sixth, -s_1 * W_fifth - s_2 * W_fourth - s_3 * W_third, "(11) denominator on W'''"),
-        Step(half, t * t / 2, "t^2/2!"),
-        Step(sixth, half * t / 3, "t^3/3!"),
-        Step(rest, sixth * t / 4, "t^4/4!"),
-    ]
-    for n, (gain, value) in enumerate(zip(gains, later, strict=True)):
-        start = known.index(Wdd) - n
-        rates = known[start + 1 : start + 5]
-        steps.append(
-            Step(gain, t * rates[0] + half * rates[1] + sixth * rates[2] + rest * rates[3], "its Taylor series")
-        )
-        steps.append(Step(value, known[start] + gain, "t later"))
-    return tuple(steps)
+    yield from HIGHER_DERIVATIVES
+    yield Step(half, t * t / 2, "t^2/2!")
+    yield Step(sixth, half * t / 3, "t^3/3!")
+    yield Step(rest, sixth * t / 4, "t^4/4!")
+    for n, (gain, value) in enumerate(zip(gains, PROPAGATED.symbols, strict=True)):
+        start, *rates = known[known.index(Wdd) - n :][:5]
+        series = t * rates[0] + half * rates[1] + sixth * rates[2] + rest * rates[3]
+        yield Step(gain, series, "its Taylor series")
+        yield Step(value, start + gain, "t later")
 
 
 @function(takes=(STATE, MOTION, BASIS), returns=AT)
-def state_at() -> tuple[Step, ...]:
+def state_at() -> Steps:
     """The state at time t of a phase."""
-    return (
-        Step(x1_t, x1 + (v1 * Wd + N2_1 * W + N1_1 * W1 + N0_1 * W2), "(20), with t = W' + s_1 W + s_2 W1 + s_3 W2"),
-        Step(v1_t, v1 + (H3_1 * Wd + H2_1 * W + H1_1 * W1), "(21)"),
-        Step(v2_t, v2 + (H3_2 * Wd + H2_2 * W + H1_2 * W1), "(19)"),
-        Step(y_t, y + (H3_y * Wd + H2_y * W + H1_y * W1), "(18) of y"),
-    )
+    yield Step(x1_t, x1 + (v1 * Wd + N2_1 * W + N1_1 * W1 + N0_1 * W2), "(20), with t = W' + s_1 W + s_2 W1 + s_3 W2")
+    yield Step(v1_t, v1 + (H3_1 * Wd + H2_1 * W + H1_1 * W1), "(21)")
+    yield Step(v2_t, v2 + (H3_2 * Wd + H2_2 * W + H1_2 * W1), "(19)")
+    yield Step(y_t, y + (H3_y * Wd + H2_y * W + H1_y * W1), "(18) of y")

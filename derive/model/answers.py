@@ -75,7 +75,11 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str]) -> tuple[Ans
             name,
             str(table.pop("note", "")).replace("\n", " "),
             bool(table.pop("columns", False)),
-            (*(_field(key, str(text), words) for key, text in table.items()), *of_facts.get(name, ())),
+            (
+                *([Field("hopform", "string", "version")] if name.startswith("hopform ") else ()),
+                *(_field(key, str(text), words) for key, text in table.items()),
+                *of_facts.get(name, ()),
+            ),
         )
         for name, table in tables.items()
     )

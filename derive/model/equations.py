@@ -155,8 +155,8 @@ def _refuse_what_the_closed_form_cannot_carry(term: Term) -> None:
         if (ground := sp.expand(force.diff(x1) + force.diff(x2))) != 0:
             raise ModelError(
                 f"the term '{term.name}' ties mass {number} to the ground: force_{number} = {force} changes by "
-                f"{ground} "
-                "per metre when both masses move together; the factor s^2 in the denominator of (11) would be lost"
+                f"{ground} per metre when both masses move together; the factor s^2 in the denominator of (11) would "
+                "be lost"
             )
         if force.free_symbols & {u, side_1, side_2}:
             raise ModelError(f"the term '{term.name}' may not contain u, side_1 or side_2: force_{number} = {force}")

@@ -23,113 +23,97 @@ class Kind:
     macro: str
     words: tuple[Word, ...]
 
+    @classmethod
+    def of(cls, meaning: str, type: str, table: str, macro: str, *words: Word) -> "Kind":
+        return cls(meaning, type, table, macro, words)
+
     def macro_of(self, word: Word) -> str:
         """Its name in C, behind the prefix of every public name."""
         return f"{self.macro}{word.text}".upper()
 
 
-STATUSES = Kind(
+STATUSES = Kind.of(
     "Status: 0 ok, negative an error, positive an answer with a warning.",
     "Status",
     "STATUSES",
     "",
-    (
-        Word(0, "ok", "the answer, without a warning"),
-        Word(1, "phases_not_kept", "the phase buffer was too small; everything else is exact"),
-        Word(2, "no_derivative", "no take-off, an event that grazes, or derivatives out of range"),
-        Word(3, "searching", "the search for a current goes on"),
-        Word(-1, "error_null", "a pointer is NULL"),
-        Word(-2, "error_robot", "a parameter of the robot is out of its domain, or the plan was not made"),
-        Word(
-            -3, "error_state", "an initial value is not finite, x_1 is beyond its stroke, or the leg relaxes in flight"
-        ),
-        Word(-4, "error_extended", "the spring force at the start is negative"),
-        Word(-5, "error_steps", "the steps of the current are none or too many, do not start at 0 or do not increase"),
-        Word(-6, "error_horizon", "horizon or max_phases is not positive"),
-        Word(-7, "error_time", "a time is not finite or outside the stance"),
-        Word(-8, "error_numbers", "out of the range of the precision: scale the robot or use double precision"),
-        Word(-9, "error_target", "the desired apex is below the ground, not finite, or stop_margin is negative"),
-        Word(-10, "error_gains", "a gain is negative or not finite"),
-        Word(-11, "error_variant", "no such variant of a batch on this processor"),
-        Word(-12, "error_detector", "a sample or threshold is not finite, low > high, or count < 1"),
-        Word(
-            -13,
-            "error_unstable",
-            "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",
-        ),
-        Word(-14, "error_overlap", "an output overlaps an input that is read while it is written"),
-    ),
+    Word(0, "ok", "the answer, without a warning"),
+    Word(1, "phases_not_kept", "the phase buffer was too small; everything else is exact"),
+    Word(2, "no_derivative", "no take-off, an event that grazes, or derivatives out of range"),
+    Word(3, "searching", "the search for a current goes on"),
+    Word(-1, "error_null", "a pointer is NULL"),
+    Word(-2, "error_robot", "a parameter of the robot is out of its domain, or the plan was not made"),
+    Word(-3, "error_state", "an initial value is not finite, x_1 is beyond its stroke, or the leg relaxes in flight"),
+    Word(-4, "error_extended", "the spring force at the start is negative"),
+    Word(-5, "error_steps", "the steps of the current are none or too many, do not start at 0 or do not increase"),
+    Word(-6, "error_horizon", "horizon or max_phases is not positive"),
+    Word(-7, "error_time", "a time is not finite or outside the stance"),
+    Word(-8, "error_numbers", "out of the range of the precision: scale the robot or use double precision"),
+    Word(-9, "error_target", "the desired apex is below the ground, not finite, or stop_margin is negative"),
+    Word(-10, "error_gains", "a gain is negative or not finite"),
+    Word(-11, "error_variant", "no such variant of a batch on this processor"),
+    Word(-12, "error_detector", "a sample or threshold is not finite, low > high, or count < 1"),
+    Word(-13, "error_unstable", "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated"),
+    Word(-14, "error_overlap", "an output overlaps an input that is read while it is written"),
 )
-COMMANDS = Kind(
+COMMANDS = Kind.of(
     "What the controller found.",
     "CommandStatus",
     "COMMANDS",
     "command_",
-    (
-        Word(1, "reached", "the next apex is the desired one"),
-        Word(2, "nearest", "no admissible current reaches it; this one comes nearest"),
-        Word(3, "no_takeoff", "no current is admissible"),
-    ),
+    Word(1, "reached", "the next apex is the desired one"),
+    Word(2, "nearest", "no admissible current reaches it; this one comes nearest"),
+    Word(3, "no_takeoff", "no current is admissible"),
 )
-ENDINGS = Kind(
+ENDINGS = Kind.of(
     "How a stance ended.",
     "Ending",
     "ENDINGS",
     "ending_",
-    (
-        Word(1, "takeoff", "the spring force returned to zero with the leg extending"),
-        Word(2, "rest", "both masses are held and nothing can change"),
-        Word(3, "horizon", "the longest time was reached"),
-        Word(4, "too_many_phases", "the cap on phases was reached"),
-        Word(5, "uncertified", "no first event was certified within the bound; up to here it is"),
-    ),
+    Word(1, "takeoff", "the spring force returned to zero with the leg extending"),
+    Word(2, "rest", "both masses are held and nothing can change"),
+    Word(3, "horizon", "the longest time was reached"),
+    Word(4, "too_many_phases", "the cap on phases was reached"),
+    Word(5, "uncertified", "no first event was certified within the bound; up to here it is"),
 )
-EVENTS = Kind(
+EVENTS = Kind.of(
     "What starts a phase; 0 is the start of the stance or a step of the current.",
     "EventKind",
     "EVENTS",
     "event_",
-    (
-        Word(1, "x1_reverses", "the actuator reverses"),
-        Word(2, "x1_sticks", "the actuator comes to rest"),
-        Word(3, "x1_slips", "the actuator starts to move, or leaves a stop"),
-        Word(4, "x1_hits_stop", "the actuator meets a stop"),
-        Word(5, "x2_reverses", "the body reverses"),
-        Word(6, "x2_sticks", "the body comes to rest"),
-        Word(7, "x2_slips", "the body starts to move"),
-    ),
+    Word(1, "x1_reverses", "the actuator reverses"),
+    Word(2, "x1_sticks", "the actuator comes to rest"),
+    Word(3, "x1_slips", "the actuator starts to move, or leaves a stop"),
+    Word(4, "x1_hits_stop", "the actuator meets a stop"),
+    Word(5, "x2_reverses", "the body reverses"),
+    Word(6, "x2_sticks", "the body comes to rest"),
+    Word(7, "x2_slips", "the body starts to move"),
 )
-FLIGHT_ENDINGS = Kind(
+FLIGHT_ENDINGS = Kind.of(
     "How a flight ended.",
     "FlightEnding",
     "FLIGHT_ENDINGS",
     "flight_",
-    (
-        Word(1, "touchdown", "the foot has met the ground from above"),
-        Word(2, "tripped", "the foot never got above the ground ahead"),
-        Word(3, "horizon", "the longest time was reached"),
-        Word(4, "too_many_phases", "the cap on phases was reached"),
-    ),
+    Word(1, "touchdown", "the foot has met the ground from above"),
+    Word(2, "tripped", "the foot never got above the ground ahead"),
+    Word(3, "horizon", "the longest time was reached"),
+    Word(4, "too_many_phases", "the cap on phases was reached"),
 )
-CURRENT_EVENTS = Kind(
+CURRENT_EVENTS = Kind.of(
     "What starts a phase of a flight beside what the actuator does.",
     "CurrentEventKind",
     "CURRENT_EVENTS",
     "flight_event_",
-    (
-        Word(8, "u_saturates", "the current reaches its limit"),
-        Word(9, "u_desaturates", "the current leaves its limit"),
-    ),
+    Word(8, "u_saturates", "the current reaches its limit"),
+    Word(9, "u_desaturates", "the current leaves its limit"),
 )
-CONTACTS = Kind(
+CONTACTS = Kind.of(
     "What touchdown detection returns for a sample.",
     "Contact",
     "CONTACTS",
     "contact_",
-    (
-        Word(1, "touchdown", "the foot touches"),
-        Word(2, "takeoff", "the foot has left the ground"),
-    ),
+    Word(1, "touchdown", "the foot touches"),
+    Word(2, "takeoff", "the foot has left the ground"),
 )
 KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)

@@ -5,252 +5,211 @@ Robot fields, C structs, input checks, docstrings and the test of units all read
 
 from ..emit.ir import Quantity, Record
 
-ROBOT = Record(
+ROBOT = Record.of(
     "Robot",
     "What the hopper is made of.",
-    (
-        Quantity("m_eff", r"m_{eff}", "kg", "effective mass of the actuator", "positive"),
-        Quantity("m_s", r"m_s", "kg", "sprung mass of the body", "positive"),
-        Quantity("k", r"k", "N/m", "stiffness of the spring", "positive"),
-        Quantity("L0", r"L_0", "m", "spring offset, the leg's length at rest"),
-        Quantity("c", r"c", "m", "extra offset in (4)", default=0.0),
-        Quantity("b1", r"b_1", "N s/m", "viscous friction of the actuator", "nonnegative", 0.0),
-        Quantity("b2", r"b_2", "N s/m", "viscous friction of the body", "nonnegative", 0.0),
-        Quantity("f1", r"f_1", "m/s^2", "Coulomb friction of the actuator, per unit mass", "nonnegative", 0.0),
-        Quantity("f2", r"f_2", "m/s^2", "Coulomb friction of the body, per unit mass", "nonnegative", 0.0),
-        Quantity("gamma2", r"\gamma_2", "N/A", "force per current; the actuator feels -gamma2 u", default=0.0),
-        Quantity("g", r"g", "m/s^2", "gravity", "nonnegative", 9.81),
-        Quantity("x1_min", r"x_{1,min}", "m", "lower end of the actuator's stroke", "lower", float("-inf")),
-        Quantity("x1_max", r"x_{1,max}", "m", "upper end of the actuator's stroke", "upper", float("inf")),
-        Quantity("u_max", r"u_{max}", "A", "current limit", "bound", float("inf")),
-        Quantity(
-            "impact_loss", r"\eta", "1", "fraction of the body's kinetic energy lost at touchdown", "fraction", 0.0
-        ),
-    ),
+    Quantity("m_eff", r"m_{eff}", "kg", "effective mass of the actuator", "positive"),
+    Quantity("m_s", r"m_s", "kg", "sprung mass of the body", "positive"),
+    Quantity("k", r"k", "N/m", "stiffness of the spring", "positive"),
+    Quantity("L0", r"L_0", "m", "spring offset, the leg's length at rest"),
+    Quantity("c", r"c", "m", "extra offset in (4)", default=0.0),
+    Quantity("b1", r"b_1", "N s/m", "viscous friction of the actuator", "nonnegative", 0.0),
+    Quantity("b2", r"b_2", "N s/m", "viscous friction of the body", "nonnegative", 0.0),
+    Quantity("f1", r"f_1", "m/s^2", "Coulomb friction of the actuator, per unit mass", "nonnegative", 0.0),
+    Quantity("f2", r"f_2", "m/s^2", "Coulomb friction of the body, per unit mass", "nonnegative", 0.0),
+    Quantity("gamma2", r"\gamma_2", "N/A", "force per current; the actuator feels -gamma2 u", default=0.0),
+    Quantity("g", r"g", "m/s^2", "gravity", "nonnegative", 9.81),
+    Quantity("x1_min", r"x_{1,min}", "m", "lower end of the actuator's stroke", "lower", float("-inf")),
+    Quantity("x1_max", r"x_{1,max}", "m", "upper end of the actuator's stroke", "upper", float("inf")),
+    Quantity("u_max", r"u_{max}", "A", "current limit", "bound", float("inf")),
+    Quantity("impact_loss", r"\eta", "1", "fraction of the body's kinetic energy lost at touchdown", "fraction", 0.0),
 )
 m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss = ROBOT.symbols
 TRAVEL = Quantity("travel", r"y_{max}", "m", "travel of the spring: compression at coil bind", "length", float("inf"))
 """A limit of the robot that no equation knows: compressions are compared with it."""
 
-RATES = Record(
+RATES = Record.of(
     "Rates",
     "The equations of motion (3), (4) as coefficients of y, v_1, v_2 and 1, and their characteristic polynomials.",
-    (
-        Quantity("a1_y", r"a_{1y}", "1/s^2", "acceleration of the actuator per compression"),
-        Quantity("a1_v1", r"a_{11}", "1/s", "acceleration of the actuator per v_1"),
-        Quantity("a1_v2", r"a_{12}", "1/s", "acceleration of the actuator per v_2"),
-        Quantity("a1_u", r"a_{1u}", "m/s^2/A", "acceleration of the actuator per current"),
-        Quantity("a1_0", r"a_{10}", "m/s^2", "constant acceleration of the actuator"),
-        Quantity("a2_y", r"a_{2y}", "1/s^2", "acceleration of the body per compression"),
-        Quantity("a2_v1", r"a_{21}", "1/s", "acceleration of the body per v_1"),
-        Quantity("a2_v2", r"a_{22}", "1/s", "acceleration of the body per v_2"),
-        Quantity("a2_0", r"a_{20}", "m/s^2", "constant acceleration of the body"),
-        Quantity("s_1", r"s_1", "1/s", "sum of the poles' rates, both masses moving"),
-        Quantity("s_2", r"s_2", "1/s^2", "sum of their products in pairs"),
-        Quantity("s_3", r"s_3", "1/s^3", "their product"),
-        Quantity("p_1", r"p_1", "1/s", "actuator moving alone: s^2 + p_1 s + q_1"),
-        Quantity("q_1", r"q_1", "1/s^2", "actuator moving alone"),
-        Quantity("p_2", r"p_2", "1/s", "body moving alone: s^2 + p_2 s + q_2"),
-        Quantity("q_2", r"q_2", "1/s^2", "body moving alone"),
-    ),
+    Quantity("a1_y", r"a_{1y}", "1/s^2", "acceleration of the actuator per compression"),
+    Quantity("a1_v1", r"a_{11}", "1/s", "acceleration of the actuator per v_1"),
+    Quantity("a1_v2", r"a_{12}", "1/s", "acceleration of the actuator per v_2"),
+    Quantity("a1_u", r"a_{1u}", "m/s^2/A", "acceleration of the actuator per current"),
+    Quantity("a1_0", r"a_{10}", "m/s^2", "constant acceleration of the actuator"),
+    Quantity("a2_y", r"a_{2y}", "1/s^2", "acceleration of the body per compression"),
+    Quantity("a2_v1", r"a_{21}", "1/s", "acceleration of the body per v_1"),
+    Quantity("a2_v2", r"a_{22}", "1/s", "acceleration of the body per v_2"),
+    Quantity("a2_0", r"a_{20}", "m/s^2", "constant acceleration of the body"),
+    Quantity("s_1", r"s_1", "1/s", "sum of the poles' rates, both masses moving"),
+    Quantity("s_2", r"s_2", "1/s^2", "sum of their products in pairs"),
+    Quantity("s_3", r"s_3", "1/s^3", "their product"),
+    Quantity("p_1", r"p_1", "1/s", "actuator moving alone: s^2 + p_1 s + q_1"),
+    Quantity("q_1", r"q_1", "1/s^2", "actuator moving alone"),
+    Quantity("p_2", r"p_2", "1/s", "body moving alone: s^2 + p_2 s + q_2"),
+    Quantity("q_2", r"q_2", "1/s^2", "body moving alone"),
 )
 a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2 = RATES.symbols
 
-POLES = Record(
+POLES = Record.of(
     "Poles",
     "The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held.",
-    (
-        Quantity("a", r"a", "1/s", "rate of the real pole"),
-        Quantity("p", r"p", "1/s", "sum of the rates of the pair"),
-        Quantity("q", r"q", "1/s^2", "product of the rates of the pair"),
-        Quantity("s_1", r"s_1", "1/s", "sum of the three rates"),
-        Quantity("s_2", r"s_2", "1/s^2", "sum of their products in pairs"),
-        Quantity("s_3", r"s_3", "1/s^3", "their product"),
-    ),
+    Quantity("a", r"a", "1/s", "rate of the real pole"),
+    Quantity("p", r"p", "1/s", "sum of the rates of the pair"),
+    Quantity("q", r"q", "1/s^2", "product of the rates of the pair"),
+    Quantity("s_1", r"s_1", "1/s", "sum of the three rates"),
+    Quantity("s_2", r"s_2", "1/s^2", "sum of their products in pairs"),
+    Quantity("s_3", r"s_3", "1/s^3", "their product"),
 )
 a, p, q = POLES.symbols[:3]
 
-STATE = Record(
+STATE = Record.of(
     "State",
     "The hopper at one instant; x_2 = x_1 - y + L_0 + c.",
-    (
-        Quantity("x1", r"x_1", "m", "displacement of the actuator"),
-        Quantity("v1", r"\dot{x}_1", "m/s", "velocity of the actuator"),
-        Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
-        Quantity("y", r"y", "m", "compression of the spring, x_1 - x_2 + L_0 + c"),
-    ),
-    "LegState",
+    Quantity("x1", r"x_1", "m", "displacement of the actuator"),
+    Quantity("v1", r"\dot{x}_1", "m/s", "velocity of the actuator"),
+    Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
+    Quantity("y", r"y", "m", "compression of the spring, x_1 - x_2 + L_0 + c"),
+    python_name="LegState",
 )
 x1, v1, v2, y = STATE.symbols
 
-DRIVE = Record(
+DRIVE = Record.of(
     "Drive",
     "Constant accelerations of a phase: current, gravity, offset and Coulomb friction.",
-    (
-        Quantity("C_1", r"C_1", "m/s^2", "constant acceleration of the actuator"),
-        Quantity("C_2", r"C_2", "m/s^2", "constant acceleration of the body"),
-    ),
+    Quantity("C_1", r"C_1", "m/s^2", "constant acceleration of the actuator"),
+    Quantity("C_2", r"C_2", "m/s^2", "constant acceleration of the body"),
 )
 C_1, C_2 = DRIVE.symbols
 
-MOTION = Record(
+MOTION = Record.of(
     "Motion",
     "Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also "
     "whole.",
-    (
-        Quantity("H3_1", r"H_{3,1}", "m/s^2", "actuator, terms in s^2: its initial acceleration"),
-        Quantity("H2_1", r"H_{2,1}", "m/s^3", "actuator, terms in s"),
-        Quantity("H1_1", r"H_{1,1}", "m/s^4", "actuator, constant terms"),
-        Quantity("H3_2", r"H_{3,2}", "m/s^2", "body, terms in s^2: its initial acceleration"),
-        Quantity("H2_2", r"H_{2,2}", "m/s^3", "body, terms in s"),
-        Quantity("H1_2", r"H_{1,2}", "m/s^4", "body, constant terms"),
-        Quantity("H3_y", r"H_{3,y}", "m/s", "compression, terms in s^2: its initial rate"),
-        Quantity("H2_y", r"H_{2,y}", "m/s^2", "compression, terms in s"),
-        Quantity("H1_y", r"H_{1,y}", "m/s^3", "compression, constant terms"),
-        Quantity(
-            "N2_1", r"N_{2,1}", "m/s^2", "actuator, terms in s^2 of its whole numerator, that begins with v_1 s^3"
-        ),
-        Quantity("N1_1", r"N_{1,1}", "m/s^3", "actuator, terms in s of that"),
-        Quantity("N0_1", r"N_{0,1}", "m/s^4", "actuator, constant terms of that"),
-    ),
+    Quantity("H3_1", r"H_{3,1}", "m/s^2", "actuator, terms in s^2: its initial acceleration"),
+    Quantity("H2_1", r"H_{2,1}", "m/s^3", "actuator, terms in s"),
+    Quantity("H1_1", r"H_{1,1}", "m/s^4", "actuator, constant terms"),
+    Quantity("H3_2", r"H_{3,2}", "m/s^2", "body, terms in s^2: its initial acceleration"),
+    Quantity("H2_2", r"H_{2,2}", "m/s^3", "body, terms in s"),
+    Quantity("H1_2", r"H_{1,2}", "m/s^4", "body, constant terms"),
+    Quantity("H3_y", r"H_{3,y}", "m/s", "compression, terms in s^2: its initial rate"),
+    Quantity("H2_y", r"H_{2,y}", "m/s^2", "compression, terms in s"),
+    Quantity("H1_y", r"H_{1,y}", "m/s^3", "compression, constant terms"),
+    Quantity("N2_1", r"N_{2,1}", "m/s^2", "actuator, terms in s^2 of its whole numerator, that begins with v_1 s^3"),
+    Quantity("N1_1", r"N_{1,1}", "m/s^3", "actuator, terms in s of that"),
+    Quantity("N0_1", r"N_{0,1}", "m/s^4", "actuator, constant terms of that"),
 )
 H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1 = MOTION.symbols
 
-NUMERATOR = Record(
+NUMERATOR = Record.of(
     "Numerator",
     "One numerator H_3 s^2 + H_2 s + H_1: how one function of time leaves its initial value.",
-    (
-        Quantity("H3", r"H_3", "1/s", "terms in s^2: the initial rate"),
-        Quantity("H2", r"H_2", "1/s^2", "terms in s"),
-        Quantity("H1", r"H_1", "1/s^3", "constant terms"),
-    ),
+    Quantity("H3", r"H_3", "1/s", "terms in s^2: the initial rate"),
+    Quantity("H2", r"H_2", "1/s^2", "terms in s"),
+    Quantity("H1", r"H_1", "1/s^3", "constant terms"),
 )
 H3, H2, H1 = NUMERATOR.symbols
 
-DECAY = Record(
+DECAY = Record.of(
     "Decay",
     "exp(-a t) and its integrals.",
-    (
-        Quantity("e", r"e^{-at}", "1", "exp(-a t)"),
-        Quantity("e1", r"\int e^{-at}", "s", "integral of e, t phi_1(-a t)"),
-        Quantity("e2", r"\iint e^{-at}", "s^2", "integral of e1, t^2 phi_2(-a t)"),
-        Quantity("e3", r"\iiint e^{-at}", "s^3", "integral of e2, t^3 phi_3(-a t)"),
-    ),
+    Quantity("e", r"e^{-at}", "1", "exp(-a t)"),
+    Quantity("e1", r"\int e^{-at}", "s", "integral of e, t phi_1(-a t)"),
+    Quantity("e2", r"\iint e^{-at}", "s^2", "integral of e1, t^2 phi_2(-a t)"),
+    Quantity("e3", r"\iiint e^{-at}", "s^3", "integral of e2, t^3 phi_3(-a t)"),
 )
 e, e1, e2, e3 = DECAY.symbols
 
-PAIR = Record(
+PAIR = Record.of(
     "Pair",
     "The inverse transform R of 1/(s^2 + p s + q), its derivative and its integrals.",
-    (
-        Quantity("Rd", r"\dot{R}", "1", "derivative of R"),
-        Quantity("R", r"R", "s", "response of the pair of poles to an impulse"),
-        Quantity("R1", r"\int R", "s^2", "integral of R"),
-        Quantity("R2", r"\iint R", "s^3", "integral of R1"),
-        Quantity("R3", r"\iiint R", "s^4", "integral of R2"),
-    ),
+    Quantity("Rd", r"\dot{R}", "1", "derivative of R"),
+    Quantity("R", r"R", "s", "response of the pair of poles to an impulse"),
+    Quantity("R1", r"\int R", "s^2", "integral of R"),
+    Quantity("R2", r"\iint R", "s^3", "integral of R1"),
+    Quantity("R3", r"\iiint R", "s^4", "integral of R2"),
 )
 Rd, R, R1, R2, R3 = PAIR.symbols
 TURNED = Quantity("turned", r"q \int R", "1", "1 - Rd - p R = q R1, small after a full turn")
 turned = TURNED.symbol
 
-BASIS = Record(
+BASIS = Record.of(
     "Basis",
     "The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals.",
-    (
-        Quantity("Wdd", r"\ddot{W}", "1", "second derivative of W"),
-        Quantity("Wd", r"\dot{W}", "s", "derivative of W"),
-        Quantity("W", r"W", "s^2", "response of the three poles to an impulse"),
-        Quantity("W1", r"\int W", "s^3", "integral of W"),
-        Quantity("W2", r"\iint W", "s^4", "integral of W1"),
-    ),
+    Quantity("Wdd", r"\ddot{W}", "1", "second derivative of W"),
+    Quantity("Wd", r"\dot{W}", "s", "derivative of W"),
+    Quantity("W", r"W", "s^2", "response of the three poles to an impulse"),
+    Quantity("W1", r"\int W", "s^3", "integral of W"),
+    Quantity("W2", r"\iint W", "s^4", "integral of W1"),
 )
 Wdd, Wd, W, W1, W2 = BASIS.symbols
 
-SERIES = Record(
+SERIES = Record.of(
     "Series",
     "W over a short time, from its power series: the four highest integrals.",
-    (
-        Quantity("W2", r"\iint W", "s^4", "second integral of W"),
-        Quantity("W3", r"\iiint W", "s^5", "third integral of W"),
-        Quantity("W4", r"\iiiint W", "s^6", "fourth integral of W"),
-    ),
+    Quantity("W2", r"\iint W", "s^4", "second integral of W"),
+    Quantity("W3", r"\iiint W", "s^5", "third integral of W"),
+    Quantity("W4", r"\iiiint W", "s^6", "fourth integral of W"),
 )
 W3, W4 = SERIES.symbols[1:]
 
-PAIR_SERIES = Record(
+PAIR_SERIES = Record.of(
     "PairSeries",
     "R over a short time, from its power series: the two highest integrals.",
-    (
-        Quantity("R2", r"\iint R", "s^3", "second integral of R"),
-        Quantity("R3", r"\iiint R", "s^4", "third integral of R"),
-    ),
+    Quantity("R2", r"\iint R", "s^3", "second integral of R"),
+    Quantity("R3", r"\iiint R", "s^4", "third integral of R"),
 )
 
-FREE = Record(
+FREE = Record.of(
     "Free",
     "Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i.",
-    (
-        Quantity("free_1", r"a_1", "m/s^2", "free acceleration of the actuator"),
-        Quantity("free_2", r"a_2", "m/s^2", "free acceleration of the body"),
-    ),
+    Quantity("free_1", r"a_1", "m/s^2", "free acceleration of the actuator"),
+    Quantity("free_2", r"a_2", "m/s^2", "free acceleration of the body"),
 )
 free_1, free_2 = FREE.symbols
 
-PAIR_NUMERATOR = Record(
+PAIR_NUMERATOR = Record.of(
     "PairNumerator",
     "Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q.",
-    (
-        Quantity("A", r"A", "1/s^2", "terms in s"),
-        Quantity("B", r"B", "1/s^3", "constant terms"),
-    ),
+    Quantity("A", r"A", "1/s^2", "terms in s"),
+    Quantity("B", r"B", "1/s^3", "constant terms"),
 )
 A, B = PAIR_NUMERATOR.symbols
 
-ENERGY = Record(
+ENERGY = Record.of(
     "Energy",
     "The energy of the body (22), (23) and of the whole robot.",
-    (
-        Quantity("body", r"E", "J", "kinetic and potential energy of the body, spring without the actuator's share"),
-        Quantity("total", r"H", "J", "kinetic and potential energy of the whole robot"),
-    ),
+    Quantity("body", r"E", "J", "kinetic and potential energy of the body, spring without the actuator's share"),
+    Quantity("total", r"H", "J", "kinetic and potential energy of the whole robot"),
 )
 body, total = ENERGY.symbols
 
-MOMENTS = Record(
+MOMENTS = Record.of(
     "Moments",
     "Time integrals over a part of a phase; x_1 counts from where the phase starts.",
-    (
-        Quantity("int_v1", r"\int v_1", "m", "integral of v_1"),
-        Quantity("int_v2", r"\int v_2", "m", "integral of v_2"),
-        Quantity("int_v1v1", r"\int v_1^2", "m^2/s", "integral of v_1^2"),
-        Quantity("int_v1v2", r"\int v_1 v_2", "m^2/s", "integral of v_1 v_2"),
-        Quantity("int_v2v2", r"\int v_2^2", "m^2/s", "integral of v_2^2"),
-        Quantity("int_yv1", r"\int y v_1", "m^2", "integral of y v_1"),
-        Quantity("int_yv2", r"\int y v_2", "m^2", "integral of y v_2"),
-        Quantity("int_xv2", r"\int (x_1 - x_1(0)) v_2", "m^2", "integral of (x_1 - x_1(0)) v_2"),
-    ),
+    Quantity("int_v1", r"\int v_1", "m", "integral of v_1"),
+    Quantity("int_v2", r"\int v_2", "m", "integral of v_2"),
+    Quantity("int_v1v1", r"\int v_1^2", "m^2/s", "integral of v_1^2"),
+    Quantity("int_v1v2", r"\int v_1 v_2", "m^2/s", "integral of v_1 v_2"),
+    Quantity("int_v2v2", r"\int v_2^2", "m^2/s", "integral of v_2^2"),
+    Quantity("int_yv1", r"\int y v_1", "m^2", "integral of y v_1"),
+    Quantity("int_yv2", r"\int y v_2", "m^2", "integral of y v_2"),
+    Quantity("int_xv2", r"\int (x_1 - x_1(0)) v_2", "m^2", "integral of (x_1 - x_1(0)) v_2"),
 )
 int_v1, int_v2, int_v1v1, int_v1v2, int_v2v2, int_yv1, int_yv2, int_xv2 = MOMENTS.symbols
 
-LEDGER = Record(
+LEDGER = Record.of(
     "Ledger",
     "Work of each force, signed as it enters the robot; what is lost at stops is apart.",
-    (
-        Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
-        Quantity("offset_work", r"k c \Delta x_1", "J", "work of the offset force k c"),
-        Quantity("viscous_1", r"-\int b_1 v_1^2", "J", "viscous loss of the actuator"),
-        Quantity("viscous_2", r"-\int b_2 v_2^2", "J", "viscous loss of the body"),
-        Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
-        Quantity("coulomb_2", r"-m_s f_2\int|v_2|", "J", "Coulomb loss of the body"),
-        Quantity(
-            "spring_work",
-            r"\int k x_1 v_2",
-            "J",
-            "what the actuator's displacement does to the body through the spring",
-        ),
+    Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
+    Quantity("offset_work", r"k c \Delta x_1", "J", "work of the offset force k c"),
+    Quantity("viscous_1", r"-\int b_1 v_1^2", "J", "viscous loss of the actuator"),
+    Quantity("viscous_2", r"-\int b_2 v_2^2", "J", "viscous loss of the body"),
+    Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
+    Quantity("coulomb_2", r"-m_s f_2\int|v_2|", "J", "Coulomb loss of the body"),
+    Quantity(
+        "spring_work", r"\int k x_1 v_2", "J", "what the actuator's displacement does to the body through the spring"
     ),
-    "Work",
+    python_name="Work",
 )
 STOP_LOSS = Quantity("stop_loss", "E_s", "J", "what the actuator lost at stops")
 motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work = LEDGER.symbols

@@ -4,7 +4,7 @@ branch.
 Data alone; tests/conformance/test_selftest.py counts what they visit.
 """
 
-from dataclasses import astuple, dataclass
+from typing import NamedTuple
 
 HOPPER_C = {
     "m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4, "b1": 150.0, "b2": 5.0, "f1": 0.78, "f2": 0.6,
@@ -28,8 +28,7 @@ ROBOTS: tuple[dict[str, float], ...] = (
 )
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """A stance: robot by its place, state after the impact, the current in two steps, the horizon."""
 
     robot: int
@@ -41,10 +40,6 @@ class Case:
     later: float
     then: float
     horizon: float
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        return astuple(self)
 
 
 CASES: tuple[Case, ...] = (

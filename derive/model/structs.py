@@ -30,190 +30,164 @@ def struct_of(record: Record) -> Struct:
 SEARCH_INTERVALS = 24
 """Intervals of currents that wait in a search."""
 
-NODE = Struct(
+NODE = Struct.of(
     "Node",
     "The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate.",
-    (
-        Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
-        Member("fades", "real", "from then on the pair is nothing beside the real pole", "s"),
-        Member("pole", "real", "the real pole that is removed from a derivative: the fastest of three", "1/s"),
-        Member("second", "real", "of three real poles; 0 of a pair that rings", "1/s"),
-        Member("third", "real", "the slowest of three", "1/s"),
-        *reals("s", "t"),
-        *reals("1", "Wdd", meaning="W''"),
-        *reals("s", "Wd", meaning="W'"),
-        *reals("s^2", "W", meaning="impulse response of the poles"),
-        *reals("s^3", "W1", meaning="integral of W"),
-        *reals("s^4", "W2", meaning="integral of W1"),
-    ),
+    Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
+    Member("fades", "real", "from then on the pair is nothing beside the real pole", "s"),
+    Member("pole", "real", "the real pole that is removed from a derivative: the fastest of three", "1/s"),
+    Member("second", "real", "of three real poles; 0 of a pair that rings", "1/s"),
+    Member("third", "real", "the slowest of three", "1/s"),
+    *reals("s", "t"),
+    *reals("1", "Wdd", meaning="W''"),
+    *reals("s", "Wd", meaning="W'"),
+    *reals("s^2", "W", meaning="impulse response of the poles"),
+    *reals("s^3", "W1", meaning="integral of W"),
+    *reals("s^4", "W2", meaning="integral of W1"),
 )
-PLAN = Struct(
+PLAN = Struct.of(
     "Plan",
     "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode.",
-    (
-        Member("robot", "Robot"),
-        Member("rates", "Rates"),
-        Member("both", "Poles", "both masses slip"),
-        Member("actuator", "Poles", "the body is held"),
-        Member("body", "Poles", "the actuator is held"),
-        Member("node_both", "Node"),
-        Member("node_actuator", "Node"),
-        Member("node_body", "Node"),
-        Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
-    ),
+    Member("robot", "Robot"),
+    Member("rates", "Rates"),
+    Member("both", "Poles", "both masses slip"),
+    Member("actuator", "Poles", "the body is held"),
+    Member("body", "Poles", "the actuator is held"),
+    Member("node_both", "Node"),
+    Member("node_actuator", "Node"),
+    Member("node_body", "Node"),
+    Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
 )
 STEP = Struct("Step", "A step of the current: u from time t on.", (*reals("s", "t"), *reals("A", "u")))
-PHASE = Struct(
+PHASE = Struct.of(
     "Phase",
     "A phase: where and when it starts, and in which mode.",
-    (
-        Member("t", "real", "time since touchdown", "s"),
-        *of_quantities(STATE.quantities),
-        Member("mode", "int8", "3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held"),
-        Member("event", "int8", "HOPFORM_EVENT_..., what started it"),
-        Member("step", "uint16", "index of the step of the current"),
-    ),
+    Member("t", "real", "time since touchdown", "s"),
+    *of_quantities(STATE.quantities),
+    Member("mode", "int8", "3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held"),
+    Member("event", "int8", "HOPFORM_EVENT_..., what started it"),
+    Member("step", "uint16", "index of the step of the current"),
 )
-STANCE = Struct(
+STANCE = Struct.of(
     "Stance",
     "A stance, solved.",
-    (
-        Member("duration", "real", "time of the ending", "s"),
-        Member("end", "State", "state at the ending"),
-        Member("apex", "real", "hop height of the apex; 0 without take-off", "m"),
-        Member("aed", "real", "analytical energy delta: change of the body's energy", "J"),
-        Member("start_loss", "real", "energy lost at a stop at t = 0, negative", "J"),
-        Member("ending", "int32", "HOPFORM_ENDING_..."),
-        Member("phase_count", "int32", "phases of the stance, kept or not"),
-        Member("phases_kept", "int32", "phases in the caller's buffer"),
-        Member("event_count", "int32", "events of the stance, kept or not"),
-    ),
+    Member("duration", "real", "time of the ending", "s"),
+    Member("end", "State", "state at the ending"),
+    Member("apex", "real", "hop height of the apex; 0 without take-off", "m"),
+    Member("aed", "real", "analytical energy delta: change of the body's energy", "J"),
+    Member("start_loss", "real", "energy lost at a stop at t = 0, negative", "J"),
+    Member("ending", "int32", "HOPFORM_ENDING_..."),
+    Member("phase_count", "int32", "phases of the stance, kept or not"),
+    Member("phases_kept", "int32", "phases in the caller's buffer"),
+    Member("event_count", "int32", "events of the stance, kept or not"),
 )
-TARGET = Struct(
+TARGET = Struct.of(
     "Target",
     "What the controller is asked for.",
-    (
-        Member("h_des", "real", "hop height of the next apex", "m"),
-        Member("datum", "real", "the level that h_des counts from, less that of the ground under the foot", "m"),
-        Member("stop_margin", "real", "x_1 stays below x1_max by more than this", "m"),
-        Member("horizon", "real", "longest time of a stance", "s"),
-    ),
+    Member("h_des", "real", "hop height of the next apex", "m"),
+    Member("datum", "real", "the level that h_des counts from, less that of the ground under the foot", "m"),
+    Member("stop_margin", "real", "x_1 stays below x1_max by more than this", "m"),
+    Member("horizon", "real", "longest time of a stance", "s"),
 )
-COMMAND = Struct(
+COMMAND = Struct.of(
     "Command",
     "The answer of the controller.",
-    (
-        *reals("A", "u"),
-        Member("apex", "real", "hop height that follows, as h_des; 0 without take-off", "m"),
-        Member("status", "int32", "HOPFORM_COMMAND_..."),
-    ),
+    *reals("A", "u"),
+    Member("apex", "real", "hop height that follows, as h_des; 0 without take-off", "m"),
+    Member("status", "int32", "HOPFORM_COMMAND_..."),
 )
-TRIAL = Struct(
+TRIAL = Struct.of(
     "Trial",
     "A current that was tried, and what its stance does.",
-    (
-        *reals("A", "u"),
-        Member("apex", "real", "0 without take-off", "m"),
-        Member("apex_u", "real", "its derivative by u, as the next ones", "m/A"),
-        Member(
-            "largest_x1",
-            "real",
-            "the largest x_1; above x1_max where that is hit: how far the stance is from not hitting it",
-            "m",
-        ),
-        *reals("m/A", "largest_x1_u"),
-        Member("least_contact", "real", "the least minimum of the contact force over k before the ending", "m"),
-        *reals("m/A", "least_contact_u"),
-        Member("events", "uint32", "stands for the order of modes and events"),
-        Member("minima", "int32", "how many minima of it there are"),
-        Member("takes_off", "bool"),
-        Member("held", "bool", "the actuator never moves"),
-        Member("smooth", "bool", "the derivatives exist"),
+    *reals("A", "u"),
+    Member("apex", "real", "0 without take-off", "m"),
+    Member("apex_u", "real", "its derivative by u, as the next ones", "m/A"),
+    Member(
+        "largest_x1",
+        "real",
+        "the largest x_1; above x1_max where that is hit: how far the stance is from not hitting it",
+        "m",
     ),
+    *reals("m/A", "largest_x1_u"),
+    Member("least_contact", "real", "the least minimum of the contact force over k before the ending", "m"),
+    *reals("m/A", "least_contact_u"),
+    Member("events", "uint32", "stands for the order of modes and events"),
+    Member("minima", "int32", "how many minima of it there are"),
+    Member("takes_off", "bool"),
+    Member("held", "bool", "the actuator never moves"),
+    Member("smooth", "bool", "the derivatives exist"),
 )
-INTERVAL = Struct(
+INTERVAL = Struct.of(
     "Interval",
     "An interval between two currents that were tried, of a branch and bound.",
-    (
-        Member("from", "Trial", "the one nearer to 0"),
-        Member("to", "Trial"),
-        Member("lower_bound", "real", "lower bound: no admissible current in it comes nearer to what is wanted", "m"),
-        Member("slow", "int32", "bisections in a row that left most of an interval"),
-    ),
+    Member("from", "Trial", "the one nearer to 0"),
+    Member("to", "Trial"),
+    Member("lower_bound", "real", "lower bound: no admissible current in it comes nearer to what is wanted", "m"),
+    Member("slow", "int32", "bisections in a row that left most of an interval"),
 )
-SEARCH = Struct(
+SEARCH = Struct.of(
     "Search",
     "A search for a current; the caller's memory.",
-    (
-        Member("plan", "const Plan *"),
-        Member("start", "State"),
-        Member("apex", "real", "wanted, over the ground", "m"),
-        Member("limit", "real", "x_1 stays below", "m"),
-        *reals("s", "horizon"),
-        *reals("m", "datum"),
-        Member("best", "Trial", "the nearest so far; u = 0 until one is admissible"),
-        Member("zero", "Trial", "the current 0"),
-        Member("intervals", "Interval", "intervals in which a better current may lie", count=SEARCH_INTERVALS),
-        Member("count", "int32", "of them; the last one is split next"),
-        Member("limits", "int32", "of the range, yet to be tried"),
-        Member("next", "real", "what to try", "A"),
-        Member("trials", "int32"),
-        Member("status", "int32", "HOPFORM_SEARCHING, HOPFORM_OK when done, or an error"),
-        Member("found", "bool", "one is admissible"),
-        Member("reached", "bool"),
-        Member("partial", "bool", "a stance or the search outgrew the memory given"),
-    ),
+    Member("plan", "const Plan *"),
+    Member("start", "State"),
+    Member("apex", "real", "wanted, over the ground", "m"),
+    Member("limit", "real", "x_1 stays below", "m"),
+    *reals("s", "horizon"),
+    *reals("m", "datum"),
+    Member("best", "Trial", "the nearest so far; u = 0 until one is admissible"),
+    Member("zero", "Trial", "the current 0"),
+    Member("intervals", "Interval", "intervals in which a better current may lie", count=SEARCH_INTERVALS),
+    Member("count", "int32", "of them; the last one is split next"),
+    Member("limits", "int32", "of the range, yet to be tried"),
+    Member("next", "real", "what to try", "A"),
+    Member("trials", "int32"),
+    Member("status", "int32", "HOPFORM_SEARCHING, HOPFORM_OK when done, or an error"),
+    Member("found", "bool", "one is admissible"),
+    Member("reached", "bool"),
+    Member("partial", "bool", "a stance or the search outgrew the memory given"),
 )
-FLIGHT_PHASE = Struct(
+FLIGHT_PHASE = Struct.of(
     "FlightPhase",
     "A phase of a flight: where and when it starts, and in which mode.",
-    (
-        Member("t", "real", "time since take-off", "s"),
-        *reals("m", "x1"),
-        *reals("m/s", "v1"),
-        *reals("m/s^2", "acc1"),
-        Member("side", "int8", "sign of v1, 0 if held"),
-        Member("limit", "int8", "sign of the motor's pull gamma2 u at its limit, 0 under the law"),
-        Member("event", "int8", "HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it"),
-        Member("spare", "int8", "0"),
-    ),
+    Member("t", "real", "time since take-off", "s"),
+    *reals("m", "x1"),
+    *reals("m/s", "v1"),
+    *reals("m/s^2", "acc1"),
+    Member("side", "int8", "sign of v1, 0 if held"),
+    Member("limit", "int8", "sign of the motor's pull gamma2 u at its limit, 0 under the law"),
+    Member("event", "int8", "HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it"),
+    Member("spare", "int8", "0"),
 )
-FLIGHT = Struct(
+FLIGHT = Struct.of(
     "Flight",
     "A flight, solved. In its states y is how far the foot is below the ground ahead.",
-    (
-        Member("gains", "Gains", "of the law; 0 where the motor has no force"),
-        Member("start", "State", "as given"),
-        Member("duration", "real", "time of the ending", "s"),
-        Member("end", "State", "state at the ending: before the impact"),
-        Member("v2_after", "real", "velocity of the body after the impact", "m/s"),
-        Member("apex", "real", "highest hop height of the body over the ground ahead, up to the ending", "m"),
-        *reals("s", "apex_time"),
-        Member("impact_loss", "real", "energy lost at the impact, negative", "J"),
-        Member("start_loss", "real", "energy lost at a stop at t = 0, negative", "J"),
-        Member("ending", "int32", "HOPFORM_FLIGHT_..."),
-        Member("phase_count", "int32", "phases of the flight, kept or not"),
-        Member("phases_kept", "int32", "phases in the caller's buffer"),
-        Member("event_count", "int32", "events of the flight, kept or not"),
-    ),
+    Member("gains", "Gains", "of the law; 0 where the motor has no force"),
+    Member("start", "State", "as given"),
+    Member("duration", "real", "time of the ending", "s"),
+    Member("end", "State", "state at the ending: before the impact"),
+    Member("v2_after", "real", "velocity of the body after the impact", "m/s"),
+    Member("apex", "real", "highest hop height of the body over the ground ahead, up to the ending", "m"),
+    *reals("s", "apex_time"),
+    Member("impact_loss", "real", "energy lost at the impact, negative", "J"),
+    Member("start_loss", "real", "energy lost at a stop at t = 0, negative", "J"),
+    Member("ending", "int32", "HOPFORM_FLIGHT_..."),
+    Member("phase_count", "int32", "phases of the flight, kept or not"),
+    Member("phases_kept", "int32", "phases in the caller's buffer"),
+    Member("event_count", "int32", "events of the flight, kept or not"),
 )
-DETECTOR = Struct(
+DETECTOR = Struct.of(
     "Detector",
     "How touchdown is found in a noisy signal of contact.",
-    (
-        Member("high", "real", "the signal is above where it reaches this"),
-        Member("low", "real", "and no longer where it falls below this; low <= high"),
-        Member("count", "int32", "samples in a row that must agree, >= 1"),
-    ),
+    Member("high", "real", "the signal is above where it reaches this"),
+    Member("low", "real", "and no longer where it falls below this; low <= high"),
+    Member("count", "int32", "samples in a row that must agree, >= 1"),
 )
-CONTACT = Struct(
+CONTACT = Struct.of(
     "Contact",
     "What is known of the contact; begins as zeros.",
-    (
-        Member("above", "int32", "1 if the signal is above"),
-        Member("touches", "int32", "1 if the foot is taken to touch"),
-        Member("run", "int32", "samples in a row that disagree with it"),
-    ),
+    Member("above", "int32", "1 if the signal is above"),
+    Member("touches", "int32", "1 if the foot is taken to touch"),
+    Member("run", "int32", "samples in a row that disagree with it"),
 )
 INPUT = Struct(
     "Input",
@@ -231,43 +205,39 @@ OUTPUT = Struct(
 def stances_in(robot: Record = ROBOT) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
-    return Struct(
+    return Struct.of(
         "StancesIn",
         "Many stances: where their robots, states at touchdown, constant currents and longest times are read.",
-        (
-            Member("robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields),
-            Member("x1", "Input", "", "m"),
-            Member("v1", "Input", "after the impact", "m/s"),
-            Member("v2", "Input", "after the impact", "m/s"),
-            Member("y", "Input", "compression, 0 at touchdown", "m"),
-            Member("u", "Input", "", "A"),
-            Member("horizon", "Input", "", "s"),
-            Member("max_phases", "int32"),
-        ),
+        Member("robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields),
+        Member("x1", "Input", "", "m"),
+        Member("v1", "Input", "after the impact", "m/s"),
+        Member("v2", "Input", "after the impact", "m/s"),
+        Member("y", "Input", "compression, 0 at touchdown", "m"),
+        Member("u", "Input", "", "A"),
+        Member("horizon", "Input", "", "s"),
+        Member("max_phases", "int32"),
     )
 
 
-STANCES_OUT = Struct(
+STANCES_OUT = Struct.of(
     "StancesOut",
     "Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else.",
-    (
-        Member("status", "Output", "int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_..."),
-        Member("duration", "Output", "time of the ending", "s"),
-        Member("x1", "Output", "at the ending, as the next three", "m"),
-        Member("v1", "Output", "", "m/s"),
-        Member("x2", "Output", "height of the body over the ground", "m"),
-        Member("v2", "Output", "", "m/s"),
-        Member("apex", "Output", "hop height of the apex; NaN without take-off, and where g = 0", "m"),
-        Member("aed", "Output", "analytical energy delta", "J"),
-        Member("event_count", "Output", "int32_t"),
-        Member("phases", "Phase *", "where one stance after the other is solved; NULL where no events are wanted"),
-        Member("phase_capacity", "int32"),
-        Member(
-            "event_time", "real *", "event_capacity a stance, NaN behind its last; NULL where no events are wanted", "s"
-        ),
-        Member("event_kind", "int8 *", "HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last"),
-        Member("event_capacity", "int32"),
+    Member("status", "Output", "int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_..."),
+    Member("duration", "Output", "time of the ending", "s"),
+    Member("x1", "Output", "at the ending, as the next three", "m"),
+    Member("v1", "Output", "", "m/s"),
+    Member("x2", "Output", "height of the body over the ground", "m"),
+    Member("v2", "Output", "", "m/s"),
+    Member("apex", "Output", "hop height of the apex; NaN without take-off, and where g = 0", "m"),
+    Member("aed", "Output", "analytical energy delta", "J"),
+    Member("event_count", "Output", "int32_t"),
+    Member("phases", "Phase *", "where one stance after the other is solved; NULL where no events are wanted"),
+    Member("phase_capacity", "int32"),
+    Member(
+        "event_time", "real *", "event_capacity a stance, NaN behind its last; NULL where no events are wanted", "s"
     ),
+    Member("event_kind", "int8 *", "HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last"),
+    Member("event_capacity", "int32"),
 )
 
 

@@ -12,6 +12,7 @@ statement about their difference. In them
 Figures are those of the robot `hopper_c` after a drop from 20 cm unless said otherwise; the tests compute each of them.
 """
 
+import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -19,7 +20,7 @@ from typing import Literal
 import sympy as sp
 
 from ..maths import control, energy, laplace
-from ..maths.laplace import s
+from ..maths.laplace import X1, X2, s, v1_0, v2_0, x1_0, x2_0
 from ..model.equations import LAGRANGIAN, ModelError
 from ..model.quantities import *
 from ..models.hopper import HOPPER
@@ -48,6 +49,13 @@ class Equation:
     printed_expr: sp.Expr | None = None
     derived_expr: sp.Expr | None = None
 
+    @classmethod
+    def as_printed(
+        cls, number: int, title: str, printed: str, reason: str, steps: tuple[str, ...], *algebra: sp.Expr
+    ) -> "Equation":
+        """An equation that agrees: what follows from (3), (4) is what is printed."""
+        return cls(number, title, printed, printed, "agrees", reason, steps, *algebra)
+
     @property
     def computed_by(self) -> str:
         """The steps as Markdown."""
@@ -61,7 +69,7 @@ class Equation:
             pieces = list(_pieces(text))
             yield from pieces[:-1] if len(pieces) > 1 else ()
             yield f"{pieces[-1]},"
-        yield f"({''.join(f'{_quote(step)}, ' for step in self.steps).rstrip()}),"
+        yield f"({''.join(f'{json.dumps(step)}, ' for step in self.steps).rstrip()}),"
 
 
 @dataclass(frozen=True)
@@ -72,31 +80,25 @@ class Proof:
     test: str
 
 
-def _quote(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
-
-
 def _pieces(text: str, width: int = 96) -> Iterator[str]:
     """A string literal as adjacent literals, broken at spaces; more than one stand in parentheses."""
     lines, line = [], ""
     for word in text.split(" "):
-        if line and len(_quote(line + word)) > width:
+        if line and len(json.dumps(line + word)) > width:
             lines.append(line)
             line = ""
         line += word + " "
     lines.append(line[:-1])
     if len(lines) == 1:
-        yield _quote(lines[0])
+        yield json.dumps(lines[0])
         return
     yield "("
-    yield from (f"    {_quote(piece)}" for piece in lines)
+    yield from (f"    {json.dumps(piece)}" for piece in lines)
     yield ")"
 
 
-# ---- symbols of the Laplace transform and of what the paper names ----
+# ---- symbols of what the paper names ----
 
-x1_0, v1_0, x2_0, v2_0 = sp.symbols("x1_0 v1_0 x2_0 v2_0", real=True)
-X1, X2 = sp.symbols("X1 X2")
 beta, gamma, lambda_2, H_4, H_3, H_2, H_1 = sp.symbols("beta gamma lambda_2 H_4 H_3 H_2 H_1", real=True)
 m_1, m_2, b_eff, u_star, v_td, x2_ground = sp.symbols("m_1 m_2 b_eff u_star v_td x2_ground", real=True)
 E_delta, E_td, E_dist, h_des, x1_T = sp.symbols("E_delta E_td E_dist h_des x1_T", real=True)
@@ -128,11 +130,7 @@ for _printed, _names in ((cubic, (s_1, s_2, s_3)), (quadratic_1, (p_1, q_1)), (q
 
 def _transformed(number: int) -> sp.Expr:
     """The transform of (3) or (4), solved for X_1 or X_2 with the other one left in it."""
-    acc = HOPPER.accelerations[number - 1]
-    constant = acc.subs({v1: 0, v2: 0, x1: 0, x2: 0})
-    own, x_0, v_0 = ((X1, x1_0, v1_0), (X2, x2_0, v2_0))[number - 1]
-    moving = (acc - constant).subs({v1: s * X1 - x1_0, v2: s * X2 - x2_0, x1: X1, x2: X2}, simultaneous=True)
-    return sp.solve(s**2 * own - s * x_0 - v_0 - moving - constant / s, own)[0]
+    return sp.solve(laplace.transforms(HOPPER)[number - 1], (X1, X2)[number - 1])[0]
 
 
 def _numerator(number: int, monomial: sp.Expr) -> sp.Expr:
@@ -181,12 +179,10 @@ REGISTER: tuple[Equation, ...] = (
         (k * (x2 - x1 - L0) - b1 * v1 - gamma2 * u) / m_eff,
         (_spring - b1 * v1 - gamma2 * u) / m_eff,
     ),
-    Equation(
+    Equation.as_printed(
         2,
         "Motion of the body, first model",
         r"\ddot{x}_2 = \frac{1}{m_s}(k(x_1 - x_2 + L_0 + c) - b_2\dot{x}_2 - m_s g)",
-        r"\ddot{x}_2 = \frac{1}{m_s}(k(x_1 - x_2 + L_0 + c) - b_2\dot{x}_2 - m_s g)",
-        "agrees",
         "(4) with f_2 = 0, and what the Lagrangian gives.",
         ("rates_of: a2_y, a2_v2, a2_0",),
         (k * (x1 - x2 + L0 + c) - b2 * v2 - m_s * g) / m_s,
@@ -206,12 +202,10 @@ REGISTER: tuple[Equation, ...] = (
         (k * (x2 - x1 - L0) - b1 * v1 - gamma2 * u) / m_eff - f1 * side_1,
         (_spring - b1 * v1 - gamma2 * u) / m_eff - f1 * side_1,
     ),
-    Equation(
+    Equation.as_printed(
         4,
         "Motion of the body",
         r"\ddot{x}_2 = \frac{1}{m_s}(k(x_1 - x_2 + L_0 + c) - b_2\dot{x}_2 - m_s g) - f_2 \text{sign}(\dot{x}_2)",
-        r"\ddot{x}_2 = \frac{1}{m_s}(k(x_1 - x_2 + L_0 + c) - b_2\dot{x}_2 - m_s g) - f_2 \text{sign}(\dot{x}_2)",
-        "agrees",
         "What the Lagrangian gives. f_2 stands outside the bracket over m_s, so it is an acceleration, here, in (5) "
         "and in (10); sign(0) as in (3).",
         ("rates_of: a2_y, a2_v2, a2_0", "drive_of: C_2", "free_accelerations: free_2"),
@@ -231,14 +225,11 @@ REGISTER: tuple[Equation, ...] = (
         u_star * gamma2 / m_eff,
         sp.Abs(k * (x2 - x1 - L0) - gamma2 * u_star) / m_eff,
     ),
-    Equation(
+    Equation.as_printed(
         6,
         "Laplace transform of (3)",
         r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2 + sX_2(s) "
         r"\frac{k}{m_{eff}}}{s(s^2 + s \frac{b_1}{m_{eff}} + \frac{k}{m_{eff}})}",
-        r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2 + sX_2(s) "
-        r"\frac{k}{m_{eff}}}{s(s^2 + s \frac{b_1}{m_{eff}} + \frac{k}{m_{eff}})}",
-        "agrees",
         "The current is a step, u/s, so that u stands in lambda_2 without a factor of s.",
         ("rates_of: p_1, q_1", "motion_of_actuator: H3_1, H2_1"),
         (start_1 + s * X2 * k / m_eff) / (s * quadratic_1),
@@ -269,12 +260,10 @@ REGISTER: tuple[Equation, ...] = (
         -f2 / m_s + g - k * (L0 + c) / m_s,
         LETTERS[gamma],
     ),
-    Equation(
+    Equation.as_printed(
         9,
         "Initial velocity of the body in the transform",
         r"\beta = \dot{x}_2(0) + x_2(0) \frac{b_2}{m_s}",
-        r"\beta = \dot{x}_2(0) + x_2(0) \frac{b_2}{m_s}",
-        "agrees",
         "The code counts from x_2(0), where the second term is absent.",
         ("rates_of: a2_v2", "state_at: v2_t"),
         v2_0 + x2_0 * b2 / m_s,
@@ -305,23 +294,19 @@ REGISTER: tuple[Equation, ...] = (
         _numerator_11 / (s**2 * cubic),
         _transform_2,
     ),
-    Equation(
+    Equation.as_printed(
         12,
         "Numerator of (11), terms in s^3",
         r"H_4 = x_2(0) \frac{b_1}{m_{eff}} + \beta",
-        r"H_4 = x_2(0) \frac{b_1}{m_{eff}} + \beta",
-        "agrees",
         "Counted from x_2(0) it is the initial velocity, which the code adds by itself.",
         ("state_at: x1_t, v2_t",),
         x2_0 * b1 / m_eff + beta,
         LETTERS[H_4],
     ),
-    Equation(
+    Equation.as_printed(
         13,
         "Numerator of (11), terms in s^2",
         r"H_3 = x_2(0) \frac{k}{m_{eff}} + \frac{b_1 \beta}{m_{eff}} - \gamma + \frac{kx_1(0)}{m_s}",
-        r"H_3 = x_2(0) \frac{k}{m_{eff}} + \frac{b_1 \beta}{m_{eff}} - \gamma + \frac{kx_1(0)}{m_s}",
-        "agrees",
         "With gamma of (8) mended. Counted from x_2(0), x_2'(0) it is the initial acceleration of the body.",
         ("motion_of_both: H3_2",),
         x2_0 * k / m_eff + b1 * beta / m_eff - gamma + k * x1_0 / m_s,
