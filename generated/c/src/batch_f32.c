@@ -13,23 +13,20 @@ enum { PHASES_OF_LOOP = 4096, RESULTS = 9, FEW_STANCES = 4 };
 
 int32_t hopform_has_variant_f32(int32_t variant)
 {
-    switch (variant) {
-    case HOPFORM_VARIANT_BEST:
-    case HOPFORM_VARIANT_ONE_BY_ONE:
-    case HOPFORM_VARIANT_BASELINE:
-        return 1;
 #if defined(HOPFORM_X86_LANES)
-    case HOPFORM_VARIANT_AVX2:
+    if (variant == HOPFORM_VARIANT_AVX2) {
         return __builtin_cpu_supports("avx2") ? 1 : 0;
-    case HOPFORM_VARIANT_AVX512:
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
-                       && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw")
-                   ? 1
-                   : 0;
-#endif
-    default:
-        return 0;
     }
+    if (variant == HOPFORM_VARIANT_AVX512) {
+        const bool has = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
+                         && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
+        return has ? 1 : 0;
+    }
+#endif
+    return variant == HOPFORM_VARIANT_BEST || variant == HOPFORM_VARIANT_ONE_BY_ONE
+                   || variant == HOPFORM_VARIANT_BASELINE
+               ? 1
+               : 0;
 }
 
 static int32_t best_variant(void)
@@ -56,18 +53,16 @@ static int32_t one_by_one(const hopform_plan_f32 *plan, int32_t robot_status, in
 static int32_t by_variant(int32_t variant, const hopform_plan_f32 *plan, int64_t first, int64_t end,
                           const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
 {
-    switch (variant) {
 #if defined(HOPFORM_X86_LANES)
-    case HOPFORM_VARIANT_AVX2:
+    if (variant == HOPFORM_VARIANT_AVX2) {
         return hopform_lanes_avx2_f32(plan, first, end, in, out);
-    case HOPFORM_VARIANT_AVX512:
-        return hopform_lanes_avx512_f32(plan, first, end, in, out);
-#endif
-    case HOPFORM_VARIANT_BASELINE:
-        return hopform_lanes_baseline_f32(plan, first, end, in, out);
-    default:
-        return one_by_one(plan, HOPFORM_OK, first, end, in, out);
     }
+    if (variant == HOPFORM_VARIANT_AVX512) {
+        return hopform_lanes_avx512_f32(plan, first, end, in, out);
+    }
+#endif
+    return variant == HOPFORM_VARIANT_BASELINE ? hopform_lanes_baseline_f32(plan, first, end, in, out)
+                                               : one_by_one(plan, HOPFORM_OK, first, end, in, out);
 }
 
 /* The batch, one run of stances with the same robot after the other. */

@@ -438,18 +438,20 @@ static inline stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *c
 
 /* ---- the chain ---- */
 
+/* The phase that begins at the chain's time, state and mode. */
+static inline hopform_phase_f32 phase_of_chain_f32(const stance_chain_f32 *chain, int event)
+{
+    const hopform_state_f32 *state = &chain->state;
+    const int mode = 3 * (chain->side_1 + 1) + chain->side_2 + 1;
+    const hopform_phase_f32 phase = {chain->t, state->x1,    state->v1,     state->v2,
+                                      state->y, (int8_t)mode, (int8_t)event, (uint16_t)chain->step};
+    return phase;
+}
+
 static inline void stance_record_f32(stance_chain_f32 *chain, int event)
 {
     if (chain->count < chain->capacity) {
-        hopform_phase_f32 *phase = &chain->phases[chain->count];
-        phase->t = chain->t;
-        phase->x1 = chain->state.x1;
-        phase->v1 = chain->state.v1;
-        phase->v2 = chain->state.v2;
-        phase->y = chain->state.y;
-        phase->mode = (int8_t)(3 * (chain->side_1 + 1) + chain->side_2 + 1);
-        phase->event = (int8_t)event;
-        phase->step = (uint16_t)chain->step;
+        chain->phases[chain->count] = phase_of_chain_f32(chain, event);
     }
     if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
@@ -521,7 +523,7 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ho
     }
     const hopform_free_f32 at_rest =
         hopform_free_accelerations_f32(rates, &chain->state, chain->steps[chain->step].u);
-    if (!hopform_is_faint_f32(rates, &chain->state, at_rest.free_1)) {
+    if (!(fabs_f32(at_rest.free_1) < 64.0f * HOPFORM_EPS_f32 * fabs_f32(rates->a1_y * chain->state.y))) {
         return;
     }
     const float terms[] = {motion->H3_1 * basis->Wdd, motion->H2_1 * basis->Wd, motion->H1_1 * basis->W};
@@ -582,9 +584,7 @@ static inline hopform_motion_f32 motion_from_f32(const stance_chain_f32 *chain)
 /* The AED of a phase that lasts for t. */
 static inline float aed_in_phase_f32(const stance_chain_f32 *chain, float t)
 {
-    const hopform_state_f32 *state = &chain->state;
-    const hopform_phase_f32 phase = {
-        0.0f, state->x1, state->v1, state->v2, state->y, (int8_t)(3 * (chain->side_1 + 1) + chain->side_2 + 1), 0, 0};
+    const hopform_phase_f32 phase = phase_of_chain_f32(chain, HOPFORM_EVENT_NONE);
     const hopform_ledger_f32 ledger =
         hopform_ledger_in_phase_f32(chain->plan, &phase, chain->steps[chain->step].u, t);
     return hopform_aed_of_ledger_f32(&ledger);

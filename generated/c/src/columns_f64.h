@@ -42,11 +42,6 @@ typedef struct {
     size_t size;
 } hopform_elements_f64;
 
-static inline int64_t hopform_address_f64(const void *place)
-{
-    return (int64_t)(uintptr_t)place;
-}
-
 /* Whether one of `count` elements of a column, whose first lies `distance` bytes behind the beginning of a range, has a
  * byte in common with it: the first element that ends behind that beginning decides. */
 static inline bool hopform_meets_range_f64(int64_t distance, int64_t stride, int64_t count, int64_t size,
@@ -68,7 +63,7 @@ static inline bool hopform_columns_meet_f64(const hopform_elements_f64 *one, con
                                              int64_t count)
 {
     const int64_t size = (int64_t)other->size, range = (int64_t)one->size;
-    const int64_t distance = hopform_address_f64(other->first) - hopform_address_f64(one->first);
+    const int64_t distance = (int64_t)(uintptr_t)other->first - (int64_t)(uintptr_t)one->first;
     if (one->first == NULL || other->first == NULL || size == 0 || count <= 0) {
         return false;
     }

@@ -166,11 +166,6 @@ static float share_of_root_f32(const curve_f32 *c)
 
 /* ---- an interval ---- */
 
-static float sign_of_interval_f32(const hopform_interval_f32 *c)
-{
-    return c->to.u > c->from.u ? 1.0f : -1.0f;
-}
-
 static float width_of_f32(const hopform_interval_f32 *c)
 {
     return fabs_f32(c->to.u - c->from.u);
@@ -183,7 +178,7 @@ static bool is_smooth_f32(const hopform_interval_f32 *c)
 
 static curve_f32 curve_of_f32(const hopform_interval_f32 *c, float from, float from_u, float to, float to_u)
 {
-    const float sign = sign_of_interval_f32(c);
+    const float sign = c->to.u > c->from.u ? 1.0f : -1.0f;
     const curve_f32 made = {from, sign * from_u, to, sign * to_u, width_of_f32(c), is_smooth_f32(c)};
     return made;
 }
@@ -711,10 +706,9 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
 static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t)
 {
     const int side = hopform_side_1_f32(phase);
-    const hopform_state_f32 start = {phase->x1, phase->v1, phase->v2, phase->y};
-    const hopform_motion_f32 motion = hopform_motion_of_f32(plan, &start, u, side, side);
+    const hopform_motion_f32 motion = hopform_motion_in_phase_f32(plan, phase, u);
     const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side, side);
-    const event_function_f32 extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -start.y, 0, 0};
+    const event_function_f32 extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -phase->y, 0, 0};
     const event_set_f32 set = {poles, hopform_node_of_f32(plan, side, side), 1, {extension}};
     const propagator_f32 end = propagator_at_f32(poles, t);
     const jet_f32 from = jet_at_start_f32(poles, &extension);

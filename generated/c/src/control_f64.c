@@ -166,11 +166,6 @@ static double share_of_root_f64(const curve_f64 *c)
 
 /* ---- an interval ---- */
 
-static double sign_of_interval_f64(const hopform_interval_f64 *c)
-{
-    return c->to.u > c->from.u ? 1.0 : -1.0;
-}
-
 static double width_of_f64(const hopform_interval_f64 *c)
 {
     return fabs_f64(c->to.u - c->from.u);
@@ -183,7 +178,7 @@ static bool is_smooth_f64(const hopform_interval_f64 *c)
 
 static curve_f64 curve_of_f64(const hopform_interval_f64 *c, double from, double from_u, double to, double to_u)
 {
-    const double sign = sign_of_interval_f64(c);
+    const double sign = c->to.u > c->from.u ? 1.0 : -1.0;
     const curve_f64 made = {from, sign * from_u, to, sign * to_u, width_of_f64(c), is_smooth_f64(c)};
     return made;
 }
@@ -711,10 +706,9 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
 static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t)
 {
     const int side = hopform_side_1_f64(phase);
-    const hopform_state_f64 start = {phase->x1, phase->v1, phase->v2, phase->y};
-    const hopform_motion_f64 motion = hopform_motion_of_f64(plan, &start, u, side, side);
+    const hopform_motion_f64 motion = hopform_motion_in_phase_f64(plan, phase, u);
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side, side);
-    const event_function_f64 extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -start.y, 0, 0};
+    const event_function_f64 extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -phase->y, 0, 0};
     const event_set_f64 set = {poles, hopform_node_of_f64(plan, side, side), 1, {extension}};
     const propagator_f64 end = propagator_at_f64(poles, t);
     const jet_f64 from = jet_at_start_f64(poles, &extension);

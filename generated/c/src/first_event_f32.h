@@ -377,12 +377,6 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
     return low > M6 * hhh * hhh / 4.32e4f + rounding;
 }
 
-/* True where g' has exactly one root in the interval, and g its minimum there. */
-static inline bool has_minimum_f32(const jet_f32 *from, const jet_f32 *to)
-{
-    return from->rate < 0.0f && !(to->rate < 0.0f);
-}
-
 /* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
  * tangent at the start, and above one a little steeper than that at the end. */
 static inline bool is_held_up_by_tangents_f32(const jet_f32 *from, const jet_f32 *to, float l, float h, float bound)
@@ -639,7 +633,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
     const float d = deflated_f32(set, g, from, in->low);
     const float d_then = deflated_f32(set, g, to, in->high.t);
     const float rounding = rounding_of_f32(g, &in->high, to->rate);
-    if (!(d < 0.0f) && !(d_then < 0.0f) && has_minimum_f32(from, to)) {
+    if (!(d < 0.0f) && !(d_then < 0.0f) && from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
         if (is_held_up_by_tangents_f32(from, to, set->node->pole, h, rounding)) {
             return true;
         }

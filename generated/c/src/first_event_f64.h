@@ -377,12 +377,6 @@ static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, c
     return low > M6 * hhh * hhh / 43200.0 + rounding;
 }
 
-/* True where g' has exactly one root in the interval, and g its minimum there. */
-static inline bool has_minimum_f64(const jet_f64 *from, const jet_f64 *to)
-{
-    return from->rate < 0.0 && !(to->rate < 0.0);
-}
-
 /* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
  * tangent at the start, and above one a little steeper than that at the end. */
 static inline bool is_held_up_by_tangents_f64(const jet_f64 *from, const jet_f64 *to, double l, double h, double bound)
@@ -639,7 +633,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
     const double d = deflated_f64(set, g, from, in->low);
     const double d_then = deflated_f64(set, g, to, in->high.t);
     const double rounding = rounding_of_f64(g, &in->high, to->rate);
-    if (!(d < 0.0) && !(d_then < 0.0) && has_minimum_f64(from, to)) {
+    if (!(d < 0.0) && !(d_then < 0.0) && from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         if (is_held_up_by_tangents_f64(from, to, set->node->pole, h, rounding)) {
             return true;
         }

@@ -506,15 +506,15 @@ static flight_phase_end_f32 flight_find_end_f32(flight_chain_f32 *chain)
 static void flight_record_f32(flight_chain_f32 *chain, int event)
 {
     if (chain->count < chain->capacity) {
-        hopform_flight_phase_f32 *phase = &chain->phases[chain->count];
-        phase->t = chain->t;
-        phase->x1 = chain->actuator.x1;
-        phase->v1 = chain->actuator.v1;
-        phase->acc1 = chain->actuator.acc1;
-        phase->side = (int8_t)chain->side;
-        phase->limit = (int8_t)chain->limit;
-        phase->event = (int8_t)event;
-        phase->spare = 0;
+        const hopform_flight_phase_f32 phase = {chain->t,
+                                                 chain->actuator.x1,
+                                                 chain->actuator.v1,
+                                                 chain->actuator.acc1,
+                                                 (int8_t)chain->side,
+                                                 (int8_t)chain->limit,
+                                                 (int8_t)event,
+                                                 0};
+        chain->phases[chain->count] = phase;
     }
     if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;

@@ -102,14 +102,9 @@ static inline void sum_up_f64(double *RESTRICT_f64 out, const grid_table_f64 *RE
 }
 
 /* The displacement, (20): one integral further, and the time. */
-static inline void sum_up_x1_f64(double *RESTRICT_f64 out, const grid_table_f64 *RESTRICT_f64 table,
-                                  const hopform_state_f64 *from, const hopform_motion_f64 *motion, int32_t count)
+static inline void sum_up_x1_f64(double *RESTRICT_f64 out, const grid_table_f64 *RESTRICT_f64 table, double x1, double v1,
+                                  double h3, double h2, double h1, int32_t count)
 {
-    const double x1 = from->x1;
-    const double v1 = from->v1;
-    const double h3 = motion->H3_1;
-    const double h2 = motion->H2_1;
-    const double h1 = motion->H1_1;
     for (int32_t j = 0; j < count; j++) {
         out[j] = x1 + (h1 * table->W2[j] + h2 * table->W1[j] + h3 * table->W[j] + v1 * table->t[j]);
     }
@@ -127,7 +122,7 @@ static inline void put_samples_f64(const grid_arrays_f64 *out, const grid_table_
                                     int side_2, int32_t count)
 {
     if (side_1 != 0) {
-        sum_up_x1_f64(out->x1, table, from, motion, count);
+        sum_up_x1_f64(out->x1, table, from->x1, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
         sum_up_f64(out->v1, table, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
     } else {
         put_same_f64(out->x1, from->x1, count);

@@ -481,13 +481,6 @@ static inline hopform_basis_f32 hopform_basis_of_split_f32(const hopform_poles_f
     return basis;
 }
 
-static inline hopform_basis_f32 hopform_split_basis_f32(const hopform_poles_f32 *poles, float chi, float t)
-{
-    const hopform_decay_f32 decay = hopform_decay_at_f32(poles->a, t);
-    const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
-    return hopform_basis_of_split_f32(poles, chi, t, &decay, &pair);
-}
-
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
  * a must be the most isolated root, as hopform_factor_cubic_f32 gives it. */
 static inline hopform_basis_f32 hopform_basis_at_f32(const hopform_poles_f32 *poles, float t)
@@ -499,7 +492,9 @@ static inline hopform_basis_f32 hopform_basis_at_f32(const hopform_poles_f32 *po
     }
     const float chi = hopform_residue_f32(poles);
     if (chi * t * t >= 1.0f) {
-        return hopform_split_basis_f32(poles, chi, t);
+        const hopform_decay_f32 decay = hopform_decay_at_f32(poles->a, t);
+        const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
+        return hopform_basis_of_split_f32(poles, chi, t, &decay, &pair);
     }
     return poles->s_1 * t < 4.0f ? hopform_short_basis_f32(poles, t) : hopform_close_basis_f32(poles, t);
 }

@@ -481,13 +481,6 @@ static inline hopform_basis_f64 hopform_basis_of_split_f64(const hopform_poles_f
     return basis;
 }
 
-static inline hopform_basis_f64 hopform_split_basis_f64(const hopform_poles_f64 *poles, double chi, double t)
-{
-    const hopform_decay_f64 decay = hopform_decay_at_f64(poles->a, t);
-    const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
-    return hopform_basis_of_split_f64(poles, chi, t, &decay, &pair);
-}
-
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
  * a must be the most isolated root, as hopform_factor_cubic_f64 gives it. */
 static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *poles, double t)
@@ -499,7 +492,9 @@ static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *po
     }
     const double chi = hopform_residue_f64(poles);
     if (chi * t * t >= 1.0) {
-        return hopform_split_basis_f64(poles, chi, t);
+        const hopform_decay_f64 decay = hopform_decay_at_f64(poles->a, t);
+        const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
+        return hopform_basis_of_split_f64(poles, chi, t, &decay, &pair);
     }
     return poles->s_1 * t < 4.0 ? hopform_short_basis_f64(poles, t) : hopform_close_basis_f64(poles, t);
 }

@@ -99,12 +99,6 @@ static inline float hopform_free_after_motion_f32(float side, float friction, fl
     return side * (friction - (back > HOPFORM_UNDERFLOW_f32 ? back : HOPFORM_UNDERFLOW_f32));
 }
 
-/* Whether the forces on the actuator, at rest, cancel to all digits of the state. */
-static inline bool hopform_is_faint_f32(const hopform_rates_f32 *rates, const hopform_state_f32 *state, float free_1)
-{
-    return fabs_f32(free_1) < 64.0f * HOPFORM_EPS_f32 * fabs_f32(rates->a1_y * state->y);
-}
-
 /* Put the acceleration with which a mass goes on from rest in place of that of the state; alone, y follows it. */
 static inline void hopform_go_on_f32(hopform_motion_f32 *motion, int mass, bool alone, float acceleration)
 {
@@ -179,19 +173,40 @@ static inline int hopform_side_2_f32(const hopform_phase_f32 *phase)
     return phase->mode % 3 - 1;
 }
 
-/* The state at time t since a phase began. */
-static inline hopform_state_f32 hopform_state_in_phase_f32(const hopform_plan_f32 *plan,
-                                                             const hopform_phase_f32 *phase, float u, float t)
+static inline hopform_state_f32 hopform_start_of_phase_f32(const hopform_phase_f32 *phase)
+{
+    const hopform_state_f32 start = {phase->x1, phase->v1, phase->v2, phase->y};
+    return start;
+}
+
+/* The numerators of a phase. */
+static inline hopform_motion_f32 hopform_motion_in_phase_f32(const hopform_plan_f32 *plan,
+                                                               const hopform_phase_f32 *phase, float u)
+{
+    const hopform_state_f32 start = hopform_start_of_phase_f32(phase);
+    return hopform_motion_of_f32(plan, &start, u, hopform_side_1_f32(phase), hopform_side_2_f32(phase));
+}
+
+/* The state at time t since a phase with these numerators began. */
+static inline hopform_state_f32 hopform_state_by_motion_f32(const hopform_plan_f32 *plan,
+                                                              const hopform_phase_f32 *phase,
+                                                              const hopform_motion_f32 *motion, float t)
 {
     const int side_1 = hopform_side_1_f32(phase);
     const int side_2 = hopform_side_2_f32(phase);
-    const hopform_state_f32 start = {phase->x1, phase->v1, phase->v2, phase->y};
+    const hopform_state_f32 start = hopform_start_of_phase_f32(phase);
     if (side_1 == 0 && side_2 == 0) {
         return start;
     }
-    const hopform_motion_f32 motion = hopform_motion_of_f32(plan, &start, u, side_1, side_2);
     const hopform_basis_f32 basis = hopform_basis_at_f32(hopform_poles_of_f32(plan, side_1, side_2), t);
-    return hopform_arrive_f32(&start, &motion, &basis, side_1, side_2);
+    return hopform_arrive_f32(&start, motion, &basis, side_1, side_2);
+}
+
+static inline hopform_state_f32 hopform_state_in_phase_f32(const hopform_plan_f32 *plan,
+                                                             const hopform_phase_f32 *phase, float u, float t)
+{
+    const hopform_motion_f32 motion = hopform_motion_in_phase_f32(plan, phase, u);
+    return hopform_state_by_motion_f32(plan, phase, &motion, t);
 }
 
 #endif

@@ -99,12 +99,6 @@ static inline double hopform_free_after_motion_f64(double side, double friction,
     return side * (friction - (back > HOPFORM_UNDERFLOW_f64 ? back : HOPFORM_UNDERFLOW_f64));
 }
 
-/* Whether the forces on the actuator, at rest, cancel to all digits of the state. */
-static inline bool hopform_is_faint_f64(const hopform_rates_f64 *rates, const hopform_state_f64 *state, double free_1)
-{
-    return fabs_f64(free_1) < 64.0 * HOPFORM_EPS_f64 * fabs_f64(rates->a1_y * state->y);
-}
-
 /* Put the acceleration with which a mass goes on from rest in place of that of the state; alone, y follows it. */
 static inline void hopform_go_on_f64(hopform_motion_f64 *motion, int mass, bool alone, double acceleration)
 {
@@ -179,19 +173,40 @@ static inline int hopform_side_2_f64(const hopform_phase_f64 *phase)
     return phase->mode % 3 - 1;
 }
 
-/* The state at time t since a phase began. */
-static inline hopform_state_f64 hopform_state_in_phase_f64(const hopform_plan_f64 *plan,
-                                                             const hopform_phase_f64 *phase, double u, double t)
+static inline hopform_state_f64 hopform_start_of_phase_f64(const hopform_phase_f64 *phase)
+{
+    const hopform_state_f64 start = {phase->x1, phase->v1, phase->v2, phase->y};
+    return start;
+}
+
+/* The numerators of a phase. */
+static inline hopform_motion_f64 hopform_motion_in_phase_f64(const hopform_plan_f64 *plan,
+                                                               const hopform_phase_f64 *phase, double u)
+{
+    const hopform_state_f64 start = hopform_start_of_phase_f64(phase);
+    return hopform_motion_of_f64(plan, &start, u, hopform_side_1_f64(phase), hopform_side_2_f64(phase));
+}
+
+/* The state at time t since a phase with these numerators began. */
+static inline hopform_state_f64 hopform_state_by_motion_f64(const hopform_plan_f64 *plan,
+                                                              const hopform_phase_f64 *phase,
+                                                              const hopform_motion_f64 *motion, double t)
 {
     const int side_1 = hopform_side_1_f64(phase);
     const int side_2 = hopform_side_2_f64(phase);
-    const hopform_state_f64 start = {phase->x1, phase->v1, phase->v2, phase->y};
+    const hopform_state_f64 start = hopform_start_of_phase_f64(phase);
     if (side_1 == 0 && side_2 == 0) {
         return start;
     }
-    const hopform_motion_f64 motion = hopform_motion_of_f64(plan, &start, u, side_1, side_2);
     const hopform_basis_f64 basis = hopform_basis_at_f64(hopform_poles_of_f64(plan, side_1, side_2), t);
-    return hopform_arrive_f64(&start, &motion, &basis, side_1, side_2);
+    return hopform_arrive_f64(&start, motion, &basis, side_1, side_2);
+}
+
+static inline hopform_state_f64 hopform_state_in_phase_f64(const hopform_plan_f64 *plan,
+                                                             const hopform_phase_f64 *phase, double u, double t)
+{
+    const hopform_motion_f64 motion = hopform_motion_in_phase_f64(plan, phase, u);
+    return hopform_state_by_motion_f64(plan, phase, &motion, t);
 }
 
 #endif

@@ -57,12 +57,9 @@ static uint32_t with_result_f32(uint32_t hash, const hopform_stance_f32 *stance,
 {
     uint32_t sum = with_number_f32(hash, stance->duration);
     sum = with_state_f32(sum, &stance->end);
-    sum = with_number_f32(sum, stance->apex);
-    sum = with_number_f32(sum, stance->aed);
-    sum = with_number_f32(sum, stance->start_loss);
-    sum = with_int_f32(sum, stance->ending);
-    sum = with_int_f32(sum, stance->phase_count);
-    sum = with_int_f32(sum, stance->event_count);
+    sum = with_number_f32(with_number_f32(sum, stance->apex), stance->aed);
+    sum = with_int_f32(with_number_f32(sum, stance->start_loss), stance->ending);
+    sum = with_int_f32(with_int_f32(sum, stance->phase_count), stance->event_count);
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const hopform_state_f32 state = {phases[n].x1, phases[n].v1, phases[n].v2, phases[n].y};
         sum = with_state_f32(with_number_f32(sum, phases[n].t), &state);
@@ -91,9 +88,7 @@ static uint32_t with_motion_f32(uint32_t hash, const hopform_plan_f32 *plan, con
     sum = with_int_f32(
         sum, hopform_stance_energy_f32(plan, steps, phases, stance, times, TIMES_f32, energies, ledgers, losses));
     for (int32_t n = 0; n < TIMES_f32; n++) {
-        sum = with_energy_f32(sum, &energies[n]);
-        sum = with_ledger_f32(sum, &ledgers[n]);
-        sum = with_number_f32(sum, losses[n]);
+        sum = with_number_f32(with_ledger_f32(with_energy_f32(sum, &energies[n]), &ledgers[n]), losses[n]);
     }
     return sum;
 }

@@ -57,12 +57,9 @@ static uint32_t with_result_f64(uint32_t hash, const hopform_stance_f64 *stance,
 {
     uint32_t sum = with_number_f64(hash, stance->duration);
     sum = with_state_f64(sum, &stance->end);
-    sum = with_number_f64(sum, stance->apex);
-    sum = with_number_f64(sum, stance->aed);
-    sum = with_number_f64(sum, stance->start_loss);
-    sum = with_int_f64(sum, stance->ending);
-    sum = with_int_f64(sum, stance->phase_count);
-    sum = with_int_f64(sum, stance->event_count);
+    sum = with_number_f64(with_number_f64(sum, stance->apex), stance->aed);
+    sum = with_int_f64(with_number_f64(sum, stance->start_loss), stance->ending);
+    sum = with_int_f64(with_int_f64(sum, stance->phase_count), stance->event_count);
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const hopform_state_f64 state = {phases[n].x1, phases[n].v1, phases[n].v2, phases[n].y};
         sum = with_state_f64(with_number_f64(sum, phases[n].t), &state);
@@ -91,9 +88,7 @@ static uint32_t with_motion_f64(uint32_t hash, const hopform_plan_f64 *plan, con
     sum = with_int_f64(
         sum, hopform_stance_energy_f64(plan, steps, phases, stance, times, TIMES_f64, energies, ledgers, losses));
     for (int32_t n = 0; n < TIMES_f64; n++) {
-        sum = with_energy_f64(sum, &energies[n]);
-        sum = with_ledger_f64(sum, &ledgers[n]);
-        sum = with_number_f64(sum, losses[n]);
+        sum = with_number_f64(with_ledger_f64(with_energy_f64(sum, &energies[n]), &ledgers[n]), losses[n]);
     }
     return sum;
 }

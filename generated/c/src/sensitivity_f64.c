@@ -348,8 +348,7 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
             place = phases[n + 1];
         }
         travel_f64(plan, steps, &place, within, &change);
-        const hopform_state_f64 state = {place.x1, place.v1, place.v2, place.y};
-        states[i] = state;
+        states[i] = hopform_start_of_phase_f64(&place);
         const int coordinate[HOPFORM_TANGENT_ROWS] = {Z_X, Z_V1, Z_V2, Z_Y};
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_f64; column++) {

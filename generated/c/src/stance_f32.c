@@ -159,37 +159,26 @@ int32_t hopform_solve_followed_f32(const hopform_plan_f32 *plan, const hopform_s
     return stance_report_f32(&chain, &from, ending, stance);
 }
 
-/* The state at a time, and the status; a refusal writes no state. */
-static int32_t read_state_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                               const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
-                               hopform_state_f32 *state)
-{
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    const bool rests = stance->ending == HOPFORM_ENDING_REST;
-    if (!hopform_is_made_f32(plan)) {
-        return HOPFORM_ERROR_ROBOT;
-    }
-    if (!(t >= 0.0f && t <= HOPFORM_NEVER_f32) || (t > stance->duration && !rests)
-        || stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
-        return HOPFORM_ERROR_TIME;
-    }
-    const float within = t < stance->duration ? t : stance->duration;
-    const hopform_phase_f32 *phase = &phases[hopform_phase_index_f32(phases, stance->phases_kept, within)];
-    *state = hopform_state_in_phase_f32(plan, phase, steps[phase->step].u, within - phase->t);
-    return HOPFORM_OK;
-}
-
 int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
                                hopform_state_f32 *state)
 {
-    if (state == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
     hopform_state_f32 found = {0.0f, 0.0f, 0.0f, 0.0f}; /* the state may lie in what is read */
-    const int32_t status = read_state_f32(plan, steps, phases, stance, t, &found);
-    *state = found;
+    int32_t status = HOPFORM_OK;
+    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || state == NULL) {
+        status = HOPFORM_ERROR_NULL;
+    } else if (!hopform_is_made_f32(plan)) {
+        status = HOPFORM_ERROR_ROBOT;
+    } else if (!(t >= 0.0f && t <= HOPFORM_NEVER_f32) || (t > stance->duration && stance->ending != HOPFORM_ENDING_REST)
+               || stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
+        status = HOPFORM_ERROR_TIME;
+    } else {
+        const float within = t < stance->duration ? t : stance->duration;
+        const hopform_phase_f32 *phase = &phases[hopform_phase_index_f32(phases, stance->phases_kept, within)];
+        found = hopform_state_in_phase_f32(plan, phase, steps[phase->step].u, within - phase->t);
+    }
+    if (state != NULL) {
+        *state = found;
+    }
     return status;
 }

@@ -159,37 +159,26 @@ int32_t hopform_solve_followed_f64(const hopform_plan_f64 *plan, const hopform_s
     return stance_report_f64(&chain, &from, ending, stance);
 }
 
-/* The state at a time, and the status; a refusal writes no state. */
-static int32_t read_state_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                               const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
-                               hopform_state_f64 *state)
-{
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    const bool rests = stance->ending == HOPFORM_ENDING_REST;
-    if (!hopform_is_made_f64(plan)) {
-        return HOPFORM_ERROR_ROBOT;
-    }
-    if (!(t >= 0.0 && t <= HOPFORM_NEVER_f64) || (t > stance->duration && !rests)
-        || stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
-        return HOPFORM_ERROR_TIME;
-    }
-    const double within = t < stance->duration ? t : stance->duration;
-    const hopform_phase_f64 *phase = &phases[hopform_phase_index_f64(phases, stance->phases_kept, within)];
-    *state = hopform_state_in_phase_f64(plan, phase, steps[phase->step].u, within - phase->t);
-    return HOPFORM_OK;
-}
-
 int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
                                hopform_state_f64 *state)
 {
-    if (state == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
     hopform_state_f64 found = {0.0, 0.0, 0.0, 0.0}; /* the state may lie in what is read */
-    const int32_t status = read_state_f64(plan, steps, phases, stance, t, &found);
-    *state = found;
+    int32_t status = HOPFORM_OK;
+    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || state == NULL) {
+        status = HOPFORM_ERROR_NULL;
+    } else if (!hopform_is_made_f64(plan)) {
+        status = HOPFORM_ERROR_ROBOT;
+    } else if (!(t >= 0.0 && t <= HOPFORM_NEVER_f64) || (t > stance->duration && stance->ending != HOPFORM_ENDING_REST)
+               || stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
+        status = HOPFORM_ERROR_TIME;
+    } else {
+        const double within = t < stance->duration ? t : stance->duration;
+        const hopform_phase_f64 *phase = &phases[hopform_phase_index_f64(phases, stance->phases_kept, within)];
+        found = hopform_state_in_phase_f64(plan, phase, steps[phase->step].u, within - phase->t);
+    }
+    if (state != NULL) {
+        *state = found;
+    }
     return status;
 }

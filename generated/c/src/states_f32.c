@@ -4,20 +4,6 @@
  */
 #include "phase_f32.h"
 
-static hopform_state_f32 states_start_of_f32(const hopform_phase_f32 *phase)
-{
-    const hopform_state_f32 start = {phase->x1, phase->v1, phase->v2, phase->y};
-    return start;
-}
-
-static hopform_motion_f32 motion_in_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                          const hopform_phase_f32 *phase)
-{
-    const hopform_state_f32 start = states_start_of_f32(phase);
-    return hopform_motion_of_f32(plan, &start, steps[phase->step].u, hopform_side_1_f32(phase),
-                                  hopform_side_2_f32(phase));
-}
-
 int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                    const float *times, int32_t count, float *x1, float *v1, float *v2, float *y)
@@ -35,8 +21,7 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
-    hopform_state_f32 start = states_start_of_f32(phases);
-    hopform_motion_f32 motion = motion_in_f32(plan, steps, phases);
+    hopform_motion_f32 motion = hopform_motion_in_phase_f32(plan, phases, steps[phases->step].u);
     for (int32_t i = 0; i < count; i++) {
         const float t = times[i];
         if (!(t >= 0.0f && t <= HOPFORM_NEVER_f32) || (t > stance->duration && !rests)) {
@@ -45,19 +30,11 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
         const float within = hopform_lesser_f32(t, stance->duration);
         const int32_t n = hopform_phase_index_f32(phases, stance->phases_kept, within);
         const hopform_phase_f32 *phase = &phases[n];
-        const int side_1 = hopform_side_1_f32(phase);
-        const int side_2 = hopform_side_2_f32(phase);
         if (n != prepared) {
-            start = states_start_of_f32(phase);
-            motion = motion_in_f32(plan, steps, phase);
+            motion = hopform_motion_in_phase_f32(plan, phase, steps[phase->step].u);
             prepared = n;
         }
-        hopform_state_f32 state = start;
-        if (side_1 != 0 || side_2 != 0) {
-            const float since = within - phase->t;
-            const hopform_basis_f32 basis = hopform_basis_at_f32(hopform_poles_of_f32(plan, side_1, side_2), since);
-            state = hopform_arrive_f32(&start, &motion, &basis, side_1, side_2);
-        }
+        const hopform_state_f32 state = hopform_state_by_motion_f32(plan, phase, &motion, within - phase->t);
         x1[i] = state.x1;
         v1[i] = state.v1;
         v2[i] = state.v2;

@@ -4,20 +4,6 @@
  */
 #include "phase_f64.h"
 
-static hopform_state_f64 states_start_of_f64(const hopform_phase_f64 *phase)
-{
-    const hopform_state_f64 start = {phase->x1, phase->v1, phase->v2, phase->y};
-    return start;
-}
-
-static hopform_motion_f64 motion_in_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                          const hopform_phase_f64 *phase)
-{
-    const hopform_state_f64 start = states_start_of_f64(phase);
-    return hopform_motion_of_f64(plan, &start, steps[phase->step].u, hopform_side_1_f64(phase),
-                                  hopform_side_2_f64(phase));
-}
-
 int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                    const double *times, int32_t count, double *x1, double *v1, double *v2, double *y)
@@ -35,8 +21,7 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
-    hopform_state_f64 start = states_start_of_f64(phases);
-    hopform_motion_f64 motion = motion_in_f64(plan, steps, phases);
+    hopform_motion_f64 motion = hopform_motion_in_phase_f64(plan, phases, steps[phases->step].u);
     for (int32_t i = 0; i < count; i++) {
         const double t = times[i];
         if (!(t >= 0.0 && t <= HOPFORM_NEVER_f64) || (t > stance->duration && !rests)) {
@@ -45,19 +30,11 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
         const double within = hopform_lesser_f64(t, stance->duration);
         const int32_t n = hopform_phase_index_f64(phases, stance->phases_kept, within);
         const hopform_phase_f64 *phase = &phases[n];
-        const int side_1 = hopform_side_1_f64(phase);
-        const int side_2 = hopform_side_2_f64(phase);
         if (n != prepared) {
-            start = states_start_of_f64(phase);
-            motion = motion_in_f64(plan, steps, phase);
+            motion = hopform_motion_in_phase_f64(plan, phase, steps[phase->step].u);
             prepared = n;
         }
-        hopform_state_f64 state = start;
-        if (side_1 != 0 || side_2 != 0) {
-            const double since = within - phase->t;
-            const hopform_basis_f64 basis = hopform_basis_at_f64(hopform_poles_of_f64(plan, side_1, side_2), since);
-            state = hopform_arrive_f64(&start, &motion, &basis, side_1, side_2);
-        }
+        const hopform_state_f64 state = hopform_state_by_motion_f64(plan, phase, &motion, within - phase->t);
         x1[i] = state.x1;
         v1[i] = state.v1;
         v2[i] = state.v2;

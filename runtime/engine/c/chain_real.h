@@ -438,18 +438,20 @@ static inline stance_phase_end_real stance_find_end_real(const stance_chain_real
 
 /* ---- the chain ---- */
 
+/* The phase that begins at the chain's time, state and mode. */
+static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *chain, int event)
+{
+    const hopform_state_real *state = &chain->state;
+    const int mode = 3 * (chain->side_1 + 1) + chain->side_2 + 1;
+    const hopform_phase_real phase = {chain->t, state->x1,    state->v1,     state->v2,
+                                      state->y, (int8_t)mode, (int8_t)event, (uint16_t)chain->step};
+    return phase;
+}
+
 static inline void stance_record_real(stance_chain_real *chain, int event)
 {
     if (chain->count < chain->capacity) {
-        hopform_phase_real *phase = &chain->phases[chain->count];
-        phase->t = chain->t;
-        phase->x1 = chain->state.x1;
-        phase->v1 = chain->state.v1;
-        phase->v2 = chain->state.v2;
-        phase->y = chain->state.y;
-        phase->mode = (int8_t)(3 * (chain->side_1 + 1) + chain->side_2 + 1);
-        phase->event = (int8_t)event;
-        phase->step = (uint16_t)chain->step;
+        chain->phases[chain->count] = phase_of_chain_real(chain, event);
     }
     if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
@@ -521,7 +523,7 @@ static inline void keep_faint_acceleration_real(stance_chain_real *chain, const 
     }
     const hopform_free_real at_rest =
         hopform_free_accelerations_real(rates, &chain->state, chain->steps[chain->step].u);
-    if (!hopform_is_faint_real(rates, &chain->state, at_rest.free_1)) {
+    if (!(fabs_real(at_rest.free_1) < 64.0 * HOPFORM_EPS_real * fabs_real(rates->a1_y * chain->state.y))) {
         return;
     }
     const real terms[] = {motion->H3_1 * basis->Wdd, motion->H2_1 * basis->Wd, motion->H1_1 * basis->W};
@@ -582,9 +584,7 @@ static inline hopform_motion_real motion_from_real(const stance_chain_real *chai
 /* The AED of a phase that lasts for t. */
 static inline real aed_in_phase_real(const stance_chain_real *chain, real t)
 {
-    const hopform_state_real *state = &chain->state;
-    const hopform_phase_real phase = {
-        0.0, state->x1, state->v1, state->v2, state->y, (int8_t)(3 * (chain->side_1 + 1) + chain->side_2 + 1), 0, 0};
+    const hopform_phase_real phase = phase_of_chain_real(chain, HOPFORM_EVENT_NONE);
     const hopform_ledger_real ledger =
         hopform_ledger_in_phase_real(chain->plan, &phase, chain->steps[chain->step].u, t);
     return hopform_aed_of_ledger_real(&ledger);

@@ -166,11 +166,6 @@ static real share_of_root_real(const curve_real *c)
 
 /* ---- an interval ---- */
 
-static real sign_of_interval_real(const hopform_interval_real *c)
-{
-    return c->to.u > c->from.u ? 1.0 : -1.0;
-}
-
 static real width_of_real(const hopform_interval_real *c)
 {
     return fabs_real(c->to.u - c->from.u);
@@ -183,7 +178,7 @@ static bool is_smooth_real(const hopform_interval_real *c)
 
 static curve_real curve_of_real(const hopform_interval_real *c, real from, real from_u, real to, real to_u)
 {
-    const real sign = sign_of_interval_real(c);
+    const real sign = c->to.u > c->from.u ? 1.0 : -1.0;
     const curve_real made = {from, sign * from_u, to, sign * to_u, width_of_real(c), is_smooth_real(c)};
     return made;
 }
@@ -711,10 +706,9 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
 static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t)
 {
     const int side = hopform_side_1_real(phase);
-    const hopform_state_real start = {phase->x1, phase->v1, phase->v2, phase->y};
-    const hopform_motion_real motion = hopform_motion_of_real(plan, &start, u, side, side);
+    const hopform_motion_real motion = hopform_motion_in_phase_real(plan, phase, u);
     const hopform_poles_real *poles = hopform_poles_of_real(plan, side, side);
-    const event_function_real extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -start.y, 0, 0};
+    const event_function_real extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -phase->y, 0, 0};
     const event_set_real set = {poles, hopform_node_of_real(plan, side, side), 1, {extension}};
     const propagator_real end = propagator_at_real(poles, t);
     const jet_real from = jet_at_start_real(poles, &extension);

@@ -377,12 +377,6 @@ static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles,
     return low > M6 * hhh * hhh / 43200.0 + rounding;
 }
 
-/* True where g' has exactly one root in the interval, and g its minimum there. */
-static inline bool has_minimum_real(const jet_real *from, const jet_real *to)
-{
-    return from->rate < 0.0 && !(to->rate < 0.0);
-}
-
 /* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
  * tangent at the start, and above one a little steeper than that at the end. */
 static inline bool is_held_up_by_tangents_real(const jet_real *from, const jet_real *to, real l, real h, real bound)
@@ -639,7 +633,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
     const real d = deflated_real(set, g, from, in->low);
     const real d_then = deflated_real(set, g, to, in->high.t);
     const real rounding = rounding_of_real(g, &in->high, to->rate);
-    if (!(d < 0.0) && !(d_then < 0.0) && has_minimum_real(from, to)) {
+    if (!(d < 0.0) && !(d_then < 0.0) && from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         if (is_held_up_by_tangents_real(from, to, set->node->pole, h, rounding)) {
             return true;
         }

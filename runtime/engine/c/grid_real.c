@@ -102,14 +102,9 @@ static inline void sum_up_real(real *RESTRICT_real out, const grid_table_real *R
 }
 
 /* The displacement, (20): one integral further, and the time. */
-static inline void sum_up_x1_real(real *RESTRICT_real out, const grid_table_real *RESTRICT_real table,
-                                  const hopform_state_real *from, const hopform_motion_real *motion, int32_t count)
+static inline void sum_up_x1_real(real *RESTRICT_real out, const grid_table_real *RESTRICT_real table, real x1, real v1,
+                                  real h3, real h2, real h1, int32_t count)
 {
-    const real x1 = from->x1;
-    const real v1 = from->v1;
-    const real h3 = motion->H3_1;
-    const real h2 = motion->H2_1;
-    const real h1 = motion->H1_1;
     for (int32_t j = 0; j < count; j++) {
         out[j] = x1 + (h1 * table->W2[j] + h2 * table->W1[j] + h3 * table->W[j] + v1 * table->t[j]);
     }
@@ -127,7 +122,7 @@ static inline void put_samples_real(const grid_arrays_real *out, const grid_tabl
                                     int side_2, int32_t count)
 {
     if (side_1 != 0) {
-        sum_up_x1_real(out->x1, table, from, motion, count);
+        sum_up_x1_real(out->x1, table, from->x1, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
         sum_up_real(out->v1, table, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
     } else {
         put_same_real(out->x1, from->x1, count);

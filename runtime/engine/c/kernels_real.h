@@ -481,13 +481,6 @@ static inline hopform_basis_real hopform_basis_of_split_real(const hopform_poles
     return basis;
 }
 
-static inline hopform_basis_real hopform_split_basis_real(const hopform_poles_real *poles, real chi, real t)
-{
-    const hopform_decay_real decay = hopform_decay_at_real(poles->a, t);
-    const hopform_pair_real pair = hopform_pair_at_real(poles, t);
-    return hopform_basis_of_split_real(poles, chi, t, &decay, &pair);
-}
-
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
  * a must be the most isolated root, as hopform_factor_cubic_real gives it. */
 static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real *poles, real t)
@@ -499,7 +492,9 @@ static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real 
     }
     const real chi = hopform_residue_real(poles);
     if (chi * t * t >= 1.0) {
-        return hopform_split_basis_real(poles, chi, t);
+        const hopform_decay_real decay = hopform_decay_at_real(poles->a, t);
+        const hopform_pair_real pair = hopform_pair_at_real(poles, t);
+        return hopform_basis_of_split_real(poles, chi, t, &decay, &pair);
     }
     return poles->s_1 * t < 4.0 ? hopform_short_basis_real(poles, t) : hopform_close_basis_real(poles, t);
 }

@@ -99,12 +99,6 @@ static inline real hopform_free_after_motion_real(real side, real friction, real
     return side * (friction - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
 }
 
-/* Whether the forces on the actuator, at rest, cancel to all digits of the state. */
-static inline bool hopform_is_faint_real(const hopform_rates_real *rates, const hopform_state_real *state, real free_1)
-{
-    return fabs_real(free_1) < 64.0 * HOPFORM_EPS_real * fabs_real(rates->a1_y * state->y);
-}
-
 /* Put the acceleration with which a mass goes on from rest in place of that of the state; alone, y follows it. */
 static inline void hopform_go_on_real(hopform_motion_real *motion, int mass, bool alone, real acceleration)
 {
@@ -179,19 +173,40 @@ static inline int hopform_side_2_real(const hopform_phase_real *phase)
     return phase->mode % 3 - 1;
 }
 
-/* The state at time t since a phase began. */
-static inline hopform_state_real hopform_state_in_phase_real(const hopform_plan_real *plan,
-                                                             const hopform_phase_real *phase, real u, real t)
+static inline hopform_state_real hopform_start_of_phase_real(const hopform_phase_real *phase)
+{
+    const hopform_state_real start = {phase->x1, phase->v1, phase->v2, phase->y};
+    return start;
+}
+
+/* The numerators of a phase. */
+static inline hopform_motion_real hopform_motion_in_phase_real(const hopform_plan_real *plan,
+                                                               const hopform_phase_real *phase, real u)
+{
+    const hopform_state_real start = hopform_start_of_phase_real(phase);
+    return hopform_motion_of_real(plan, &start, u, hopform_side_1_real(phase), hopform_side_2_real(phase));
+}
+
+/* The state at time t since a phase with these numerators began. */
+static inline hopform_state_real hopform_state_by_motion_real(const hopform_plan_real *plan,
+                                                              const hopform_phase_real *phase,
+                                                              const hopform_motion_real *motion, real t)
 {
     const int side_1 = hopform_side_1_real(phase);
     const int side_2 = hopform_side_2_real(phase);
-    const hopform_state_real start = {phase->x1, phase->v1, phase->v2, phase->y};
+    const hopform_state_real start = hopform_start_of_phase_real(phase);
     if (side_1 == 0 && side_2 == 0) {
         return start;
     }
-    const hopform_motion_real motion = hopform_motion_of_real(plan, &start, u, side_1, side_2);
     const hopform_basis_real basis = hopform_basis_at_real(hopform_poles_of_real(plan, side_1, side_2), t);
-    return hopform_arrive_real(&start, &motion, &basis, side_1, side_2);
+    return hopform_arrive_real(&start, motion, &basis, side_1, side_2);
+}
+
+static inline hopform_state_real hopform_state_in_phase_real(const hopform_plan_real *plan,
+                                                             const hopform_phase_real *phase, real u, real t)
+{
+    const hopform_motion_real motion = hopform_motion_in_phase_real(plan, phase, u);
+    return hopform_state_by_motion_real(plan, phase, &motion, t);
 }
 
 #endif

@@ -57,12 +57,9 @@ static uint32_t with_result_real(uint32_t hash, const hopform_stance_real *stanc
 {
     uint32_t sum = with_number_real(hash, stance->duration);
     sum = with_state_real(sum, &stance->end);
-    sum = with_number_real(sum, stance->apex);
-    sum = with_number_real(sum, stance->aed);
-    sum = with_number_real(sum, stance->start_loss);
-    sum = with_int_real(sum, stance->ending);
-    sum = with_int_real(sum, stance->phase_count);
-    sum = with_int_real(sum, stance->event_count);
+    sum = with_number_real(with_number_real(sum, stance->apex), stance->aed);
+    sum = with_int_real(with_number_real(sum, stance->start_loss), stance->ending);
+    sum = with_int_real(with_int_real(sum, stance->phase_count), stance->event_count);
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const hopform_state_real state = {phases[n].x1, phases[n].v1, phases[n].v2, phases[n].y};
         sum = with_state_real(with_number_real(sum, phases[n].t), &state);
@@ -91,9 +88,7 @@ static uint32_t with_motion_real(uint32_t hash, const hopform_plan_real *plan, c
     sum = with_int_real(
         sum, hopform_stance_energy_real(plan, steps, phases, stance, times, TIMES_real, energies, ledgers, losses));
     for (int32_t n = 0; n < TIMES_real; n++) {
-        sum = with_energy_real(sum, &energies[n]);
-        sum = with_ledger_real(sum, &ledgers[n]);
-        sum = with_number_real(sum, losses[n]);
+        sum = with_number_real(with_ledger_real(with_energy_real(sum, &energies[n]), &ledgers[n]), losses[n]);
     }
     return sum;
 }

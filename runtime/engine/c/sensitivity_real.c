@@ -348,8 +348,7 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
             place = phases[n + 1];
         }
         travel_real(plan, steps, &place, within, &change);
-        const hopform_state_real state = {place.x1, place.v1, place.v2, place.y};
-        states[i] = state;
+        states[i] = hopform_start_of_phase_real(&place);
         const int coordinate[HOPFORM_TANGENT_ROWS] = {Z_X, Z_V1, Z_V2, Z_Y};
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_real; column++) {

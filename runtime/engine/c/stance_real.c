@@ -159,37 +159,26 @@ int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform
     return stance_report_real(&chain, &from, ending, stance);
 }
 
-/* The state at a time, and the status; a refusal writes no state. */
-static int32_t read_state_real(const hopform_plan_real *plan, const hopform_step_real *steps,
-                               const hopform_phase_real *phases, const hopform_stance_real *stance, real t,
-                               hopform_state_real *state)
-{
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    const bool rests = stance->ending == HOPFORM_ENDING_REST;
-    if (!hopform_is_made_real(plan)) {
-        return HOPFORM_ERROR_ROBOT;
-    }
-    if (!(t >= 0.0 && t <= HOPFORM_NEVER_real) || (t > stance->duration && !rests)
-        || stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
-        return HOPFORM_ERROR_TIME;
-    }
-    const real within = t < stance->duration ? t : stance->duration;
-    const hopform_phase_real *phase = &phases[hopform_phase_index_real(phases, stance->phases_kept, within)];
-    *state = hopform_state_in_phase_real(plan, phase, steps[phase->step].u, within - phase->t);
-    return HOPFORM_OK;
-}
-
 int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                const hopform_phase_real *phases, const hopform_stance_real *stance, real t,
                                hopform_state_real *state)
 {
-    if (state == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
     hopform_state_real found = {0.0, 0.0, 0.0, 0.0}; /* the state may lie in what is read */
-    const int32_t status = read_state_real(plan, steps, phases, stance, t, &found);
-    *state = found;
+    int32_t status = HOPFORM_OK;
+    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || state == NULL) {
+        status = HOPFORM_ERROR_NULL;
+    } else if (!hopform_is_made_real(plan)) {
+        status = HOPFORM_ERROR_ROBOT;
+    } else if (!(t >= 0.0 && t <= HOPFORM_NEVER_real) || (t > stance->duration && stance->ending != HOPFORM_ENDING_REST)
+               || stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
+        status = HOPFORM_ERROR_TIME;
+    } else {
+        const real within = t < stance->duration ? t : stance->duration;
+        const hopform_phase_real *phase = &phases[hopform_phase_index_real(phases, stance->phases_kept, within)];
+        found = hopform_state_in_phase_real(plan, phase, steps[phase->step].u, within - phase->t);
+    }
+    if (state != NULL) {
+        *state = found;
+    }
     return status;
 }
