@@ -32,7 +32,7 @@ from tests.oracle.checker import CERTIFIED, PROBLEM, REASONS, ROBOT, certify
 BATCH = 10000  # for the NumPy back end, whose time goes with the longest chain of a batch
 TOLERANCE = 1e-12
 # Of the reference's 50 digits ten are its error's, and the states after an event may have lost as many again.
-CLOSE, MORE_DIGITS = 1e-30, 200
+MORE_DIGITS = ((1e-30, 200), (1e-180, 1000))
 RIGHT, BY_EVENT = "right", "right by the state at an event"
 APART, UNLIKE = "the back ends differ", "error of back ends"
 HIGH_CONDITION, SHARE_OF_HIGH = 1e3, 1e-3
@@ -123,11 +123,14 @@ def case_of(p: Any, answer: Any, phases: Any, reason: str, seed: int, lane: int)
 
 
 def solved_exactly(robot: dict[str, float], start: dict[str, Any]) -> reference.Reference:
-    """The reference's stance; once more with 200 digits where what decides between two lists of events is
-    below 1e-30.
+    """The reference's stance; again with more digits where what decides between two lists of events is below what the
+    former ones tell.
     """
     exact = reference.solve(robot, **start)
-    return exact if exact.margin > CLOSE else reference.solve(robot, digits=MORE_DIGITS, **start)
+    for margin, digits in MORE_DIGITS:
+        if not exact.margin > margin:
+            exact = reference.solve(robot, digits=digits, **start)
+    return exact
 
 
 def refer(case: dict[str, Any]) -> dict[str, Any]:

@@ -172,7 +172,8 @@ def _lift(solution: Solution, trials: Trials, change: LegState, last: Numbers) -
     end, off, robot = solution.end, trials.takes_off, solution.plan.robot
     speed = LegState(*speeds_of(solution.phase(last)._replace(start=end)).T[:4])
     rate = formulas.contact_slope(robot, speed)
-    late = choose(off & (rate != 0.0), -formulas.contact_slope(robot, change) / rate, 0.0)
+    late = -formulas.contact_slope(robot, change) / choose(rate != 0.0, rate, 1.0)
+    late = choose(off & (rate != 0.0), late, 0.0)
     x1_u, _, v2_u, y_u = (c + s * late for c, s in zip(change, speed, strict=True))
     if CONTACT_IS_COMPRESSION:
         y_u = np.zeros_like(x1_u)
