@@ -155,6 +155,14 @@ def test_a_random_flight_in_single_precision_is_that_of_the_reference(seed):
     assert_same_flight(robot, inputs, hopform.backends()[0], np.float32)
 
 
+@pytest.mark.parametrize("backend", hopform.backends())
+@pytest.mark.parametrize("seed", [5023507, 5095323, 5069149, 5074759])
+def test_an_actuator_that_damping_slows_never_turns_back(seed, backend):
+    """Whatever rounding leaves of its velocity when it has faded."""
+    robot, inputs = random_flight(seed)
+    assert_same_flight(robot, inputs, backend)
+
+
 def test_the_random_flights_visit_every_ending_and_event():
     flights = [solved(*random_flight(seed), hopform.backends()[0])[0] for seed in range(400)]
     seen = {event.kind for flight in flights for event in flight.events} | {flight.status for flight in flights}

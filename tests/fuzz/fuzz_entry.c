@@ -69,7 +69,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     must(isfinite(stance.duration) && isfinite(stance.end.x1) && isfinite(stance.end.v1) && isfinite(stance.end.v2));
     must(isfinite(stance.end.y) && isfinite(stance.apex) && isfinite(stance.aed) && stance.start_loss <= 0);
-    must(stance.duration >= 0 && stance.duration <= horizon && stance.ending >= 1 && stance.ending <= HOPFORM_ENDING_UNCERTIFIED);
+    must(stance.duration >= 0 && stance.duration <= horizon);
+    must(stance.ending >= 1 && stance.ending <= HOPFORM_ENDING_UNCERTIFIED);
     must(stance.phases_kept <= capacity && stance.phase_count <= max_phases && stance.phase_count >= 1);
     must((status == HOPFORM_PHASES_NOT_KEPT) == (stance.phases_kept < stance.phase_count));
     for (int32_t n = 0; n < stance.phases_kept; n++) {

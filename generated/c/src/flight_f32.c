@@ -486,11 +486,23 @@ static float longest_phase_f32(const flight_chain_f32 *chain)
     return fallen < until && fallen > 0.0f ? fallen : until;
 }
 
+/* The acceleration under what the motor does now, at a velocity, with the friction of a side. */
+static float acceleration_of_f32(const flight_chain_f32 *chain, float v1, int side)
+{
+    const hopform_flight_rates_f32 *rates = &chain->rates;
+    return chain->limit == 0
+               ? hopform_acceleration_under_law_f32(chain->robot, rates, chain->actuator.x1, v1, (float)side)
+               : hopform_acceleration_at_limit_f32(chain->robot, rates, v1, (float)side, (float)chain->limit);
+}
+
 static flight_phase_end_f32 flight_find_end_f32(flight_chain_f32 *chain)
 {
     const float until = longest_phase_f32(chain);
     const hopform_actuator_at_f32 *x = &chain->first.actuator;
-    const float rest = chain->side == 0 ? HOPFORM_NEVER_f32 : zero_of_pair_f32(&chain->poles, x->v1_t, x->acc1_t);
+    /* Where nothing grows with x_1, and nothing would turn it back at rest, its velocity fades and never vanishes. */
+    const bool fades =
+        !(chain->poles.q > 0.0f) && (float)chain->side * acceleration_of_f32(chain, 0.0f, chain->side) >= 0.0f;
+    const float rest = fades ? HOPFORM_NEVER_f32 : zero_of_pair_f32(&chain->poles, x->v1_t, x->acc1_t);
     flight_phase_end_f32 end = {look_f32(chain, rest < until ? rest : until),
                                  rest <= until ? END_VELOCITY_f32 : FLIGHT_END_LIMIT_f32, chain->limit};
     if (chain->side != 0) {
@@ -528,23 +540,14 @@ static bool flight_blocked_f32(const hopform_robot_f32 *robot, float x1, int sid
     return locked || (side < 0 && x1 <= robot->x1_min) || (side > 0 && x1 >= robot->x1_max);
 }
 
-/* The acceleration under what the motor does now, with the friction of a side. */
-static float acceleration_of_f32(const flight_chain_f32 *chain, int side)
-{
-    return chain->limit == 0 ? hopform_acceleration_under_law_f32(chain->robot, &chain->rates, chain->actuator.x1,
-                                                                   chain->actuator.v1, (float)side)
-                             : hopform_acceleration_at_limit_f32(chain->robot, &chain->rates, chain->actuator.v1,
-                                                                  (float)side, (float)chain->limit);
-}
-
 /* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
 static void choose_limit_f32(flight_chain_f32 *chain)
 {
     const float pull = chain->gains.Kp * chain->actuator.x1 + chain->gains.Kd * chain->actuator.v1;
     chain->limit = (int)hopform_goes_f32(pull, chain->largest);
     if (chain->limit == 0 && !(fabs_f32(pull) < chain->largest) && chain->side != 0) {
-        const float rate =
-            chain->gains.Kp * chain->actuator.v1 + chain->gains.Kd * acceleration_of_f32(chain, chain->side);
+        const float rate = chain->gains.Kp * chain->actuator.v1
+                          + chain->gains.Kd * acceleration_of_f32(chain, chain->actuator.v1, chain->side);
         chain->limit = rate * pull > 0.0f ? (int)hopform_goes_f32(pull, 0.0f) : 0;
     }
 }
@@ -554,10 +557,10 @@ static void choose_limit_f32(flight_chain_f32 *chain)
 static void flight_settle_f32(flight_chain_f32 *chain)
 {
     const float f1 = chain->robot->f1;
-    const float free = acceleration_of_f32(chain, 0);
+    const float free = acceleration_of_f32(chain, chain->actuator.v1, 0);
     const int side = (int)hopform_goes_f32(free, f1);
     chain->side = flight_blocked_f32(chain->robot, chain->actuator.x1, side) ? 0 : side;
-    chain->actuator.acc1 = chain->side == 0 ? 0.0f : acceleration_of_f32(chain, chain->side);
+    chain->actuator.acc1 = chain->side == 0 ? 0.0f : acceleration_of_f32(chain, chain->actuator.v1, chain->side);
 }
 
 /* The actuator has come to rest. Without dry friction its acceleration goes on as it was. */
@@ -610,7 +613,7 @@ static void flight_begin_f32(flight_chain_f32 *chain)
     if (chain->side == 0) {
         flight_settle_f32(chain);
     } else {
-        chain->actuator.acc1 = acceleration_of_f32(chain, chain->side);
+        chain->actuator.acc1 = acceleration_of_f32(chain, chain->actuator.v1, chain->side);
     }
     flight_record_f32(chain, HOPFORM_EVENT_NONE);
 }

@@ -486,11 +486,23 @@ static double longest_phase_f64(const flight_chain_f64 *chain)
     return fallen < until && fallen > 0.0 ? fallen : until;
 }
 
+/* The acceleration under what the motor does now, at a velocity, with the friction of a side. */
+static double acceleration_of_f64(const flight_chain_f64 *chain, double v1, int side)
+{
+    const hopform_flight_rates_f64 *rates = &chain->rates;
+    return chain->limit == 0
+               ? hopform_acceleration_under_law_f64(chain->robot, rates, chain->actuator.x1, v1, (double)side)
+               : hopform_acceleration_at_limit_f64(chain->robot, rates, v1, (double)side, (double)chain->limit);
+}
+
 static flight_phase_end_f64 flight_find_end_f64(flight_chain_f64 *chain)
 {
     const double until = longest_phase_f64(chain);
     const hopform_actuator_at_f64 *x = &chain->first.actuator;
-    const double rest = chain->side == 0 ? HOPFORM_NEVER_f64 : zero_of_pair_f64(&chain->poles, x->v1_t, x->acc1_t);
+    /* Where nothing grows with x_1, and nothing would turn it back at rest, its velocity fades and never vanishes. */
+    const bool fades =
+        !(chain->poles.q > 0.0) && (double)chain->side * acceleration_of_f64(chain, 0.0, chain->side) >= 0.0;
+    const double rest = fades ? HOPFORM_NEVER_f64 : zero_of_pair_f64(&chain->poles, x->v1_t, x->acc1_t);
     flight_phase_end_f64 end = {look_f64(chain, rest < until ? rest : until),
                                  rest <= until ? END_VELOCITY_f64 : FLIGHT_END_LIMIT_f64, chain->limit};
     if (chain->side != 0) {
@@ -528,23 +540,14 @@ static bool flight_blocked_f64(const hopform_robot_f64 *robot, double x1, int si
     return locked || (side < 0 && x1 <= robot->x1_min) || (side > 0 && x1 >= robot->x1_max);
 }
 
-/* The acceleration under what the motor does now, with the friction of a side. */
-static double acceleration_of_f64(const flight_chain_f64 *chain, int side)
-{
-    return chain->limit == 0 ? hopform_acceleration_under_law_f64(chain->robot, &chain->rates, chain->actuator.x1,
-                                                                   chain->actuator.v1, (double)side)
-                             : hopform_acceleration_at_limit_f64(chain->robot, &chain->rates, chain->actuator.v1,
-                                                                  (double)side, (double)chain->limit);
-}
-
 /* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
 static void choose_limit_f64(flight_chain_f64 *chain)
 {
     const double pull = chain->gains.Kp * chain->actuator.x1 + chain->gains.Kd * chain->actuator.v1;
     chain->limit = (int)hopform_goes_f64(pull, chain->largest);
     if (chain->limit == 0 && !(fabs_f64(pull) < chain->largest) && chain->side != 0) {
-        const double rate =
-            chain->gains.Kp * chain->actuator.v1 + chain->gains.Kd * acceleration_of_f64(chain, chain->side);
+        const double rate = chain->gains.Kp * chain->actuator.v1
+                          + chain->gains.Kd * acceleration_of_f64(chain, chain->actuator.v1, chain->side);
         chain->limit = rate * pull > 0.0 ? (int)hopform_goes_f64(pull, 0.0) : 0;
     }
 }
@@ -554,10 +557,10 @@ static void choose_limit_f64(flight_chain_f64 *chain)
 static void flight_settle_f64(flight_chain_f64 *chain)
 {
     const double f1 = chain->robot->f1;
-    const double free = acceleration_of_f64(chain, 0);
+    const double free = acceleration_of_f64(chain, chain->actuator.v1, 0);
     const int side = (int)hopform_goes_f64(free, f1);
     chain->side = flight_blocked_f64(chain->robot, chain->actuator.x1, side) ? 0 : side;
-    chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration_of_f64(chain, chain->side);
+    chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration_of_f64(chain, chain->actuator.v1, chain->side);
 }
 
 /* The actuator has come to rest. Without dry friction its acceleration goes on as it was. */
@@ -610,7 +613,7 @@ static void flight_begin_f64(flight_chain_f64 *chain)
     if (chain->side == 0) {
         flight_settle_f64(chain);
     } else {
-        chain->actuator.acc1 = acceleration_of_f64(chain, chain->side);
+        chain->actuator.acc1 = acceleration_of_f64(chain, chain->actuator.v1, chain->side);
     }
     flight_record_f64(chain, HOPFORM_EVENT_NONE);
 }

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from hopform_solver import events, formulas
 from hopform_solver.lanes import Array, Numbers, choose, take
 from hopform_solver.ledgers import moments_of, sums_before
-from hopform_solver.limits import LEG_HAS_DAMPER
+from hopform_solver.limits import LEG_HAS_DAMPER, NEVER
 from hopform_solver.phases import pair_alone, stable_rates_of
 from hopform_solver.records import (
     FLIGHT_ENDINGS,
@@ -297,6 +297,8 @@ def _find_end(chain: _Chain, until: Real) -> tuple[_Times, _End]:
     start, poles = chain.at_start(), chain.poles
     way, pull, _ = start.functions[..., 0]
     rest, *turns = (zero_of_pair(poles, motion) for motion in (way[1:3], pull[1:3], way[3:5]))
+    if not poles[2] > 0.0 and chain.side * _acceleration(chain, 0.0 * until, chain.side) >= 0.0:
+        rest = NEVER[until.dtype]  # nothing grows with x_1 or would turn it back at rest: its velocity fades
     end, last = (_End("velocity"), rest) if rest <= until else (_End("limit"), until)
     points = chain.at(np.array([start.t[0], *sorted(t for t in turns if t < last), last]))
     if chain.side:
@@ -312,11 +314,10 @@ def _blocked(robot: Robot, x1: Real, side: int) -> bool:
     return bool(locked or (side < 0 and x1 <= robot.x1_min) or (side > 0 and x1 >= robot.x1_max))
 
 
-def _acceleration(chain: _Chain, side: int) -> Real:
-    """The acceleration under what the motor does now, with the friction of a side."""
-    x1, v1, _ = chain.actuator
+def _acceleration(chain: _Chain, v1: Real, side: int) -> Real:
+    """The acceleration under what the motor does now, at a velocity, with the friction of a side."""
     if chain.limit == 0:
-        return formulas.acceleration_under_law(chain.robot, chain.rates, x1, v1, side)
+        return formulas.acceleration_under_law(chain.robot, chain.rates, chain.actuator[0], v1, side)
     return formulas.acceleration_at_limit(chain.robot, chain.rates, v1, side, chain.limit)
 
 
@@ -326,16 +327,16 @@ def _choose_limit(chain: _Chain) -> None:
     pull = chain.gains.Kp * x1 + chain.gains.Kd * v1
     chain.limit = int(np.sign(pull)) if abs(pull) > chain.largest else 0
     if abs(pull) == chain.largest and chain.side:
-        rate = chain.gains.Kp * v1 + chain.gains.Kd * _acceleration(chain, chain.side)
+        rate = chain.gains.Kp * v1 + chain.gains.Kd * _acceleration(chain, chain.actuator[1], chain.side)
         chain.limit = int(np.sign(pull)) if rate * pull > 0.0 else 0
 
 
 def _settle(chain: _Chain, known: Real | None = None) -> None:
     """An actuator at rest: held while the free acceleration is within the friction; `known` if there is no friction."""
-    free = _acceleration(chain, 0) if known is None else known
+    free = _acceleration(chain, chain.actuator[1], 0) if known is None else known
     side = int(np.sign(free)) if abs(free) > chain.robot.f1 else 0
     chain.side = 0 if _blocked(chain.robot, chain.actuator.x1, side) else side
-    acc1 = _acceleration(chain, chain.side) if known is None else known
+    acc1 = _acceleration(chain, chain.actuator[1], chain.side) if known is None else known
     chain.actuator = chain.actuator._replace(acc1=acc1 if chain.side else acc1 * 0.0)
 
 
@@ -362,7 +363,7 @@ def _begin(chain: _Chain) -> None:
     if chain.side == 0:
         _settle(chain)
     else:
-        chain.actuator = chain.actuator._replace(acc1=_acceleration(chain, chain.side))
+        chain.actuator = chain.actuator._replace(acc1=_acceleration(chain, chain.actuator[1], chain.side))
     chain.record("")
 
 

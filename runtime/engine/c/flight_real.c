@@ -486,11 +486,23 @@ static real longest_phase_real(const flight_chain_real *chain)
     return fallen < until && fallen > 0.0 ? fallen : until;
 }
 
+/* The acceleration under what the motor does now, at a velocity, with the friction of a side. */
+static real acceleration_of_real(const flight_chain_real *chain, real v1, int side)
+{
+    const hopform_flight_rates_real *rates = &chain->rates;
+    return chain->limit == 0
+               ? hopform_acceleration_under_law_real(chain->robot, rates, chain->actuator.x1, v1, (real)side)
+               : hopform_acceleration_at_limit_real(chain->robot, rates, v1, (real)side, (real)chain->limit);
+}
+
 static flight_phase_end_real flight_find_end_real(flight_chain_real *chain)
 {
     const real until = longest_phase_real(chain);
     const hopform_actuator_at_real *x = &chain->first.actuator;
-    const real rest = chain->side == 0 ? HOPFORM_NEVER_real : zero_of_pair_real(&chain->poles, x->v1_t, x->acc1_t);
+    /* Where nothing grows with x_1, and nothing would turn it back at rest, its velocity fades and never vanishes. */
+    const bool fades =
+        !(chain->poles.q > 0.0) && (real)chain->side * acceleration_of_real(chain, 0.0, chain->side) >= 0.0;
+    const real rest = fades ? HOPFORM_NEVER_real : zero_of_pair_real(&chain->poles, x->v1_t, x->acc1_t);
     flight_phase_end_real end = {look_real(chain, rest < until ? rest : until),
                                  rest <= until ? END_VELOCITY_real : FLIGHT_END_LIMIT_real, chain->limit};
     if (chain->side != 0) {
@@ -528,23 +540,14 @@ static bool flight_blocked_real(const hopform_robot_real *robot, real x1, int si
     return locked || (side < 0 && x1 <= robot->x1_min) || (side > 0 && x1 >= robot->x1_max);
 }
 
-/* The acceleration under what the motor does now, with the friction of a side. */
-static real acceleration_of_real(const flight_chain_real *chain, int side)
-{
-    return chain->limit == 0 ? hopform_acceleration_under_law_real(chain->robot, &chain->rates, chain->actuator.x1,
-                                                                   chain->actuator.v1, (real)side)
-                             : hopform_acceleration_at_limit_real(chain->robot, &chain->rates, chain->actuator.v1,
-                                                                  (real)side, (real)chain->limit);
-}
-
 /* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
 static void choose_limit_real(flight_chain_real *chain)
 {
     const real pull = chain->gains.Kp * chain->actuator.x1 + chain->gains.Kd * chain->actuator.v1;
     chain->limit = (int)hopform_goes_real(pull, chain->largest);
     if (chain->limit == 0 && !(fabs_real(pull) < chain->largest) && chain->side != 0) {
-        const real rate =
-            chain->gains.Kp * chain->actuator.v1 + chain->gains.Kd * acceleration_of_real(chain, chain->side);
+        const real rate = chain->gains.Kp * chain->actuator.v1
+                          + chain->gains.Kd * acceleration_of_real(chain, chain->actuator.v1, chain->side);
         chain->limit = rate * pull > 0.0 ? (int)hopform_goes_real(pull, 0.0) : 0;
     }
 }
@@ -554,10 +557,10 @@ static void choose_limit_real(flight_chain_real *chain)
 static void flight_settle_real(flight_chain_real *chain)
 {
     const real f1 = chain->robot->f1;
-    const real free = acceleration_of_real(chain, 0);
+    const real free = acceleration_of_real(chain, chain->actuator.v1, 0);
     const int side = (int)hopform_goes_real(free, f1);
     chain->side = flight_blocked_real(chain->robot, chain->actuator.x1, side) ? 0 : side;
-    chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration_of_real(chain, chain->side);
+    chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration_of_real(chain, chain->actuator.v1, chain->side);
 }
 
 /* The actuator has come to rest. Without dry friction its acceleration goes on as it was. */
@@ -610,7 +613,7 @@ static void flight_begin_real(flight_chain_real *chain)
     if (chain->side == 0) {
         flight_settle_real(chain);
     } else {
-        chain->actuator.acc1 = acceleration_of_real(chain, chain->side);
+        chain->actuator.acc1 = acceleration_of_real(chain, chain->actuator.v1, chain->side);
     }
     flight_record_real(chain, HOPFORM_EVENT_NONE);
 }
