@@ -14,7 +14,7 @@ import pytest
 import hopform
 from hopform._cli.tables import PRINTED
 from hopform._solver import c as native
-from hopform._solver import c_batch as native_control
+from hopform._solver import c_control as native_control
 from hopform._solver.choice import DEFAULT
 from hopform_solver.records import COMMANDS, LegState
 from hopform_solver.trial import try_currents

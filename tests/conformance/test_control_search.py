@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._solver import c_batch as native_control
+from hopform._solver import c_control as native_control
 from hopform._solver.choice import DEFAULT
 from hopform_solver.records import LegState
 from hopform_solver.trial import try_currents

@@ -22,7 +22,7 @@ import pytest
 
 import hopform
 from derive.__main__ import main
-from hopform._solver import arrays, c_batch
+from hopform._solver import arrays, c_control
 from hopform._solver import c as native
 from hopform._solver.choice import C
 from hopform._solver.package import Package
@@ -245,7 +245,7 @@ def tried(leg: Leg, back_end: str, parameters: tuple[float, ...], u: np.ndarray)
     """What candidate currents do, by name."""
     state = leg.package.LegState(*START.values())
     if back_end == "c":
-        found = c_batch.try_currents(C(leg.library), parameters, [state], u, 2.0, MOST)[0]  # type: ignore[arg-type]
+        found = c_control.try_currents(C(leg.library), parameters, [state], u, 2.0, MOST)[0]  # type: ignore[arg-type]
         return {name: found[name] for name in found.dtype.names}
     trial = importlib.import_module(f"{leg.package.__name__}.trial")
     with np.errstate(all="ignore"):
@@ -280,7 +280,7 @@ def test_a_command_is_no_worse_than_the_best_of_a_scan(b12, back_end, legs):
     for wanted in (0.02, 0.05, 0.1, 0.3):
         target = (wanted, 0.0, margin, 2.0)
         if back_end == "c":
-            current, apex, _, _ = c_batch.choose_current(
+            current, apex, _, _ = c_control.choose_current(
                 C(leg.library), parameters, state, target, MOST, np.dtype(np.float64)
             )  # type: ignore[arg-type]
         else:
@@ -373,7 +373,7 @@ def test_a_constant_force_on_the_body_is_another_gravity(share, legs):
     command = hopform.choose_current(
         lighter, x1=START["x1"], v1=START["v1"], v2=START["v2"], h_des=0.1, stop_margin=1e-3
     )
-    current, height, _, _ = c_batch.choose_current(
+    current, height, _, _ = c_control.choose_current(
         C(leg.library), parameters, state, target, MOST, np.dtype(np.float64)
     )  # type: ignore[arg-type]
     assert (current, height) == pytest.approx((command.u, command.apex), rel=1e-9)

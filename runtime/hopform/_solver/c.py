@@ -21,8 +21,9 @@ from hopform._solver.library import Backend, handle, opened
 from hopform._solver.package import OURS, ROWS, Array, FlightRow, LegState, Package, Precision, Steps, records
 
 PHASES_NOT_KEPT = 1
+FIRST_CAPACITY = 64
+"""Phases that the buffer holds at first; hardly any stance has more."""
 NO_DERIVATIVE = 2
-_FIRST_CAPACITY = 64
 tuple_of: Any = cast(Any, tuple).__new__
 """A named tuple of what it holds, in half the time that its class takes."""
 
@@ -126,7 +127,7 @@ class Buffers:
         self.one_state, self.one_energy = (ctypes.c_char * each.size for each in (self.state, self.energy))
         self.free: list[tuple[Any, Any]] = []
 
-    def memory(self, capacity: int = _FIRST_CAPACITY) -> tuple[Any, Any]:
+    def memory(self, capacity: int = FIRST_CAPACITY) -> tuple[Any, Any]:
         """Room for a stance and its phases."""
         return (ctypes.c_char * self.stance.size)(), (ctypes.c_char * (self.phase.size * capacity))()
 
@@ -329,7 +330,7 @@ def solve_stance(
     one = len(steps) == 1
     packed = buffers.pack_step(*steps[0]) if one else buffers.pack(*(number for step in steps for number in step))
     begin, longest = buffers.pack_state(*start), buffers.types.real(horizon)
-    capacity = _FIRST_CAPACITY if max_phases >= _FIRST_CAPACITY else max_phases + 1
+    capacity = FIRST_CAPACITY if max_phases >= FIRST_CAPACITY else max_phases + 1
     try:
         stance, phases = buffers.free.pop()
     except IndexError:
@@ -343,7 +344,7 @@ def solve_stance(
     if status < 0:
         raise refusal("solve_stance", status)
     solved = Solved(buffers, plan, packed, phases, stance[:])
-    if capacity <= _FIRST_CAPACITY:
+    if capacity <= FIRST_CAPACITY:
         buffers.free.append((stance, phases))
     return solved
 

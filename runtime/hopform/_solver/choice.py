@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
-from hopform._solver import c, c_batch
+from hopform._solver import c, c_batch, c_control
 from hopform._solver.arrays import ArrayFlight, OnArrays, Solved
 from hopform._solver.library import Backend
 from hopform._solver.package import OURS, Columns, Events, LegState, Package, Precision, Steps, Target, records
@@ -20,8 +20,8 @@ class C(c.Compiled):
 
     solve_stance = c.solve_stance
     solve_flight = c.solve_flight
-    choose_current = c_batch.choose_current
-    apexes = c_batch.apexes
+    choose_current = c_control.choose_current
+    apexes = c_control.apexes
     solve_columns = c_batch.solve_columns
     read_columns = c_batch.read_columns
 
