@@ -112,7 +112,7 @@ TRIAL = Struct.of(
     Member("least_contact", "real", "the least minimum of the contact force over k before the ending", "m"),
     *reals("m/A", "least_contact_u"),
     Member("events", "uint32", "stands for the order of modes and events"),
-    Member("minima", "int32", "how many minima of it there are"),
+    Member("minima", "uint32", "how many minima of it there are"),
     Member("takes_off", "bool"),
     Member("held", "bool", "the actuator never moves"),
     Member("smooth", "bool", "the derivatives exist"),

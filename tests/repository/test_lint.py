@@ -1,9 +1,14 @@
-"""What `make lint` asks of C: that its tools look at the formulas, and that what they find is a failure."""
+"""What `make lint` asks of C: that its tools look at the formulas, and that what they find is a failure. And that the
+driver of Eva knows the library of today.
+"""
 
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
+
+from tests.conformance.firmware import eva
 
 ROOT = Path(__file__).resolve().parents[2]
 SOUND = "static inline float half(float value)\n{\n    return value / 2.0f;\n}\n"
@@ -41,3 +46,16 @@ def test_without_cppcheck_it_says_so_and_in_ci_it_fails(tmp_path):
     done = lint(header, path=str(bare))
     assert done.returncode == 0 and "cppcheck is not installed: skipped" in done.stdout, done.stderr
     assert lint(header, path=str(bare), HOPFORM_CI="1").returncode == 1
+
+
+def test_eva_calls_each_function_for_firmware_and_is_told_of_functions_that_exist():
+    library = "".join(path.read_text("utf-8") for path in sorted((eva.C / "src").glob("*_f32.[ch]")))
+    told = ",".join([*eva.UNROLLED.values(), *eva.SPLIT.values()]).split(",")
+    assert not {name for name, *_ in (each.split(":") for each in told) if f" {name}(" not in library}
+    driver = (eva.HERE / "eva.c").read_text("utf-8")
+    header = (eva.C / "include" / "hopform" / "hopform_f32.h").read_text("utf-8")
+    units = sorted({unit for part in eva.PARTS.values() for unit in part})
+    defined = "".join((eva.C / "src" / f"{unit}_f32.c").read_text("utf-8") for unit in units)
+    public = {name for name in re.findall(r"^\w+ (hopform_\w+_f32)\(", defined, re.MULTILINE) if name in header}
+    through_another = {"hopform_choose_current_begin_f32", "hopform_choose_current_step_f32"}
+    assert {name for name in public if f"{name}(" not in driver} == through_another

@@ -115,16 +115,12 @@ static inline void stance_settle_f32(stance_chain_f32 *chain, bool rests_1, bool
     }
 }
 
-static inline bool last_step_f32(const stance_chain_f32 *chain)
-{
-    return chain->step + 1 >= chain->step_count;
-}
-
 /* Up to when the current stays as it is. */
 static inline float end_of_step_f32(const stance_chain_f32 *chain)
 {
-    const bool last = last_step_f32(chain) || chain->steps[chain->step + 1].t > chain->horizon;
-    return last ? chain->horizon : chain->steps[chain->step + 1].t;
+    const int32_t next = chain->step + 1;
+    const float until = next < chain->step_count ? chain->steps[next].t : chain->horizon;
+    return hopform_lesser_f32(until, chain->horizon);
 }
 
 /* ---- the end of a phase ---- */
@@ -381,9 +377,15 @@ static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, f
     }
 }
 
+/* What is looked for in a phase, and where; numbers from the start, whatever the phases before left of them. */
+typedef struct {
+    stance_events_f32 events;
+    interval_f32 in;
+} stance_watch_f32;
+
 /* The first event of the phase that starts at the chain's state. */
 static inline stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *chain,
-                                                         const hopform_motion_f32 *motion)
+                                                         const hopform_motion_f32 *motion, stance_watch_f32 *watch)
 {
     const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, chain->side_1, chain->side_2);
     const float until = end_of_step_f32(chain) - chain->t;
@@ -392,46 +394,46 @@ static inline stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *c
         const stance_phase_end_f32 result = {until, STANCE_END_LIMIT_f32, 0, start, 0.0f};
         return result;
     }
-    stance_events_f32 events;
-    put_events_f32(&events, chain, motion);
-    const event_set_f32 *set = &events.set;
-    const float limit = events.rest_time < until ? events.rest_time : until;
-    interval_f32 in;
-    in.low = 0.0f;
-    in.high = propagator_of_f32(poles, 0.0f, &start);
+    stance_events_f32 *events = &watch->events;
+    interval_f32 *in = &watch->in;
+    put_events_f32(events, chain, motion);
+    const event_set_f32 *set = &events->set;
+    const float limit = events->rest_time < until ? events->rest_time : until;
+    in->low = 0.0f;
+    in->high = propagator_of_f32(poles, 0.0f, &start);
     for (int32_t n = 0; n < set->count; n++) {
-        in.from[n] = jet_at_start_f32(poles, &set->function[n]);
+        in->from[n] = jet_at_start_f32(poles, &set->function[n]);
     }
-    in.found = lost_at_once_f32(set, &in);
-    in.count = 0;
+    in->found = lost_at_once_f32(set, in);
+    in->count = 0;
     bool stops = false;
     bool certified = true;
-    for (int32_t intervals = 1; in.found < 0 && !stops && certified && in.high.t < limit; intervals++) {
-        if (intervals > 1) {
-            begin_interval_f32(set, &in);
+    for (bool first = true; in->found < 0 && !stops && certified && in->high.t < limit; first = false) {
+        if (!first) {
+            begin_interval_f32(set, in);
         }
-        const float quiet = intervals > 1 ? quiet_until_f32(set, &in) : 0.0f;
-        if (quiet > in.low + 2.0f * set->node->t) {
-            end_interval_at_f32(set, &in, quiet < limit ? quiet : limit);
+        const float quiet = first ? 0.0f : quiet_until_f32(set, in);
+        if (quiet > in->low + 2.0f * set->node->t) {
+            end_interval_at_f32(set, in, quiet < limit ? quiet : limit);
         } else {
-            reach_ahead_f32(set, &in, limit);
+            reach_ahead_f32(set, in, limit);
             bool later = true; /* once at most, and then what else happens by then is looked at */
             for (int n = 0; n < 2 && later && certified; n++) {
-                certified = find_first_root_f32(set, &in);
-                cross_at_the_limit_f32(&events, limit, &in);
-                later = n == 0 && sharpen_takeoff_f32(chain, &events, limit, &in);
+                certified = find_first_root_f32(set, in);
+                cross_at_the_limit_f32(events, limit, in);
+                later = n == 0 && in->found >= 0 && sharpen_takeoff_f32(chain, events, limit, in);
             }
         }
-        const float t = in.high.t;
-        stops = certified && meets_stop_f32(chain, &events, &in.high)
-                && !(is_takeoff_f32(set, in.found) && t <= in.high.t * (1.0f + 8.0f * HOPFORM_EPS_f32));
+        const float t = in->high.t;
+        stops = certified && meets_stop_f32(chain, events, &in->high)
+                && !(is_takeoff_f32(set, in->found) && t <= in->high.t * (1.0f + 8.0f * HOPFORM_EPS_f32));
     }
     if (!certified) {
-        const propagator_f32 last = propagator_at_f32(poles, in.low);
-        const stance_phase_end_f32 result = {in.low, END_UNCERTIFIED_f32, 0, last.basis, 0.0f};
+        const propagator_f32 last = propagator_at_f32(poles, in->low);
+        const stance_phase_end_f32 result = {in->low, END_UNCERTIFIED_f32, 0, last.basis, 0.0f};
         return result;
     }
-    stance_phase_end_f32 result = end_of_f32(&events, &in, stops, limit);
+    stance_phase_end_f32 result = end_of_f32(events, in, stops, limit);
     result.touch = touch_of_stop_f32(chain, motion, &result);
     return result;
 }
@@ -679,7 +681,7 @@ static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain)
         chain->count = chain->max_phases; /* a step of the current may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
-    if (chain->side_1 == 0 && chain->side_2 == 0 && last_step_f32(chain)) {
+    if (chain->side_1 == 0 && chain->side_2 == 0 && chain->step + 1 >= chain->step_count) {
         show_ending_f32(chain);
         return HOPFORM_ENDING_REST;
     }

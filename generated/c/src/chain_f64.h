@@ -115,16 +115,12 @@ static inline void stance_settle_f64(stance_chain_f64 *chain, bool rests_1, bool
     }
 }
 
-static inline bool last_step_f64(const stance_chain_f64 *chain)
-{
-    return chain->step + 1 >= chain->step_count;
-}
-
 /* Up to when the current stays as it is. */
 static inline double end_of_step_f64(const stance_chain_f64 *chain)
 {
-    const bool last = last_step_f64(chain) || chain->steps[chain->step + 1].t > chain->horizon;
-    return last ? chain->horizon : chain->steps[chain->step + 1].t;
+    const int32_t next = chain->step + 1;
+    const double until = next < chain->step_count ? chain->steps[next].t : chain->horizon;
+    return hopform_lesser_f64(until, chain->horizon);
 }
 
 /* ---- the end of a phase ---- */
@@ -381,9 +377,15 @@ static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, d
     }
 }
 
+/* What is looked for in a phase, and where; numbers from the start, whatever the phases before left of them. */
+typedef struct {
+    stance_events_f64 events;
+    interval_f64 in;
+} stance_watch_f64;
+
 /* The first event of the phase that starts at the chain's state. */
 static inline stance_phase_end_f64 stance_find_end_f64(const stance_chain_f64 *chain,
-                                                         const hopform_motion_f64 *motion)
+                                                         const hopform_motion_f64 *motion, stance_watch_f64 *watch)
 {
     const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, chain->side_1, chain->side_2);
     const double until = end_of_step_f64(chain) - chain->t;
@@ -392,46 +394,46 @@ static inline stance_phase_end_f64 stance_find_end_f64(const stance_chain_f64 *c
         const stance_phase_end_f64 result = {until, STANCE_END_LIMIT_f64, 0, start, 0.0};
         return result;
     }
-    stance_events_f64 events;
-    put_events_f64(&events, chain, motion);
-    const event_set_f64 *set = &events.set;
-    const double limit = events.rest_time < until ? events.rest_time : until;
-    interval_f64 in;
-    in.low = 0.0;
-    in.high = propagator_of_f64(poles, 0.0, &start);
+    stance_events_f64 *events = &watch->events;
+    interval_f64 *in = &watch->in;
+    put_events_f64(events, chain, motion);
+    const event_set_f64 *set = &events->set;
+    const double limit = events->rest_time < until ? events->rest_time : until;
+    in->low = 0.0;
+    in->high = propagator_of_f64(poles, 0.0, &start);
     for (int32_t n = 0; n < set->count; n++) {
-        in.from[n] = jet_at_start_f64(poles, &set->function[n]);
+        in->from[n] = jet_at_start_f64(poles, &set->function[n]);
     }
-    in.found = lost_at_once_f64(set, &in);
-    in.count = 0;
+    in->found = lost_at_once_f64(set, in);
+    in->count = 0;
     bool stops = false;
     bool certified = true;
-    for (int32_t intervals = 1; in.found < 0 && !stops && certified && in.high.t < limit; intervals++) {
-        if (intervals > 1) {
-            begin_interval_f64(set, &in);
+    for (bool first = true; in->found < 0 && !stops && certified && in->high.t < limit; first = false) {
+        if (!first) {
+            begin_interval_f64(set, in);
         }
-        const double quiet = intervals > 1 ? quiet_until_f64(set, &in) : 0.0;
-        if (quiet > in.low + 2.0 * set->node->t) {
-            end_interval_at_f64(set, &in, quiet < limit ? quiet : limit);
+        const double quiet = first ? 0.0 : quiet_until_f64(set, in);
+        if (quiet > in->low + 2.0 * set->node->t) {
+            end_interval_at_f64(set, in, quiet < limit ? quiet : limit);
         } else {
-            reach_ahead_f64(set, &in, limit);
+            reach_ahead_f64(set, in, limit);
             bool later = true; /* once at most, and then what else happens by then is looked at */
             for (int n = 0; n < 2 && later && certified; n++) {
-                certified = find_first_root_f64(set, &in);
-                cross_at_the_limit_f64(&events, limit, &in);
-                later = n == 0 && sharpen_takeoff_f64(chain, &events, limit, &in);
+                certified = find_first_root_f64(set, in);
+                cross_at_the_limit_f64(events, limit, in);
+                later = n == 0 && in->found >= 0 && sharpen_takeoff_f64(chain, events, limit, in);
             }
         }
-        const double t = in.high.t;
-        stops = certified && meets_stop_f64(chain, &events, &in.high)
-                && !(is_takeoff_f64(set, in.found) && t <= in.high.t * (1.0 + 8.0 * HOPFORM_EPS_f64));
+        const double t = in->high.t;
+        stops = certified && meets_stop_f64(chain, events, &in->high)
+                && !(is_takeoff_f64(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_f64));
     }
     if (!certified) {
-        const propagator_f64 last = propagator_at_f64(poles, in.low);
-        const stance_phase_end_f64 result = {in.low, END_UNCERTIFIED_f64, 0, last.basis, 0.0};
+        const propagator_f64 last = propagator_at_f64(poles, in->low);
+        const stance_phase_end_f64 result = {in->low, END_UNCERTIFIED_f64, 0, last.basis, 0.0};
         return result;
     }
-    stance_phase_end_f64 result = end_of_f64(&events, &in, stops, limit);
+    stance_phase_end_f64 result = end_of_f64(events, in, stops, limit);
     result.touch = touch_of_stop_f64(chain, motion, &result);
     return result;
 }
@@ -679,7 +681,7 @@ static inline int32_t ending_before_phase_f64(stance_chain_f64 *chain)
         chain->count = chain->max_phases; /* a step of the current may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
-    if (chain->side_1 == 0 && chain->side_2 == 0 && last_step_f64(chain)) {
+    if (chain->side_1 == 0 && chain->side_2 == 0 && chain->step + 1 >= chain->step_count) {
         show_ending_f64(chain);
         return HOPFORM_ENDING_REST;
     }

@@ -632,7 +632,7 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
     if (hopform_overlap_f32(written, 2, read, 2)) {
         return end_search_f32(search, HOPFORM_ERROR_OVERLAP, command);
     }
-    if (search->status != HOPFORM_SEARCHING) {
+    if (search->status != HOPFORM_SEARCHING || search->plan == NULL) {
         report_command_f32(search, command);
         return search->status;
     }

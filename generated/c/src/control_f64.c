@@ -632,7 +632,7 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
     if (hopform_overlap_f64(written, 2, read, 2)) {
         return end_search_f64(search, HOPFORM_ERROR_OVERLAP, command);
     }
-    if (search->status != HOPFORM_SEARCHING) {
+    if (search->status != HOPFORM_SEARCHING || search->plan == NULL) {
         report_command_f64(search, command);
         return search->status;
     }

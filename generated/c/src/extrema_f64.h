@@ -12,7 +12,7 @@
 typedef struct {
     double value;
     hopform_basis_f64 basis;
-    int32_t count;
+    uint32_t count;
 } hopform_least_f64;
 
 /* The minimum between two times, between which the rate becomes positive: a root of the rate, by Householder's method,

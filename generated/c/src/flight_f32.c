@@ -833,10 +833,13 @@ static int32_t reading_status_f32(const hopform_plan_f32 *plan, const hopform_fl
                                    const hopform_flight_f32 *flight, const float *times, int32_t count,
                                    const hopform_memory_f32 *arrays, int array_count)
 {
-    bool sound =
-        plan->made == HOPFORM_PLAN_MADE && flight->phases_kept >= flight->phase_count && flight->phase_count > 0;
+    if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1 || !hopform_is_made_f32(plan)) {
+        return HOPFORM_ERROR_TIME;
+    }
     for (int32_t n = 0; n < count; n++) {
-        sound = sound && times[n] >= 0.0f && times[n] <= flight->duration;
+        if (!(times[n] >= 0.0f && times[n] <= flight->duration)) {
+            return HOPFORM_ERROR_TIME;
+        }
     }
     const hopform_memory_f32 read[] = {
         hopform_array_f32(plan, 1, sizeof *plan),
@@ -844,9 +847,6 @@ static int32_t reading_status_f32(const hopform_plan_f32 *plan, const hopform_fl
         hopform_array_f32(flight, 1, sizeof *flight),
         hopform_array_f32(times, count, sizeof *times),
     };
-    if (!sound) {
-        return HOPFORM_ERROR_TIME;
-    }
     return hopform_overlap_f32(arrays, array_count, read, 4) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
 }
 

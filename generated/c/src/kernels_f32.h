@@ -120,8 +120,8 @@ static inline float hopform_cube_root_f32(float x)
 static inline hopform_fade_f32 hopform_fade_by_f32(float x)
 {
     const bool faded = !(x > HOPFORM_SMALLEST_EXPONENT_f32);
-    const float below = x < 0.0f ? x : 0.0f; /* above 0 by rounding at most */
-    const float down = faded ? 0.0f : below;
+    const float above = x > HOPFORM_SMALLEST_EXPONENT_f32 ? x : 0.0f;
+    const float down = above < 0.0f ? above : 0.0f; /* above 0 by rounding at most */
     const int32_t n = (int32_t)(down * 1.442695f - 0.5f);
     const float halvings = (float)n;
     const float r = down - halvings * HOPFORM_LOG_2_HIGH_f32 - halvings * HOPFORM_LOG_2_LOW_f32;

@@ -120,8 +120,8 @@ static inline double hopform_cube_root_f64(double x)
 static inline hopform_fade_f64 hopform_fade_by_f64(double x)
 {
     const bool faded = !(x > HOPFORM_SMALLEST_EXPONENT_f64);
-    const double below = x < 0.0 ? x : 0.0; /* above 0 by rounding at most */
-    const double down = faded ? 0.0 : below;
+    const double above = x > HOPFORM_SMALLEST_EXPONENT_f64 ? x : 0.0;
+    const double down = above < 0.0 ? above : 0.0; /* above 0 by rounding at most */
     const int32_t n = (int32_t)(down * 1.4426950408889634 - 0.5);
     const double halvings = (double)n;
     const double r = down - halvings * HOPFORM_LOG_2_HIGH_f64 - halvings * HOPFORM_LOG_2_LOW_f64;

@@ -107,7 +107,7 @@ typedef struct {
     hopform_step_f32 step;
     hopform_state_f32 start;
     hopform_motion_f32 motion; /* of its phase */
-    stance_events_f32 events;
+    stance_watch_f32 watch;
     float limit;
     int64_t index;
     hopform_phase_f32 phases[PHASES_OF_LANE];
@@ -308,15 +308,15 @@ static void put_phase(lanes *w, int l)
     put_state(&w->state, l, &chain->state);
     w->mode[l] = 3 * (chain->side_1 + 1) + chain->side_2 + 1;
     w->gap[l] = from_stop.x1;
-    put_events_f32(&one->events, chain, &one->motion);
+    put_events_f32(&one->watch.events, chain, &one->motion);
     const float until = end_of_step_f32(chain) - chain->t;
-    one->limit = one->events.rest_time < until ? one->events.rest_time : until;
+    one->limit = one->watch.events.rest_time < until ? one->watch.events.rest_time : until;
     w->limit[l] = one->limit;
     for (int s = 0; s < SLOTS; s++) {
-        const bool has = s < one->events.set.count;
+        const bool has = s < one->watch.events.set.count;
         w->has[s][l] = flag(has);
         if (has) {
-            put_function(&w->function[s], l, &one->events.set.function[s]);
+            put_function(&w->function[s], l, &one->watch.events.set.function[s]);
         }
     }
 }
@@ -709,25 +709,26 @@ LANES_CODE static void meet_stops(lanes *restrict w, search *restrict find)
 /* The end of a phase that the lanes have found, or that is searched by itself. */
 static stance_phase_end_f32 end_of_phase(const lanes *w, int l)
 {
-    const lane *one = &w->stance[l];
+    lane *one = &w->stance[l];
     const stance_chain_f32 *chain = &one->chain;
-    interval_f32 in;
-    in.high = end_of_lane(w, l);
-    in.found = (int32_t)w->found[l];
-    for (int s = 0; s < one->events.set.count; s++) {
-        in.to[s] = one_jet(&w->to[s], l);
+    const stance_events_f32 *events = &one->watch.events;
+    interval_f32 *in = &one->watch.in;
+    in->high = end_of_lane(w, l);
+    in->found = (int32_t)w->found[l];
+    for (int s = 0; s < events->set.count; s++) {
+        in->to[s] = one_jet(&w->to[s], l);
     }
-    cross_at_the_limit_f32(&one->events, one->limit, &in);
+    cross_at_the_limit_f32(events, one->limit, in);
     const bool stops = w->stops[l] > 0.0f;
-    bool alone = w->left[l] > 0.0f || (in.found < 0 && !stops && in.high.t < one->limit);
-    if (!alone && !stops && is_takeoff_f32(&one->events.set, in.found)) {
-        const event_function_f32 *leg = &one->events.set.function[in.found];
-        alone = fabs_f32(later_takeoff_f32(chain, &w->poles, leg, &in.high.basis, in.high.t)) > 0.0f;
+    bool alone = w->left[l] > 0.0f || (in->found < 0 && !stops && in->high.t < one->limit);
+    if (!alone && !stops && is_takeoff_f32(&events->set, in->found)) {
+        const event_function_f32 *leg = &events->set.function[in->found];
+        alone = fabs_f32(later_takeoff_f32(chain, &w->poles, leg, &in->high.basis, in->high.t)) > 0.0f;
     }
     if (alone) {
-        return stance_find_end_f32(chain, &one->motion);
+        return stance_find_end_f32(chain, &one->motion, &one->watch);
     }
-    stance_phase_end_f32 end = end_of_f32(&one->events, &in, stops, one->limit);
+    stance_phase_end_f32 end = end_of_f32(events, in, stops, one->limit);
     end.touch = touch_of_stop_f32(chain, &one->motion, &end);
     return end;
 }

@@ -213,7 +213,7 @@ static uint32_t with_trials_f64(uint32_t hash, const hopform_selftest_case_f64 *
         sum = with_number_f64(with_number_f64(sum, trials[n].apex), trials[n].apex_u);
         sum = with_number_f64(with_number_f64(sum, trials[n].largest_x1), trials[n].largest_x1_u);
         sum = with_number_f64(with_number_f64(sum, trials[n].least_contact), trials[n].least_contact_u);
-        sum = with_int_f64(with_word_f64(sum, trials[n].events), trials[n].minima);
+        sum = with_word_f64(with_word_f64(sum, trials[n].events), trials[n].minima);
     }
     return sum;
 }

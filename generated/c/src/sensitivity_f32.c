@@ -223,10 +223,10 @@ static bool sensitivity_pass_f32(const hopform_plan_f32 *plan, const hopform_ste
 
 /* The rows of the matrix from the changes at take-off, F = 0. */
 static bool finish_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, const hopform_phase_f32 *phases,
-                        const hopform_stance_f32 *stance, const changes_f32 *change, float *matrix)
+                        const hopform_phase_f32 *last, const hopform_stance_f32 *stance, const changes_f32 *change,
+                        float *matrix)
 {
     const hopform_robot_f32 *robot = &plan->robot;
-    const hopform_phase_f32 *last = &phases[stance->phases_kept - 1];
     const hopform_state_f32 start = {phases[0].x1, phases[0].v1, phases[0].v2, phases[0].y};
     const float v_up = hopform_greater_f32(stance->end.v2, 0.0f);
     float speed[Z_SIZE];
@@ -292,13 +292,15 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
     }
     changes_f32 change = sensitivity_start_of_f32(&phases[0], stance);
     bool exists = true;
+    const hopform_phase_f32 *last = phases;
     for (int32_t n = 0; exists && n < stance->phases_kept; n++) {
-        const bool last = n + 1 == stance->phases_kept;
-        const float end = last ? stance->duration : phases[n + 1].t;
-        advance_f32(plan, &phases[n], steps[phases[n].step].u, end - phases[n].t, &change);
-        exists = last || sensitivity_pass_f32(plan, steps, &phases[n], &phases[n + 1], &change);
+        last = &phases[n];
+        const bool more = n + 1 < stance->phases_kept;
+        const float end = more ? phases[n + 1].t : stance->duration;
+        advance_f32(plan, last, steps[last->step].u, end - last->t, &change);
+        exists = !more || sensitivity_pass_f32(plan, steps, last, &phases[n + 1], &change);
     }
-    return sound_f32(exists && finish_f32(plan, steps, phases, stance, &change, matrix), matrix);
+    return sound_f32(exists && finish_f32(plan, steps, phases, last, stance, &change, matrix), matrix);
 }
 
 /* Go from one time in a phase to a later one: the state, and its changes. */

@@ -38,7 +38,7 @@ static inline void hopform_note_largest_f32(hopform_trial_f32 *trial, float x1, 
 }
 
 /* A minimum of the contact force before the ending, where the leg would have taken off with a little less of it. */
-static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float contact, float change, int32_t count)
+static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float contact, float change, uint32_t count)
 {
     if (contact < trial->least_contact) {
         trial->least_contact = contact;
@@ -204,12 +204,14 @@ static inline void hopform_close_trial_f32(hopform_tally_f32 *tally, const hopfo
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial->events = hopform_fingerprint_f32(phases, stance->phases_kept);
     trial->held = true;
+    const hopform_phase_f32 *last = phases;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
-        trial->held = trial->held && hopform_side_1_f32(&phases[n]) == 0;
+        last = &phases[n];
+        trial->held = trial->held && hopform_side_1_f32(last) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        hopform_lift_f32(tally, &phases[stance->phases_kept - 1], &stance->end);
+        hopform_lift_f32(tally, last, &stance->end);
     } else {
         hopform_note_largest_f32(trial, stance->end.x1, tally->change.x1);
     }

@@ -38,7 +38,7 @@ static inline void hopform_note_largest_f64(hopform_trial_f64 *trial, double x1,
 }
 
 /* A minimum of the contact force before the ending, where the leg would have taken off with a little less of it. */
-static inline void hopform_note_minimum_f64(hopform_trial_f64 *trial, double contact, double change, int32_t count)
+static inline void hopform_note_minimum_f64(hopform_trial_f64 *trial, double contact, double change, uint32_t count)
 {
     if (contact < trial->least_contact) {
         trial->least_contact = contact;
@@ -204,12 +204,14 @@ static inline void hopform_close_trial_f64(hopform_tally_f64 *tally, const hopfo
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial->events = hopform_fingerprint_f64(phases, stance->phases_kept);
     trial->held = true;
+    const hopform_phase_f64 *last = phases;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
-        trial->held = trial->held && hopform_side_1_f64(&phases[n]) == 0;
+        last = &phases[n];
+        trial->held = trial->held && hopform_side_1_f64(last) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        hopform_lift_f64(tally, &phases[stance->phases_kept - 1], &stance->end);
+        hopform_lift_f64(tally, last, &stance->end);
     } else {
         hopform_note_largest_f64(trial, stance->end.x1, tally->change.x1);
     }

@@ -146,7 +146,7 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("least_contact", "real", 1),
         ("least_contact_u", "real", 1),
         ("events", "uint32", 1),
-        ("minima", "int32", 1),
+        ("minima", "uint32", 1),
         ("takes_off", "bool", 1),
         ("held", "bool", 1),
         ("smooth", "bool", 1),

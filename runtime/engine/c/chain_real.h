@@ -115,16 +115,12 @@ static inline void stance_settle_real(stance_chain_real *chain, bool rests_1, bo
     }
 }
 
-static inline bool last_step_real(const stance_chain_real *chain)
-{
-    return chain->step + 1 >= chain->step_count;
-}
-
 /* Up to when the current stays as it is. */
 static inline real end_of_step_real(const stance_chain_real *chain)
 {
-    const bool last = last_step_real(chain) || chain->steps[chain->step + 1].t > chain->horizon;
-    return last ? chain->horizon : chain->steps[chain->step + 1].t;
+    const int32_t next = chain->step + 1;
+    const real until = next < chain->step_count ? chain->steps[next].t : chain->horizon;
+    return hopform_lesser_real(until, chain->horizon);
 }
 
 /* ---- the end of a phase ---- */
@@ -381,9 +377,15 @@ static inline void reach_ahead_real(const event_set_real *set, interval_real *in
     }
 }
 
+/* What is looked for in a phase, and where; numbers from the start, whatever the phases before left of them. */
+typedef struct {
+    stance_events_real events;
+    interval_real in;
+} stance_watch_real;
+
 /* The first event of the phase that starts at the chain's state. */
 static inline stance_phase_end_real stance_find_end_real(const stance_chain_real *chain,
-                                                         const hopform_motion_real *motion)
+                                                         const hopform_motion_real *motion, stance_watch_real *watch)
 {
     const hopform_poles_real *poles = hopform_poles_of_real(chain->plan, chain->side_1, chain->side_2);
     const real until = end_of_step_real(chain) - chain->t;
@@ -392,46 +394,46 @@ static inline stance_phase_end_real stance_find_end_real(const stance_chain_real
         const stance_phase_end_real result = {until, STANCE_END_LIMIT_real, 0, start, 0.0};
         return result;
     }
-    stance_events_real events;
-    put_events_real(&events, chain, motion);
-    const event_set_real *set = &events.set;
-    const real limit = events.rest_time < until ? events.rest_time : until;
-    interval_real in;
-    in.low = 0.0;
-    in.high = propagator_of_real(poles, 0.0, &start);
+    stance_events_real *events = &watch->events;
+    interval_real *in = &watch->in;
+    put_events_real(events, chain, motion);
+    const event_set_real *set = &events->set;
+    const real limit = events->rest_time < until ? events->rest_time : until;
+    in->low = 0.0;
+    in->high = propagator_of_real(poles, 0.0, &start);
     for (int32_t n = 0; n < set->count; n++) {
-        in.from[n] = jet_at_start_real(poles, &set->function[n]);
+        in->from[n] = jet_at_start_real(poles, &set->function[n]);
     }
-    in.found = lost_at_once_real(set, &in);
-    in.count = 0;
+    in->found = lost_at_once_real(set, in);
+    in->count = 0;
     bool stops = false;
     bool certified = true;
-    for (int32_t intervals = 1; in.found < 0 && !stops && certified && in.high.t < limit; intervals++) {
-        if (intervals > 1) {
-            begin_interval_real(set, &in);
+    for (bool first = true; in->found < 0 && !stops && certified && in->high.t < limit; first = false) {
+        if (!first) {
+            begin_interval_real(set, in);
         }
-        const real quiet = intervals > 1 ? quiet_until_real(set, &in) : 0.0;
-        if (quiet > in.low + 2.0 * set->node->t) {
-            end_interval_at_real(set, &in, quiet < limit ? quiet : limit);
+        const real quiet = first ? 0.0 : quiet_until_real(set, in);
+        if (quiet > in->low + 2.0 * set->node->t) {
+            end_interval_at_real(set, in, quiet < limit ? quiet : limit);
         } else {
-            reach_ahead_real(set, &in, limit);
+            reach_ahead_real(set, in, limit);
             bool later = true; /* once at most, and then what else happens by then is looked at */
             for (int n = 0; n < 2 && later && certified; n++) {
-                certified = find_first_root_real(set, &in);
-                cross_at_the_limit_real(&events, limit, &in);
-                later = n == 0 && sharpen_takeoff_real(chain, &events, limit, &in);
+                certified = find_first_root_real(set, in);
+                cross_at_the_limit_real(events, limit, in);
+                later = n == 0 && in->found >= 0 && sharpen_takeoff_real(chain, events, limit, in);
             }
         }
-        const real t = in.high.t;
-        stops = certified && meets_stop_real(chain, &events, &in.high)
-                && !(is_takeoff_real(set, in.found) && t <= in.high.t * (1.0 + 8.0 * HOPFORM_EPS_real));
+        const real t = in->high.t;
+        stops = certified && meets_stop_real(chain, events, &in->high)
+                && !(is_takeoff_real(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_real));
     }
     if (!certified) {
-        const propagator_real last = propagator_at_real(poles, in.low);
-        const stance_phase_end_real result = {in.low, END_UNCERTIFIED_real, 0, last.basis, 0.0};
+        const propagator_real last = propagator_at_real(poles, in->low);
+        const stance_phase_end_real result = {in->low, END_UNCERTIFIED_real, 0, last.basis, 0.0};
         return result;
     }
-    stance_phase_end_real result = end_of_real(&events, &in, stops, limit);
+    stance_phase_end_real result = end_of_real(events, in, stops, limit);
     result.touch = touch_of_stop_real(chain, motion, &result);
     return result;
 }
@@ -679,7 +681,7 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain)
         chain->count = chain->max_phases; /* a step of the current may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
-    if (chain->side_1 == 0 && chain->side_2 == 0 && last_step_real(chain)) {
+    if (chain->side_1 == 0 && chain->side_2 == 0 && chain->step + 1 >= chain->step_count) {
         show_ending_real(chain);
         return HOPFORM_ENDING_REST;
     }

@@ -632,7 +632,7 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
     if (hopform_overlap_real(written, 2, read, 2)) {
         return end_search_real(search, HOPFORM_ERROR_OVERLAP, command);
     }
-    if (search->status != HOPFORM_SEARCHING) {
+    if (search->status != HOPFORM_SEARCHING || search->plan == NULL) {
         report_command_real(search, command);
         return search->status;
     }

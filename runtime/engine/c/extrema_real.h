@@ -12,7 +12,7 @@
 typedef struct {
     real value;
     hopform_basis_real basis;
-    int32_t count;
+    uint32_t count;
 } hopform_least_real;
 
 /* The minimum between two times, between which the rate becomes positive: a root of the rate, by Householder's method,

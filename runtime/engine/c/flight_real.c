@@ -833,10 +833,13 @@ static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_
                                    const hopform_flight_real *flight, const real *times, int32_t count,
                                    const hopform_memory_real *arrays, int array_count)
 {
-    bool sound =
-        plan->made == HOPFORM_PLAN_MADE && flight->phases_kept >= flight->phase_count && flight->phase_count > 0;
+    if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1 || !hopform_is_made_real(plan)) {
+        return HOPFORM_ERROR_TIME;
+    }
     for (int32_t n = 0; n < count; n++) {
-        sound = sound && times[n] >= 0.0 && times[n] <= flight->duration;
+        if (!(times[n] >= 0.0 && times[n] <= flight->duration)) {
+            return HOPFORM_ERROR_TIME;
+        }
     }
     const hopform_memory_real read[] = {
         hopform_array_real(plan, 1, sizeof *plan),
@@ -844,9 +847,6 @@ static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_
         hopform_array_real(flight, 1, sizeof *flight),
         hopform_array_real(times, count, sizeof *times),
     };
-    if (!sound) {
-        return HOPFORM_ERROR_TIME;
-    }
     return hopform_overlap_real(arrays, array_count, read, 4) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
 }
 

@@ -120,8 +120,8 @@ static inline real hopform_cube_root_real(real x)
 static inline hopform_fade_real hopform_fade_by_real(real x)
 {
     const bool faded = !(x > HOPFORM_SMALLEST_EXPONENT_real);
-    const real below = x < 0.0 ? x : 0.0; /* above 0 by rounding at most */
-    const real down = faded ? 0.0 : below;
+    const real above = x > HOPFORM_SMALLEST_EXPONENT_real ? x : 0.0;
+    const real down = above < 0.0 ? above : 0.0; /* above 0 by rounding at most */
     const int32_t n = (int32_t)(down * 1.4426950408889634 - 0.5);
     const real halvings = (real)n;
     const real r = down - halvings * HOPFORM_LOG_2_HIGH_real - halvings * HOPFORM_LOG_2_LOW_real;

@@ -213,7 +213,7 @@ static uint32_t with_trials_real(uint32_t hash, const hopform_selftest_case_real
         sum = with_number_real(with_number_real(sum, trials[n].apex), trials[n].apex_u);
         sum = with_number_real(with_number_real(sum, trials[n].largest_x1), trials[n].largest_x1_u);
         sum = with_number_real(with_number_real(sum, trials[n].least_contact), trials[n].least_contact_u);
-        sum = with_int_real(with_word_real(sum, trials[n].events), trials[n].minima);
+        sum = with_word_real(with_word_real(sum, trials[n].events), trials[n].minima);
     }
     return sum;
 }

@@ -223,10 +223,10 @@ static bool sensitivity_pass_real(const hopform_plan_real *plan, const hopform_s
 
 /* The rows of the matrix from the changes at take-off, F = 0. */
 static bool finish_real(const hopform_plan_real *plan, const hopform_step_real *steps, const hopform_phase_real *phases,
-                        const hopform_stance_real *stance, const changes_real *change, real *matrix)
+                        const hopform_phase_real *last, const hopform_stance_real *stance, const changes_real *change,
+                        real *matrix)
 {
     const hopform_robot_real *robot = &plan->robot;
-    const hopform_phase_real *last = &phases[stance->phases_kept - 1];
     const hopform_state_real start = {phases[0].x1, phases[0].v1, phases[0].v2, phases[0].y};
     const real v_up = hopform_greater_real(stance->end.v2, 0.0);
     real speed[Z_SIZE];
@@ -292,13 +292,15 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
     }
     changes_real change = sensitivity_start_of_real(&phases[0], stance);
     bool exists = true;
+    const hopform_phase_real *last = phases;
     for (int32_t n = 0; exists && n < stance->phases_kept; n++) {
-        const bool last = n + 1 == stance->phases_kept;
-        const real end = last ? stance->duration : phases[n + 1].t;
-        advance_real(plan, &phases[n], steps[phases[n].step].u, end - phases[n].t, &change);
-        exists = last || sensitivity_pass_real(plan, steps, &phases[n], &phases[n + 1], &change);
+        last = &phases[n];
+        const bool more = n + 1 < stance->phases_kept;
+        const real end = more ? phases[n + 1].t : stance->duration;
+        advance_real(plan, last, steps[last->step].u, end - last->t, &change);
+        exists = !more || sensitivity_pass_real(plan, steps, last, &phases[n + 1], &change);
     }
-    return sound_real(exists && finish_real(plan, steps, phases, stance, &change, matrix), matrix);
+    return sound_real(exists && finish_real(plan, steps, phases, last, stance, &change, matrix), matrix);
 }
 
 /* Go from one time in a phase to a later one: the state, and its changes. */

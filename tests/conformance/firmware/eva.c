@@ -97,6 +97,9 @@ int main(void)
         fill((float *)&target, 4);
         (void)hopform_choose_current_f32(&search, &plan, &start, &target, phases, CAPACITY, &command);
         (void)hopform_try_currents_f32(&plan, &start, 1, &current, 1, any(), phases, CAPACITY, trials);
+        if (hopform_solve_stance_f32(&plan, &start, steps, 2, any(), CAPACITY, phases, CAPACITY, &stance) >= 0) {
+            (void)hopform_stance_compression_f32(&plan, steps, phases, &stance, &current);
+        }
     }
     return 0;
 }

@@ -25,17 +25,25 @@ OPTIONS = (
     "-eva-octagon-through-calls",
 )  # fmt: skip
 UNROLLED = {
-    "ONLY_FLIGHT": "hopform_flight_energy_f32:60",
-    "ONLY_STANCE": "watch_thresholds_f32:40,lost_at_once_f32:10,hopform_stance_energy_f32:60,"
-                   "hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,hopform_stance_grid_f32:300,"
-                   "samples_of_phase_f32:100,fill_table_f32:100,sample_behind_f32:100,sum_up_f32:50,sum_up_x1_f32:50,"
-                   "put_same_f32:50,put_samples_f32:50,put_basis_f32:50,samples_at_rest_f32:50",
-    "ONLY_CONTROL": "watch_thresholds_f32:40,lost_at_once_f32:10,hopform_trial_of_f32:60",
+    "": "hopform_refuse_f32:300,hopform_overlap_f32:40,add_thresholds_f32:40,lost_at_once_f32:10,put_events_f32:40",
+    "ONLY_FLIGHT": "hopform_flight_at_f32:40,hopform_flight_energy_f32:60,reading_status_f32:40,state_of_flight_f32:20,"
+                   "watch_level_f32:40,watch_pull_f32:40",
+    "ONLY_STANCE": "hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,"
+                   "hopform_stance_grid_f32:300,samples_of_phase_f32:100,fill_table_f32:100,sample_behind_f32:100,"
+                   "sum_up_f32:50,sum_up_x1_f32:50,put_same_f32:50,put_samples_f32:50,put_basis_f32:50,"
+                   "samples_at_rest_f32:50",
+    "ONLY_CONTROL": "hopform_stance_compression_f32:60,hopform_try_currents_f32:60",
 }  # fmt: skip
-"""How many states are kept apart in functions whose loops run over a few phases or watches."""
+"""How many states are kept apart, in each part and in all, in functions whose loops run over a few phases or event
+functions."""
 
-SPLIT = {"ONLY_STANCE": "sample_behind_f32:0:1:2"}
-"""Results of a function after which states are kept apart: samples before a phase's end, of TIMES in eva.c."""
+SPLIT = {
+    "": "hopform_reading_status_f32:0,hopform_refuse_f32:0",
+    "ONLY_FLIGHT": "reading_status_f32:0",
+    "ONLY_STANCE": "sample_behind_f32:0:1:2",
+    "ONLY_CONTROL": "hopform_choose_current_begin_f32:3",
+}
+"""Results of functions after which states are kept apart: what can be read, samples before a phase's end."""
 
 NAN, BOOL = "non-finite float value", "trap representation of a _Bool lvalue"
 LEFT = {
@@ -43,7 +51,6 @@ LEFT = {
         "kernels_f32.h",
         NAN,
     ): "a number that was compared with both bounds is converted; Eva does not conclude that it is one",
-    ("trial_f32.h", NAN): "the same",
     ("grid_f32.c", NAN): "the same",
     (
         "control_f32.c",
@@ -62,11 +69,12 @@ def look(part: str) -> tuple[str, Alarms, int]:
     """The result of Eva on a part: its summary, alarms by file and kind, the share of statements reached."""
     files = [str(C / "src" / f"{unit}_f32.c") for unit in PARTS[part]]
     flags = f"-cpp-extra-args=-I{C / 'include'} -I{C / 'src'} -D{part} -DHOPFORM_PORTABLE"
-    split = ["-eva-split-return-function", SPLIT[part]] if part in SPLIT else []
+    unrolled, split = (f"{each['']},{each[part]}" for each in (UNROLLED, SPLIT))
     text = run(
-        ["frama-c", flags, *OPTIONS, "-eva-slevel-function", UNROLLED[part], *split, str(HERE / "eva.c"), *files],
+        ["frama-c", flags, *OPTIONS, "-eva-slevel-function", unrolled, "-eva-split-return-function", split,
+         str(HERE / "eva.c"), *files],
         timeout=TIME,
-    )
+    )  # fmt: skip
     alarm = r"^\[eva:alarm\] (?:[^\n:]*/)?([\w.]+):\d+: Warning:\s+([A-Za-z_ \-]+)\."
     alarms = Counter(re.findall(alarm, text, re.MULTILINE))
     reached = re.search(r"(\d+) statements reached \(out of (\d+)\): (\d+)% coverage", text)

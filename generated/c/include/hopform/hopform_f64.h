@@ -188,7 +188,7 @@ typedef struct {
     double least_contact; /**< [m] the least minimum of the contact force over k before the ending */
     double least_contact_u; /**< [m/A] */
     uint32_t events; /**< stands for the order of modes and events */
-    int32_t minima; /**< how many minima of it there are */
+    uint32_t minima; /**< how many minima of it there are */
     bool takes_off;
     bool held; /**< the actuator never moves */
     bool smooth; /**< the derivatives exist */
