@@ -6,14 +6,17 @@ spring. It is taken over k, so that it is the compression y itself for the paper
 
 import sympy as sp
 
-from ..emit.ir import Step, Steps, function, scalar
+from ..emit.ir import Quantity, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from . import sensitivity
 
 CONTACT = scalar("contact", "m", "contact force of the leg over k")
-REST = scalar("rest", "m", "compression at which the leg at rest carries nothing")
-contact, rest = CONTACT.symbol, REST.symbol
+REST = scalar("rest", "m", "compression at which the leg carries nothing")
+LEG_TIME = scalar("leg_time", "s", "time in which the leg without load relaxes to 1/e of its compression")
+LEFT = Quantity("left", r"y - y_0", "m", "compression of the leg beyond that at rest")
+LEG_ENERGY = scalar("leg_energy", "J", "energy that the leg holds beyond that at rest")
+contact, rest, left = CONTACT.symbol, REST.symbol, LEFT.symbol
 
 
 def is_compression(model: Model) -> bool:
@@ -22,7 +25,7 @@ def is_compression(model: Model) -> bool:
 
 
 def has_damper(model: Model) -> bool:
-    """Whether a damper acts in the leg: without load it relaxes in flight."""
+    """Whether a damper acts in the leg: without load it relaxes in flight, y' = -(y - y_0)/leg_time."""
     return bool({v1, v2} & model.contact.free_symbols)
 
 
@@ -49,7 +52,19 @@ def contact_change(model: Model) -> Steps:
     return sensitivity.changed_steps(steps, (*model.robot.symbols, v1, v2, y), (sensitivity.change_of(contact),))
 
 
-@function(takes=(ROBOT,), returns=REST)
-def rest_compression(model: Model) -> Steps:
-    """Compression at which the leg at rest carries nothing: 0 where the spring is all that acts in it."""
-    yield Step(rest, model.rest, "N = 0 at rest")
+@function(takes=(ROBOT, *STATE.quantities[1:3]), returns=REST)
+def compression_at_takeoff(model: Model) -> Steps:
+    """Compression at which the leg carries nothing, on the ground: 0 where the spring is all that acts in it."""
+    yield Step(rest, sp.cancel(-model.contact.subs(y, 0) / model.contact.diff(y)), "N = 0")
+
+
+@function(takes=(ROBOT,), returns=LEG_TIME)
+def leg_time(model: Model) -> Steps:
+    """Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it."""
+    yield Step(LEG_TIME.symbol, sp.cancel(model.contact.diff(v1) / model.contact.diff(y)), "N = 0 in flight")
+
+
+@function(takes=(ROBOT, LEFT), returns=LEG_ENERGY)
+def leg_energy(model: Model) -> Steps:
+    """Energy that the leg holds beyond that at rest."""
+    yield Step(LEG_ENERGY.symbol, k * model.contact.diff(y) * left**2 / 2, "what carries the contact force at rest")

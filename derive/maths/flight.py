@@ -134,6 +134,11 @@ def refuse_what_flight_cannot_carry(term: Term) -> None:
         raise ModelError(
             f"{here} in the leg, which carries nothing in flight: it must not be declared for flight alone"
         )
+    if term.is_in_leg and sp.expand(sp.diff(term.force_1, v1) + sp.diff(term.force_1, v2)) != 0:
+        raise ModelError(
+            f"{here} in the leg by force_1 = {term.force_1}, which depends on v1 and v2 otherwise than by v1 - v2: in "
+            "flight, where the foot is free, the leg would know the velocity of the ground"
+        )
     force_1, force_2 = (sp.cancel(force) for force in term.force_in("flight"))
     if variables := sorted(str(symbol) for symbol in force_2.free_symbols & {x1, x2, v1, v2}):
         raise ModelError(

@@ -160,9 +160,11 @@ FLIGHT_PHASE = Struct.of(
 )
 FLIGHT = Struct.of(
     "Flight",
-    "A flight, solved. In its states y is how far the foot is below the ground ahead.",
+    "A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead: how far the foot of a leg that"
+    " carries nothing is below it.",
     Member("gains", "Gains", "of the law; 0 where the motor has no force"),
     Member("start", "State", "as given"),
+    Member("ground", "real", "height of the ground ahead over that which was left", "m"),
     Member("duration", "real", "time of the ending", "s"),
     Member("end", "State", "state at the ending: before the impact"),
     Member("v2_after", "real", "velocity of the body after the impact", "m/s"),
@@ -170,6 +172,7 @@ FLIGHT = Struct.of(
     *reals("s", "apex_time"),
     Member("impact_loss", "real", "energy lost at the impact, negative", "J"),
     Member("start_loss", "real", "energy lost at a stop at t = 0, negative", "J"),
+    Member("leg_loss", "real", "energy lost by a damper in the leg, which carries nothing, negative", "J"),
     Member("ending", "int32", "HOPFORM_FLIGHT_..."),
     Member("phase_count", "int32", "phases of the flight, kept or not"),
     Member("phases_kept", "int32", "phases in the caller's buffer"),

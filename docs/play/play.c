@@ -116,7 +116,7 @@ static int32_t fly(leg *at, const hopform_state_f64 *state, double horizon)
 {
     at->in_stance = 0;
     at->first = flight_used;
-    const int32_t status = hopform_solve_flight_f64(&plan, state, 0, horizon, PHASES, flight_phases + flight_used,
+    const int32_t status = hopform_solve_flight_f64(&plan, state, 0, 0, horizon, PHASES, flight_phases + flight_used,
                                                     KEPT - flight_used, &at->flight);
     if (status < 0)
         return status;
@@ -286,7 +286,8 @@ PUBLIC int32_t play_reach(int32_t height_count, int32_t current_count)
     for (int32_t row = 0; row < height_count && status >= 0; row++) {
         const hopform_state_f64 drop = {home(), 0.0, 0.0, home() - play_heights[row]};
         hopform_flight_f64 flight;
-        status = hopform_solve_flight_f64(&plan, &drop, 0, horizon_of(&drop, play_heights[row]), PHASES, 0, 0, &flight);
+        status =
+            hopform_solve_flight_f64(&plan, &drop, 0, 0, horizon_of(&drop, play_heights[row]), PHASES, 0, 0, &flight);
         if (status < 0)
             break;
         const hopform_state_f64 touchdown = {flight.end.x1, flight.end.v1, flight.v2_after, 0.0};

@@ -2,7 +2,8 @@
 
     x1'' = (k c - b1 v1 - gamma2 u)/m_eff - f1 sign(v1),    u = (Kp x1 + Kd v1)/gamma2 within u_max
 
-The body is ballistic; the foot, without mass, is at its height less (L0 + c) and less x1.
+The body is ballistic; the foot, without mass, is at its height less (L0 + c), less x1, plus the leg's compression. That
+is 0, but where a damper acts in the leg, which relaxes without load.
 """
 
 import math
@@ -47,7 +48,8 @@ class Flight(Motion):
     status: "touchdown"; "tripped": the foot never got above the ground ahead, the flight ends where it came highest;
     "horizon"; "too_many_phases". duration: time of the ending. end: the state there, before the impact. touchdown: that
     after the impact, with which the stance begins, None without one. gains: of the law. apex, apex_time: highest hop
-    height of the body up to the ending, and when. impact_loss [J]: what the impact takes, negative.
+    height of the body up to the ending, and when. impact_loss, leg_loss [J]: what the impact takes, and a damper in the
+    leg, which relaxes without load; negative.
     """
 
     robot: Robot
@@ -61,6 +63,8 @@ class Flight(Motion):
     apex: float
     apex_time: float
     impact_loss: float
+    leg_loss: float
+    _compression: float = field(repr=False)
     _solved: SolvedFlight = field(repr=False, compare=False)
 
     @cached_property
@@ -92,7 +96,14 @@ class Flight(Motion):
 
     def foot(self, t: ArrayLike) -> Real:
         """Height of the foot over the ground ahead [m] at times t [s], in t's shape."""
-        return shaped(-self._solved.state_at(self._times(t)).y, t)
+        return self.compression(t) - shaped(self._solved.state_at(self._times(t)).y, t)
+
+    def compression(self, t: ArrayLike) -> Real:
+        """Compression of the leg [m] at times t [s], in t's shape: it carries nothing, so a damper in it relaxes."""
+        times, formulas, parameters = self._times(t), self.robot.solver.package.formulas, self.robot.parameters
+        rest, time = formulas.compression_at_takeoff(parameters, 0.0, 0.0), formulas.leg_time(parameters)
+        left = (self._compression - rest) * np.exp(-times / time) if time > 0.0 else times * 0.0
+        return shaped(rest + left, t)
 
     def current(self, t: ArrayLike) -> Real:
         """The current [A] of the law at times t [s], in t's shape; 0 where the motor has no force."""
@@ -127,10 +138,8 @@ class Flight(Motion):
         }  # fmt: skip
 
     def _arrays(self) -> Arrays:
-        return {
-            **events_of(self.events),
-            **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "apex_time", "impact_loss")},
-        }
+        numbers = ("status", "duration", "apex", "apex_time", "impact_loss", "leg_loss")
+        return {**events_of(self.events), **{name: ((), getattr(self, name)) for name in numbers}}
 
     def _energies(self, t: ArrayLike) -> tuple[Energy, FlightLedger]:
         times = self._times(t)
@@ -152,6 +161,7 @@ def solve_flight(
     x1: SupportsFloat = 0.0,
     v1: SupportsFloat = 0.0,
     x2: SupportsFloat | None = None,
+    compression: SupportsFloat | None = None,
     gains: Sequence[SupportsFloat] | None = None,
     horizon: SupportsFloat = 10.0,
     max_phases: int = 4096,
@@ -162,10 +172,11 @@ def solve_flight(
     touchdown.
 
     x1, v1, v2 [m, m/s]: actuator and body at take-off; x2 [m]: height of the body over the ground *ahead*, over which
-    the foot lands: x1 + L0 + c if left out (flat ground), less by a step up. gains (Kp, Kd) [N/m, N s/m], both >= 0: of
-    the law gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of `design_return`, settled 50 ms before the
-    touchdown on the ground that was left, in 20 ms at least. horizon [s]: longest time. Raises HopformError for a value
-    that is not allowed, g = 0 among them.
+    the foot lands: x1 + L0 + c - compression if left out (flat ground), less by a step up. compression [m]: of the leg
+    at take-off, from which it relaxes where a damper acts in it; if left out that at which it carries nothing. gains
+    (Kp, Kd) [N/m, N s/m], both >= 0: of the law gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of
+    `design_return`, settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. horizon [s]:
+    longest time. Raises HopformError for a value that is not allowed, g = 0 among them.
 
     >>> from hopform import load_robot
     >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
@@ -175,20 +186,20 @@ def solve_flight(
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"a flight needs g > 0 m/s^2, got {robot.g!r}")
-    start = _start(robot, x1, v1, x2, v2)
+    start, ground = _start(robot, x1, v1, x2, v2, compression)
     law = None if gains is None else _gains(gains)
     longest = positive("horizon", horizon, "s")
     most = whole("max_phases", max_phases)
     back_end = robot.solver.back_end(backend)
-    solved = back_end.solve_flight(robot.parameters, start, law, longest, most, precision)
+    solved = back_end.solve_flight(robot.parameters, start, ground, law, longest, most, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
     state = solved.end
     end = State(state.x1, state.v1, float(body_height(robot, precision, state.x1, state.y)), state.v2)
     after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
     return Flight(
-        robot, back_end.name, precision, status, float(flight.duration), end, after, solved.gains,
-        float(flight.apex), float(flight.apex_time), float(flight.impact_loss), solved,
+        robot, back_end.name, precision, status, float(flight.duration), end, after, solved.gains, float(flight.apex),
+        float(flight.apex_time), float(flight.impact_loss), float(flight.leg_loss), start.y, solved,
     )  # fmt: skip
 
 
@@ -212,11 +223,15 @@ def design_return(robot: Robot, time: SupportsFloat) -> Gains:
     return Gains(*map(float, gains))
 
 
-def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> records.LegState:
-    """The state at take-off; y is how far the foot is below the ground ahead, 0 where x2 is left out."""
+def _start(
+    robot: Robot, x1: object, v1: object, x2: object, v2: object, compression: object
+) -> tuple[records.LegState, float]:
+    """The state at take-off, and how far the ground ahead is above that which is left, 0 where x2 is left out."""
     x_1, v_1, v_2 = placed(robot, x1, v1, v2)
-    y = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
-    return records.LegState(x_1, v_1, v_2, 0.0 if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0) else y)
+    released = robot.solver.package.formulas.compression_at_takeoff
+    y = float(released(robot.parameters, v_1, v_2)) if compression is None else finite("compression", compression, "m")
+    ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c - y
+    return records.LegState(x_1, v_1, v_2, y), 0.0 if abs(ground) <= TOUCHING_ULP * math.ulp(robot.L0) else ground
 
 
 def _gains(gains: Sequence[SupportsFloat]) -> Gains:

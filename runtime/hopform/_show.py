@@ -38,7 +38,8 @@ UNITS: dict[str, str] = {
     "apex": "m", "lowest": "m", "highest": "m", "error": "m", "worst": "m", "rms": "m", "miss": "m",
     "onset_time": "s", "onset_u": "A", "onset_u_low": "A", "onset_u_high": "A",
     "v1": "m/s", "v2": "m/s", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
-    "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "force": "N",
+    "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "leg_loss": "J",
+    "force": "N",
 } | {field.name: field.unit for field in records.ROBOT_FIELDS}  # fmt: skip
 """Units of what results hold, by name; what is not here is a number without one, or a word."""
 

@@ -212,7 +212,7 @@ class Stance(Motion):
         x1, v1, x2, v2 = map(float, self.takeoff)
         flight: Flight = import_module("hopform._flight").solve_flight(
             self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, gains=gains, horizon=horizon,
-            backend=self.backend, dtype=self.dtype,
+            compression=self.compression(self.duration), backend=self.backend, dtype=self.dtype,
         )  # fmt: skip
         return flight
 

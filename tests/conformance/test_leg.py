@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import hopform
 from derive.__main__ import main
@@ -327,17 +328,19 @@ def test_derivatives_through_take_off_are_those_of_differences(legs):
 # ---- the flight ----
 
 
-def fly(leg: Leg, parameters: tuple[float, ...], start: Any) -> float:
-    """Duration by the library."""
+def fly(
+    leg: Leg, parameters: tuple[float, ...], start: Any, ground: float = 0.0, gains: tuple[float, float] | None = None
+) -> Any:
+    """The flight by the library."""
     types = leg.library.types(np.dtype(np.float64))
     flight, phases = types.Flight(), (types.FlightPhase * MOST)()
     plan = ctypes.byref(native.plan_of(leg.library, types, parameters))
+    law = None if gains is None else ctypes.byref(types.Gains(*gains))
     leg.library.call(
-        "solve_flight", types, plan, ctypes.byref(types.State(*start)), None, ctypes.c_double(3.0),
-        ctypes.c_int32(MOST),
-        phases, ctypes.c_int32(MOST), ctypes.byref(flight),
+        "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.c_double(ground), law,
+        ctypes.c_double(3.0), ctypes.c_int32(MOST), phases, ctypes.c_int32(MOST), ctypes.byref(flight),
     )  # fmt: skip
-    return float(flight.duration)
+    return flight
 
 
 @pytest.mark.parametrize("share", [0.3, -0.5])
@@ -363,7 +366,7 @@ def test_a_constant_force_on_the_body_is_another_gravity(share, legs):
     solution = flight.solve_flight(robot, end)
     times = np.linspace(0.0, float(solution.duration), 7)
     states = flight.flight_at(solution, times)
-    for duration in (float(solution.duration), fly(leg, parameters, end)):
+    for duration in (float(solution.duration), fly(leg, parameters, end).duration):
         assert duration == pytest.approx(flown.duration, rel=1e-12)
     assert float(solution.apex) == pytest.approx(flown.apex, rel=1e-12)
     np.testing.assert_allclose(states.v2, flown.at(np.minimum(times, flown.duration)).v2, rtol=1e-12)
@@ -386,32 +389,100 @@ def test_a_body_that_does_not_fall_has_no_flight(legs):
         fly(leg, parameters, (0.0, 0.0, 1.0, 0.0))
 
 
-@pytest.mark.parametrize("name", ["damper", "second_spring"])
-def test_a_flight_begins_with_a_leg_that_carries_nothing(name, legs):
-    """A second spring shifts where that is; how a damper lets the leg relax is not solved, and refused."""
-    leg = legs[name]
-    further = (12.0,) if name == "damper" else (300.0, HOPPER.L0 - 0.01)
-    parameters = (*HOPPER.parameters, *further)
+def test_a_flight_begins_with_a_leg_that_carries_nothing(legs):
+    """A second spring shifts where that is."""
+    leg, parameters = legs["second_spring"], (*HOPPER.parameters, 300.0, HOPPER.L0 - 0.01)
     flight = importlib.import_module(f"{leg.package.__name__}.flight")
     end = leg.solve("c", parameters, {"x1": 0.0, "v1": 0.0, "v2": DROP, "y": 0.005}, 2.0).outcome()[2]
-    robot, start = leg.package.Robot(*parameters), leg.package.LegState(*end)
-    if name == "damper":
-        lower = start._replace(y=start.y - 0.05)  # the ground ahead
-        for refused in (start, lower):
-            with pytest.raises(ValueError, match="in which a damper acts, relaxes"):
-                flight.solve_flight(robot, refused)
-            with pytest.raises(hopform.HopformError, match="relax"):
-                fly(leg, parameters, refused)
-        drop = flight.solve_flight(robot, leg.package.LegState(0.0, 0.0, 0.0, -0.2))
-        assert drop.duration == pytest.approx(math.sqrt(2.0 * 0.2 / HOPPER.g), rel=1e-12)
-        assert fly(leg, parameters, leg.package.LegState(0.0, 0.0, 0.0, -0.2)) == pytest.approx(
-            drop.duration, rel=1e-12
-        )
-        return
     rest = 300.0 * 0.01 / (HOPPER.k + 300.0)
     assert end.y == pytest.approx(rest, abs=1e-15)
-    flown = flight.solve_flight(robot, start)
-    assert fly(leg, parameters, start) == pytest.approx(flown.duration, rel=1e-12)
+    flown = flight.solve_flight(leg.package.Robot(*parameters), leg.package.LegState(*end))
+    assert fly(leg, parameters, end).duration == pytest.approx(flown.duration, rel=1e-12)
     assert flown.end.y == pytest.approx(rest, abs=1e-15)
     other = hopform.solve_flight(HOPPER, v2=end.v2, x1=end.x1, v1=end.v1, gains=flown.gains)
     assert (flown.duration, flown.apex) == (pytest.approx(other.duration), pytest.approx(other.apex))
+
+
+def takeoffs(leg: Leg, seed: int, count: int, **fields: float) -> Iterator[tuple[tuple[float, ...], Any, float]]:
+    """Robots with a damper in the leg, the ends of their stances, and steps of the ground."""
+    draw = random.Random(seed)
+    while count:
+        robot = dataclasses.replace(HOPPER, b1=draw.uniform(0.0, 80.0), k=10.0 ** draw.uniform(2.5, 4.0), **fields)
+        parameters = (*robot.parameters, 10.0 ** draw.uniform(-1.0, 2.0))
+        start = {"x1": draw.uniform(0.0, 0.05), "v1": draw.uniform(-0.3, 0.3), "v2": draw.uniform(-3.0, -1.0), "y": 0.0}
+        ending, _, end, *_ = leg.solve("c", parameters, start, draw.uniform(0.0, 4.0)).outcome()
+        if leg.package.records.ENDINGS[ending] == "takeoff":
+            count -= 1
+            yield parameters, end, draw.choice((0.0, draw.uniform(-0.05, 0.002)))
+
+
+def integrated(parameters: tuple[float, ...], start: Any, ground: float, gains: tuple[float, float]) -> Any:
+    """(duration, x1, v1, v2, y) at touchdown by an integrator, from N = k y + b12 y' = 0 of a foot without mass.
+
+    The actuator slips without dry friction, under the law, and has no stops.
+    """
+    robot, damping = Robot(*parameters[:-1]), parameters[-1]
+
+    def rates(_: float, z: Any) -> list[float]:
+        x1, v1, _, v2, y = z
+        pull = robot.k * robot.c - robot.b1 * v1 - gains[0] * x1 - gains[1] * v1
+        return [v1, pull / robot.m_eff, v2, -robot.g, -robot.k * y / damping]
+
+    def foot(_: float, z: Any) -> float:
+        return float(z[2] - robot.L0 - robot.c - z[0] + z[4] - ground)
+
+    foot.direction = -1.0  # type: ignore[attr-defined]
+    begins = [start.x1, start.v1, start.x1 + robot.L0 + robot.c - start.y, start.v2, start.y]
+    run = solve_ivp(rates, (0.0, 3.0), begins, method="DOP853", events=foot, rtol=1e-12, atol=1e-14, max_step=1e-3)
+    met = [n for n, t in enumerate(run.t_events[0]) if t > 1e-3]
+    x1, v1, _, v2, y = run.y_events[0][met[0]]
+    return run.t_events[0][met[0]], x1, v1, v2, y
+
+
+def test_a_leg_with_a_damper_relaxes_in_flight_as_an_integrator_has_it(legs):
+    """Touchdown finds the foot where N = 0 has brought it, and what is left of the compression is passed on."""
+    leg, gains = legs["damper"], (900.0, 60.0)
+    flight = importlib.import_module(f"{leg.package.__name__}.flight")
+    left = []
+    for parameters, end, ground in takeoffs(leg, 5, 12, f1=0.0, x1_min=-math.inf, x1_max=math.inf, u_max=1e6):
+        expected = integrated(parameters, end, ground, gains)
+        solution = flight.solve_flight(
+            leg.package.Robot(*parameters), leg.package.LegState(*end), ground, leg.package.records.Gains(*gains)
+        )
+        for flown in (solution, fly(leg, parameters, end, ground, gains)):
+            found = (flown.duration, flown.end.x1, flown.end.v1, flown.end.v2, flown.end.y)
+            assert found == pytest.approx(expected, rel=1e-9, abs=1e-10), parameters
+            k = parameters[PARAMETERS.index("k")]
+            assert flown.leg_loss == pytest.approx(k * (flown.end.y**2 - end.y**2) / 2.0, rel=1e-12)
+        left.append(expected[-1] / end.y)
+    assert max(left) > 1e-3 > min(left)
+
+
+def test_no_foot_of_a_leg_that_relaxes_meets_the_ground_before_its_touchdown(legs):
+    """With dry friction, stops and a motor at its limit; both back ends alike."""
+    leg = legs["damper"]
+    flight = importlib.import_module(f"{leg.package.__name__}.flight")
+    kinds = set()
+    for parameters, end, ground in takeoffs(leg, 6, 40):
+        robot = leg.package.Robot(*parameters)
+        with np.errstate(all="ignore"):
+            solution = flight.solve_flight(robot, leg.package.LegState(*end), ground)
+        flown = fly(leg, parameters, end, ground)
+        assert (flown.ending, flown.event_count) == (
+            solution.ending,
+            sum(bool(phase.event) for phase in solution.phases),
+        )
+        found, expected = (
+            [float(getattr(each, name)) for name in ("duration", "apex", "leg_loss")] for each in (flown, solution)
+        )
+        assert found == pytest.approx(expected, rel=1e-12, abs=1e-15)
+        times = np.linspace(0.0, float(solution.duration), 4000)
+        y = flight.flight_at(solution, times).y
+        foot = end.y * np.exp(-times * robot.k / parameters[-1]) - y
+        assert foot[0] == pytest.approx(-ground, abs=1e-15)
+        kinds.add(leg.package.records.FLIGHT_ENDINGS[solution.ending])
+        if leg.package.records.FLIGHT_ENDINGS[solution.ending] == "touchdown":
+            above = np.flatnonzero(foot > 1e-12)
+            assert (foot[above[0] : -1] > -1e-14).all()
+            assert abs(foot[-1]) < 1e-14
+    assert "touchdown" in kinds

@@ -315,7 +315,7 @@ def fly_by_package(
     flight = importlib.import_module("driven_solver.flight")
     law = importlib.import_module("driven_solver.records").Gains(*gains)
     with np.errstate(all="ignore"):
-        solved = flight.solve_flight(package.Robot(*parameters), package.LegState(*start), law, **settings)
+        solved = flight.solve_flight(package.Robot(*parameters), package.LegState(*start), gains=law, **settings)
         ledger = flight.flight_ledger_at(solved, solved.duration)
     return flown(arrays.ArrayFlight(Package("driven_solver"), solved), solved.ending, solved.duration, ledger)
 
@@ -328,8 +328,9 @@ def fly_by_library(
     flight, phases = types.Flight(), (types.FlightPhase * max_phases)()
     plan = ctypes.byref(native.plan_of(library, types, parameters))
     library.call(
-        "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.byref(types.Gains(*gains)),
-        ctypes.c_double(horizon), ctypes.c_int32(max_phases), phases, ctypes.c_int32(max_phases), ctypes.byref(flight),
+        "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.c_double(0.0),
+        ctypes.byref(types.Gains(*gains)), ctypes.c_double(horizon), ctypes.c_int32(max_phases), phases,
+        ctypes.c_int32(max_phases), ctypes.byref(flight),
     )  # fmt: skip
     solved = c.NativeFlight(library, types, parameters, plan, phases, flight)  # type: ignore[arg-type]
     _, ledger = solved.energy_at(np.array([flight.duration]))

@@ -57,7 +57,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     T(flight_phase) phases[MAX_PHASES + 1];
     T(flight) flight;
     const int32_t status =
-        T(solve_flight)(&plan, &start, kind & 8 ? NULL : &gains, horizon, max_phases, phases, capacity, &flight);
+        T(solve_flight)(&plan, &start, 0, kind & 8 ? NULL : &gains, horizon, max_phases, phases, capacity, &flight);
     if (status < 0) {
         return 0;
     }

@@ -8,12 +8,14 @@
  * ends at the latest where v_1 vanishes, within a half turn of the pair, so the jerk and the pull's rate change sign at
  * most once in it. Between its change of sign the pull is monotone; between those of the jerk so is the foot's
  * acceleration, between the roots of that its rate, between the roots of that the foot itself: each root is bracketed.
+ * A leg in which a damper acts relaxes as exp(-l t), and the foot with it: (D + l) takes that from the foot's third
+ * derivative and leaves a motion of the pair, whose zero is where this derivative begins to have another root.
  */
 #include "facts.h"
 #include "first_event_f32.h"
 #include "overlap_f32.h"
 
-enum { MOST_POINTS_f32 = 9, MOST_TURNS_f32 = 3 };
+enum { MOST_POINTS_f32 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, MOST_TURNS_f32 = 3 };
 
 /* How a phase ends. */
 typedef enum {
@@ -24,8 +26,15 @@ typedef enum {
     END_TOUCHDOWN_f32
 } flight_end_kind_f32;
 
-/* What has a root. */
-typedef enum { FOOT_f32, FOOT_RATE_f32, FOOT_CURVATURE_f32, WAY_f32, PULL_f32 } function_of_time_f32;
+/* What has a root; the foot's derivatives by their order. */
+typedef enum {
+    FOOT_f32,
+    FOOT_RATE_f32,
+    FOOT_CURVATURE_f32,
+    FOOT_THIRD_f32,
+    WAY_f32,
+    PULL_f32
+} function_of_time_f32;
 
 /* Everything at one time of a phase. */
 typedef struct {
@@ -38,9 +47,7 @@ typedef struct {
 /* What is kept of an instant where there are many: the foot there. The whole of it is looked up again by its time. */
 typedef struct {
     float t;
-    float foot;
-    float rate;
-    float curvature;
+    jet_f32 foot;
     float moved;
 } foot_point_f32;
 
@@ -60,6 +67,8 @@ typedef struct {
     float x1; /* at take-off, as the next two */
     float y;
     float v2;
+    float leg; /* compression that a damper leaves in it, and the rate at which it relaxes */
+    float relaxes;
     float t;
     hopform_actuator_f32 actuator;
     hopform_ballistic_f32 ballistic;
@@ -141,6 +150,12 @@ static hopform_actuator_at_f32 move_f32(const hopform_actuator_f32 *actuator, co
     return hopform_actuator_in_flight_f32(actuator, poles, &pair);
 }
 
+/* What is left of the leg's compression. */
+static float leg_at_f32(const flight_chain_f32 *chain, float t)
+{
+    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * hopform_exp_f32(-chain->relaxes * (chain->t + t)) : 0.0f;
+}
+
 static instant_f32 look_f32(const flight_chain_f32 *chain, float t)
 {
     instant_f32 now;
@@ -148,6 +163,12 @@ static instant_f32 look_f32(const flight_chain_f32 *chain, float t)
     now.actuator = move_f32(&chain->actuator, &chain->poles, chain->side, t);
     now.pull = hopform_pull_of_law_f32(&chain->gains, &chain->actuator, &now.actuator);
     now.foot = hopform_foot_in_flight_f32(chain->robot, &chain->ballistic, &now.actuator, t);
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const float leg = leg_at_f32(chain, t);
+        now.foot.foot_t += leg;
+        now.foot.foot_rate -= chain->relaxes * leg;
+        now.foot.foot_curvature += chain->relaxes * chain->relaxes * leg;
+    }
     return now;
 }
 
@@ -161,7 +182,6 @@ static approach_f32 sample_of_f32(const flight_chain_f32 *chain, const instant_f
     const float p = chain->poles.p;
     const float q = chain->poles.q;
     const float snap = -p * x->jerk1_t - q * x->acc1_t;
-    const float crackle = -p * snap - q * x->jerk1_t;
     if (function == WAY_f32) {
         const approach_f32 way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
         return way;
@@ -172,10 +192,19 @@ static approach_f32 sample_of_f32(const flight_chain_f32 *chain, const instant_f
                                      -p * third - q * pull->pull_curvature};
         return force;
     }
-    const float derivatives[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
-                                -snap,        -crackle,        p * crackle + q * snap};
-    const float *from = &derivatives[function]; /* the foot's rate and curvature come behind the foot */
-    const approach_f32 of_foot = {{from[0], from[1], from[2], from[3]}, from[4]};
+    const float crackle = -p * snap - q * x->jerk1_t;
+    float of[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
+                 -snap,        -crackle,        p * crackle + q * snap};
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        float share = -chain->relaxes * chain->relaxes * chain->relaxes * leg_at_f32(chain, at->t);
+        for (int n = 3; n < 7; n++) { /* the first three have theirs */
+            of[n] += share;
+            share *= -chain->relaxes;
+        }
+    }
+    const float *from = &of[function];
+    const approach_f32 of_foot = {{from[0], from[1], from[2], from[3]},
+                                   HOPFORM_LEG_HAS_DAMPER ? HOPFORM_NEVER_f32 : from[4]};
     return of_foot;
 }
 
@@ -213,26 +242,31 @@ static instant_f32 root_between_f32(const flight_chain_f32 *chain, function_of_t
     return root_from_f32(chain, function, sign, level, low, end->t, *end);
 }
 
-static foot_point_f32 foot_point_of_f32(const instant_f32 *at)
+static foot_point_f32 foot_point_of_f32(const flight_chain_f32 *chain, const instant_f32 *at)
 {
-    const foot_point_f32 point = {at->t, at->foot.foot_t, at->foot.foot_rate, at->foot.foot_curvature,
-                                   at->actuator.moved};
+    const foot_point_f32 point = {at->t, sample_of_f32(chain, at, FOOT_f32).at, at->actuator.moved};
     return point;
 }
 
-/* Where the foot's acceleration or its rate changes sign between two points, between which it does so at most once;
+static float derivative_of_f32(const foot_point_f32 *point, function_of_time_f32 function)
+{
+    const float of[] = {point->foot.value, point->foot.rate, point->foot.curvature, point->foot.third};
+    return of[function];
+}
+
+/* Where a derivative of the foot changes sign between two points, between which it does so at most once;
  * false if it does not. */
 static bool changes_between_f32(const flight_chain_f32 *chain, function_of_time_f32 function,
                                  const foot_point_f32 *from, const foot_point_f32 *to, foot_point_f32 *root)
 {
-    const float before = function == FOOT_RATE_f32 ? from->rate : from->curvature;
-    const float after = function == FOOT_RATE_f32 ? to->rate : to->curvature;
+    const float before = derivative_of_f32(from, function);
+    const float after = derivative_of_f32(to, function);
     if (!((before > 0.0f && after < 0.0f) || (before < 0.0f && after > 0.0f))) {
         return false;
     }
     const instant_f32 end = look_f32(chain, to->t);
     const instant_f32 found = root_between_f32(chain, function, before > 0.0f ? 1.0f : -1.0f, 0.0f, from->t, &end);
-    *root = foot_point_of_f32(&found);
+    *root = foot_point_of_f32(chain, &found);
     return root->t > from->t && root->t < to->t;
 }
 
@@ -263,11 +297,18 @@ static float zero_of_pair_f32(const hopform_poles_f32 *poles, float value, float
     return time_to_rest_f32(poles, sign * value, sign * rate);
 }
 
-/* When the jerk changes its sign. */
+/* When the jerk changes its sign, or what (D + l) leaves of it where the leg relaxes. */
 static float turn_of_jerk_f32(const flight_chain_f32 *chain)
 {
     const hopform_actuator_at_f32 *x = &chain->first.actuator;
-    return zero_of_pair_f32(&chain->poles, x->jerk1_t, -chain->poles.p * x->jerk1_t - chain->poles.q * x->acc1_t);
+    const float p = chain->poles.p;
+    const float q = chain->poles.q;
+    const float snap = -p * x->jerk1_t - q * x->acc1_t;
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const float crackle = -p * snap - q * x->jerk1_t;
+        return zero_of_pair_f32(&chain->poles, snap + chain->relaxes * x->jerk1_t, crackle + chain->relaxes * snap);
+    }
+    return zero_of_pair_f32(&chain->poles, x->jerk1_t, snap);
 }
 
 /* ---- the end of a phase ---- */
@@ -356,9 +397,9 @@ static void watch_pull_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *
 
 static float noise_of_foot_f32(const flight_chain_f32 *chain, float t, float moved)
 {
-    return 16.0f * HOPFORM_EPS_f32
-           * (fabs_f32(chain->ballistic.foot) + fabs_f32(chain->ballistic.v2 * t)
-              + 0.5f * hopform_fall_of_f32(chain->robot) * t * t + fabs_f32(moved));
+    const float way = fabs_f32(chain->ballistic.foot) + fabs_f32(chain->ballistic.v2 * t)
+                     + 0.5f * hopform_fall_of_f32(chain->robot) * t * t + fabs_f32(moved);
+    return 16.0f * HOPFORM_EPS_f32 * (HOPFORM_LEG_HAS_DAMPER ? way + fabs_f32(chain->leg) : way);
 }
 
 /* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
@@ -374,7 +415,8 @@ static hopform_state_f32 state_of_f32(const flight_chain_f32 *chain, const insta
 {
     const float x1 = within_stroke_f32(chain->robot, chain->actuator.x1 + at->actuator.moved);
     const hopform_state_f32 state = {
-        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_f32(chain->robot) * (chain->t + at->t), -at->foot.foot_t};
+        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_f32(chain->robot) * (chain->t + at->t),
+        HOPFORM_LEG_HAS_DAMPER ? leg_at_f32(chain, at->t) - at->foot.foot_t : -at->foot.foot_t};
     return state;
 }
 
@@ -423,30 +465,32 @@ static void search_foot_f32(flight_chain_f32 *chain, flight_phase_end_f32 *end)
 {
     foot_point_f32 points[MOST_POINTS_f32] = {0};
     int count = 0;
-    points[count++] = foot_point_of_f32(&chain->first);
+    points[count++] = foot_point_of_f32(chain, &chain->first);
     const float turn = chain->side == 0 ? HOPFORM_NEVER_f32 : turn_of_jerk_f32(chain);
     if (turn < end->at.t) {
         const instant_f32 there = look_f32(chain, turn);
-        points[count++] = foot_point_of_f32(&there);
+        points[count++] = foot_point_of_f32(chain, &there);
     }
-    points[count++] = foot_point_of_f32(&end->at);
+    points[count++] = foot_point_of_f32(chain, &end->at);
+    count = HOPFORM_LEG_HAS_DAMPER ? split_f32(chain, FOOT_THIRD_f32, points, count) : count;
     count = split_f32(chain, FOOT_CURVATURE_f32, points, count);
     count = split_f32(chain, FOOT_RATE_f32, points, count);
     for (int n = 1; n < count; n++) {
         const foot_point_f32 *from = &points[n - 1];
         const foot_point_f32 *to = &points[n];
         const float noise = noise_of_foot_f32(chain, to->t, to->moved);
-        const bool falls = to->foot < from->foot;
-        if (chain->airborne && falls && to->foot < 0.0f && (to->foot < -noise || to->rate * to->t < -noise)) {
-            const instant_f32 last = look_f32(chain, from->foot > 0.0f ? to->t : from->t);
-            end->at = from->foot > 0.0f ? root_between_f32(chain, FOOT_f32, 1.0f, 0.0f, from->t, &last) : last;
+        const bool falls = to->foot.value < from->foot.value;
+        if (chain->airborne && falls && to->foot.value < 0.0f
+            && (to->foot.value < -noise || to->foot.rate * to->t < -noise)) {
+            const instant_f32 last = look_f32(chain, from->foot.value > 0.0f ? to->t : from->t);
+            end->at = from->foot.value > 0.0f ? root_between_f32(chain, FOOT_f32, 1.0f, 0.0f, from->t, &last) : last;
             end->kind = END_TOUCHDOWN_f32;
             return;
         }
         if (!chain->airborne) {
             const instant_f32 there = look_f32(chain, to->t);
             remember_highest_f32(chain, &there);
-            chain->airborne = to->foot > noise;
+            chain->airborne = to->foot.value > noise;
         }
     }
 }
@@ -456,11 +500,12 @@ static void watch_foot_f32(flight_chain_f32 *chain, flight_phase_end_f32 *end)
 {
     const hopform_foot_at_f32 *first = &chain->first.foot;
     const float last = end->at.foot.foot_t;
-    if (chain->airborne && stays_above_f32(chain, &end->at)) {
+    if (!HOPFORM_LEG_HAS_DAMPER && chain->airborne && stays_above_f32(chain, &end->at)) {
         return;
     }
     const bool rises = !(first->foot_t < 0.0f) && first->foot_rate > 0.0f;
-    if ((chain->airborne ? first->foot_t > 0.0f : rises) && is_concave_f32(chain, &end->at)) {
+    const bool starts = chain->airborne ? first->foot_t > 0.0f : rises;
+    if (!HOPFORM_LEG_HAS_DAMPER && starts && is_concave_f32(chain, &end->at)) {
         const float noise = noise_of_foot_f32(chain, end->at.t, end->at.actuator.moved);
         if (last > noise) {
             chain->airborne = true;
@@ -474,11 +519,18 @@ static void watch_foot_f32(flight_chain_f32 *chain, flight_phase_end_f32 *end)
     search_foot_f32(chain, end);
 }
 
+/* Height of the foot if the leg were the shortest. */
+static float height_of_shortest_f32(const flight_chain_f32 *chain)
+{
+    const float height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    return HOPFORM_LEG_HAS_DAMPER ? height + hopform_greater_f32(leg_at_f32(chain, 0.0f), 0.0f) : height;
+}
+
 /* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
 static float longest_phase_f32(const flight_chain_f32 *chain)
 {
     const float until = chain->horizon - chain->t;
-    const float height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    const float height = height_of_shortest_f32(chain);
     if (!chain->airborne || !(height >= 0.0f && height <= HOPFORM_NEVER_f32)) {
         return until;
     }
@@ -621,9 +673,7 @@ static void flight_begin_f32(flight_chain_f32 *chain)
 /* True if the foot cannot come as high again as it was: the body falls, and is too low for the shortest leg. */
 static bool too_low_f32(const flight_chain_f32 *chain)
 {
-    const float shortest = chain->actuator.x1 - chain->robot->x1_min;
-    return !chain->airborne && chain->ballistic.v2 < 0.0f && hopform_is_finite_f32(shortest)
-           && chain->ballistic.foot + shortest < chain->highest;
+    return !chain->airborne && chain->ballistic.v2 < 0.0f && height_of_shortest_f32(chain) < chain->highest;
 }
 
 static int32_t trip_f32(flight_chain_f32 *chain, hopform_state_f32 *end)
@@ -653,7 +703,7 @@ static int32_t flight_run_f32(flight_chain_f32 *chain, hopform_state_f32 *end_st
         *end_state = state_of_f32(chain, &last);
         chain->t = end.kind == FLIGHT_END_LIMIT_f32 ? chain->horizon : time_of_f32(chain, &last);
         if (end.kind == END_TOUCHDOWN_f32) {
-            end_state->y = 0.0f;
+            end_state->y = leg_at_f32(chain, 0.0f);
             return HOPFORM_FLIGHT_TOUCHDOWN;
         }
         if (end.kind == FLIGHT_END_LIMIT_f32) {
@@ -677,7 +727,7 @@ static int32_t flight_run_f32(flight_chain_f32 *chain, hopform_state_f32 *end_st
 /* ---- what users call ---- */
 
 static const hopform_flight_f32 flight_nothing_f32 = {
-    {0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0, 0, 0, 0};
+    {0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0, 0, 0, 0};
 
 static bool gains_are_sound_f32(const hopform_gains_f32 *gains)
 {
@@ -708,6 +758,10 @@ static void flight_report_f32(const flight_chain_f32 *chain, int32_t ending, con
                               ? -0.5f * chain->robot->m_s * end->v2 * end->v2 * chain->robot->impact_loss
                               : 0.0f;
     flight->start_loss = chain->start_loss;
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        flight->leg_loss = hopform_leg_energy_f32(chain->robot, leg_at_f32(chain, 0.0f))
+                           - hopform_leg_energy_f32(chain->robot, chain->leg);
+    }
     flight->ending = ending;
     flight->phase_count = chain->count;
     flight->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
@@ -717,9 +771,9 @@ static void flight_report_f32(const flight_chain_f32 *chain, int32_t ending, con
 /* Numbers out of range leave no phase, or show here. */
 static bool is_sound_f32(const hopform_flight_f32 *flight)
 {
-    const float numbers[] = {flight->duration,    flight->end.x1,    flight->end.v1, flight->end.v2,
-                            flight->end.y,       flight->v2_after,  flight->apex,   flight->apex_time,
-                            flight->impact_loss, flight->start_loss};
+    const float numbers[] = {flight->duration,    flight->end.x1,     flight->end.v1,  flight->end.v2,
+                            flight->end.y,       flight->v2_after,   flight->apex,    flight->apex_time,
+                            flight->impact_loss, flight->start_loss, flight->leg_loss};
     bool sound = flight->phase_count > 0;
     for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
         sound = sound && hopform_is_finite_f32(numbers[n]);
@@ -747,7 +801,7 @@ int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopf
     return status;
 }
 
-int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
+int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float ground,
                                   const hopform_gains_f32 *gains, float horizon, int32_t max_phases,
                                   hopform_flight_phase_f32 *phases, int32_t capacity, hopform_flight_f32 *flight)
 {
@@ -774,14 +828,11 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
         return HOPFORM_ERROR_ROBOT;
     }
     if (!hopform_is_finite_f32(from.x1) || !hopform_is_finite_f32(from.v1) || !hopform_is_finite_f32(from.v2)
-        || !hopform_is_finite_f32(from.y) || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
+        || !hopform_is_finite_f32(from.y) || !hopform_is_finite_f32(ground)
+        || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
-    const float rest = hopform_rest_compression_f32(robot);
-    const hopform_state_f32 parting = {0.0f, from.v1, from.v2, rest};
-    if (HOPFORM_LEG_HAS_DAMPER && fabs_f32(hopform_contact_of_f32(robot, &parting)) > 0.0f) {
-        return HOPFORM_ERROR_STATE; /* at such a take-off the leg is compressed, and relaxes slowly in flight */
-    }
+    const float rest = hopform_compression_at_takeoff_f32(robot, 0.0f, 0.0f);
     if (!(horizon > 0.0f && horizon <= HOPFORM_NEVER_f32) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
@@ -797,11 +848,16 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     chain.rates = hopform_flight_rates_of_f32(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
     chain.x1 = from.x1;
-    chain.y = from.y - rest;
+    chain.y = (from.y - rest) + ground;
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const float time = hopform_leg_time_f32(robot);
+        chain.relaxes = time > HOPFORM_FASTEST_LEG_f32 ? 1.0f / time : 0.0f;
+        chain.leg = time > HOPFORM_FASTEST_LEG_f32 ? from.y - rest : 0.0f;
+    }
     chain.v2 = from.v2;
     chain.actuator.x1 = from.x1;
     chain.actuator.v1 = from.v1;
-    chain.airborne = chain.y < 0.0f;
+    chain.airborne = chain.y < chain.leg;
     chain.max_phases = max_phases;
     chain.phases = phases;
     chain.capacity = capacity;
@@ -811,6 +867,7 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     end.y += rest;
     flight_report_f32(&chain, ending, &end, flight);
     flight->start = from;
+    flight->ground = ground;
     if (!is_sound_f32(flight)) {
         *flight = flight_nothing_f32;
         return HOPFORM_ERROR_NUMBERS;
@@ -867,7 +924,7 @@ static hopform_state_f32 state_of_flight_f32(const hopform_plan_f32 *plan, const
         within_stroke_f32(&plan->robot, phase->x1 + at.moved),
         at.v1_t,
         flight->start.v2 - g * t,
-        flight->start.y - ((flight->start.v2 - 0.5f * g * t) * t - moved),
+        (flight->start.y + flight->ground) - ((flight->start.v2 - 0.5f * g * t) * t - moved),
     };
     return state;
 }

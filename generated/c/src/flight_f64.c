@@ -8,12 +8,14 @@
  * ends at the latest where v_1 vanishes, within a half turn of the pair, so the jerk and the pull's rate change sign at
  * most once in it. Between its change of sign the pull is monotone; between those of the jerk so is the foot's
  * acceleration, between the roots of that its rate, between the roots of that the foot itself: each root is bracketed.
+ * A leg in which a damper acts relaxes as exp(-l t), and the foot with it: (D + l) takes that from the foot's third
+ * derivative and leaves a motion of the pair, whose zero is where this derivative begins to have another root.
  */
 #include "facts.h"
 #include "first_event_f64.h"
 #include "overlap_f64.h"
 
-enum { MOST_POINTS_f64 = 9, MOST_TURNS_f64 = 3 };
+enum { MOST_POINTS_f64 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, MOST_TURNS_f64 = 3 };
 
 /* How a phase ends. */
 typedef enum {
@@ -24,8 +26,15 @@ typedef enum {
     END_TOUCHDOWN_f64
 } flight_end_kind_f64;
 
-/* What has a root. */
-typedef enum { FOOT_f64, FOOT_RATE_f64, FOOT_CURVATURE_f64, WAY_f64, PULL_f64 } function_of_time_f64;
+/* What has a root; the foot's derivatives by their order. */
+typedef enum {
+    FOOT_f64,
+    FOOT_RATE_f64,
+    FOOT_CURVATURE_f64,
+    FOOT_THIRD_f64,
+    WAY_f64,
+    PULL_f64
+} function_of_time_f64;
 
 /* Everything at one time of a phase. */
 typedef struct {
@@ -38,9 +47,7 @@ typedef struct {
 /* What is kept of an instant where there are many: the foot there. The whole of it is looked up again by its time. */
 typedef struct {
     double t;
-    double foot;
-    double rate;
-    double curvature;
+    jet_f64 foot;
     double moved;
 } foot_point_f64;
 
@@ -60,6 +67,8 @@ typedef struct {
     double x1; /* at take-off, as the next two */
     double y;
     double v2;
+    double leg; /* compression that a damper leaves in it, and the rate at which it relaxes */
+    double relaxes;
     double t;
     hopform_actuator_f64 actuator;
     hopform_ballistic_f64 ballistic;
@@ -141,6 +150,12 @@ static hopform_actuator_at_f64 move_f64(const hopform_actuator_f64 *actuator, co
     return hopform_actuator_in_flight_f64(actuator, poles, &pair);
 }
 
+/* What is left of the leg's compression. */
+static double leg_at_f64(const flight_chain_f64 *chain, double t)
+{
+    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * hopform_exp_f64(-chain->relaxes * (chain->t + t)) : 0.0;
+}
+
 static instant_f64 look_f64(const flight_chain_f64 *chain, double t)
 {
     instant_f64 now;
@@ -148,6 +163,12 @@ static instant_f64 look_f64(const flight_chain_f64 *chain, double t)
     now.actuator = move_f64(&chain->actuator, &chain->poles, chain->side, t);
     now.pull = hopform_pull_of_law_f64(&chain->gains, &chain->actuator, &now.actuator);
     now.foot = hopform_foot_in_flight_f64(chain->robot, &chain->ballistic, &now.actuator, t);
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const double leg = leg_at_f64(chain, t);
+        now.foot.foot_t += leg;
+        now.foot.foot_rate -= chain->relaxes * leg;
+        now.foot.foot_curvature += chain->relaxes * chain->relaxes * leg;
+    }
     return now;
 }
 
@@ -161,7 +182,6 @@ static approach_f64 sample_of_f64(const flight_chain_f64 *chain, const instant_f
     const double p = chain->poles.p;
     const double q = chain->poles.q;
     const double snap = -p * x->jerk1_t - q * x->acc1_t;
-    const double crackle = -p * snap - q * x->jerk1_t;
     if (function == WAY_f64) {
         const approach_f64 way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
         return way;
@@ -172,10 +192,19 @@ static approach_f64 sample_of_f64(const flight_chain_f64 *chain, const instant_f
                                      -p * third - q * pull->pull_curvature};
         return force;
     }
-    const double derivatives[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
-                                -snap,        -crackle,        p * crackle + q * snap};
-    const double *from = &derivatives[function]; /* the foot's rate and curvature come behind the foot */
-    const approach_f64 of_foot = {{from[0], from[1], from[2], from[3]}, from[4]};
+    const double crackle = -p * snap - q * x->jerk1_t;
+    double of[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
+                 -snap,        -crackle,        p * crackle + q * snap};
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        double share = -chain->relaxes * chain->relaxes * chain->relaxes * leg_at_f64(chain, at->t);
+        for (int n = 3; n < 7; n++) { /* the first three have theirs */
+            of[n] += share;
+            share *= -chain->relaxes;
+        }
+    }
+    const double *from = &of[function];
+    const approach_f64 of_foot = {{from[0], from[1], from[2], from[3]},
+                                   HOPFORM_LEG_HAS_DAMPER ? HOPFORM_NEVER_f64 : from[4]};
     return of_foot;
 }
 
@@ -213,26 +242,31 @@ static instant_f64 root_between_f64(const flight_chain_f64 *chain, function_of_t
     return root_from_f64(chain, function, sign, level, low, end->t, *end);
 }
 
-static foot_point_f64 foot_point_of_f64(const instant_f64 *at)
+static foot_point_f64 foot_point_of_f64(const flight_chain_f64 *chain, const instant_f64 *at)
 {
-    const foot_point_f64 point = {at->t, at->foot.foot_t, at->foot.foot_rate, at->foot.foot_curvature,
-                                   at->actuator.moved};
+    const foot_point_f64 point = {at->t, sample_of_f64(chain, at, FOOT_f64).at, at->actuator.moved};
     return point;
 }
 
-/* Where the foot's acceleration or its rate changes sign between two points, between which it does so at most once;
+static double derivative_of_f64(const foot_point_f64 *point, function_of_time_f64 function)
+{
+    const double of[] = {point->foot.value, point->foot.rate, point->foot.curvature, point->foot.third};
+    return of[function];
+}
+
+/* Where a derivative of the foot changes sign between two points, between which it does so at most once;
  * false if it does not. */
 static bool changes_between_f64(const flight_chain_f64 *chain, function_of_time_f64 function,
                                  const foot_point_f64 *from, const foot_point_f64 *to, foot_point_f64 *root)
 {
-    const double before = function == FOOT_RATE_f64 ? from->rate : from->curvature;
-    const double after = function == FOOT_RATE_f64 ? to->rate : to->curvature;
+    const double before = derivative_of_f64(from, function);
+    const double after = derivative_of_f64(to, function);
     if (!((before > 0.0 && after < 0.0) || (before < 0.0 && after > 0.0))) {
         return false;
     }
     const instant_f64 end = look_f64(chain, to->t);
     const instant_f64 found = root_between_f64(chain, function, before > 0.0 ? 1.0 : -1.0, 0.0, from->t, &end);
-    *root = foot_point_of_f64(&found);
+    *root = foot_point_of_f64(chain, &found);
     return root->t > from->t && root->t < to->t;
 }
 
@@ -263,11 +297,18 @@ static double zero_of_pair_f64(const hopform_poles_f64 *poles, double value, dou
     return time_to_rest_f64(poles, sign * value, sign * rate);
 }
 
-/* When the jerk changes its sign. */
+/* When the jerk changes its sign, or what (D + l) leaves of it where the leg relaxes. */
 static double turn_of_jerk_f64(const flight_chain_f64 *chain)
 {
     const hopform_actuator_at_f64 *x = &chain->first.actuator;
-    return zero_of_pair_f64(&chain->poles, x->jerk1_t, -chain->poles.p * x->jerk1_t - chain->poles.q * x->acc1_t);
+    const double p = chain->poles.p;
+    const double q = chain->poles.q;
+    const double snap = -p * x->jerk1_t - q * x->acc1_t;
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const double crackle = -p * snap - q * x->jerk1_t;
+        return zero_of_pair_f64(&chain->poles, snap + chain->relaxes * x->jerk1_t, crackle + chain->relaxes * snap);
+    }
+    return zero_of_pair_f64(&chain->poles, x->jerk1_t, snap);
 }
 
 /* ---- the end of a phase ---- */
@@ -356,9 +397,9 @@ static void watch_pull_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *
 
 static double noise_of_foot_f64(const flight_chain_f64 *chain, double t, double moved)
 {
-    return 16.0 * HOPFORM_EPS_f64
-           * (fabs_f64(chain->ballistic.foot) + fabs_f64(chain->ballistic.v2 * t)
-              + 0.5 * hopform_fall_of_f64(chain->robot) * t * t + fabs_f64(moved));
+    const double way = fabs_f64(chain->ballistic.foot) + fabs_f64(chain->ballistic.v2 * t)
+                     + 0.5 * hopform_fall_of_f64(chain->robot) * t * t + fabs_f64(moved);
+    return 16.0 * HOPFORM_EPS_f64 * (HOPFORM_LEG_HAS_DAMPER ? way + fabs_f64(chain->leg) : way);
 }
 
 /* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
@@ -374,7 +415,8 @@ static hopform_state_f64 state_of_f64(const flight_chain_f64 *chain, const insta
 {
     const double x1 = within_stroke_f64(chain->robot, chain->actuator.x1 + at->actuator.moved);
     const hopform_state_f64 state = {
-        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_f64(chain->robot) * (chain->t + at->t), -at->foot.foot_t};
+        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_f64(chain->robot) * (chain->t + at->t),
+        HOPFORM_LEG_HAS_DAMPER ? leg_at_f64(chain, at->t) - at->foot.foot_t : -at->foot.foot_t};
     return state;
 }
 
@@ -423,30 +465,32 @@ static void search_foot_f64(flight_chain_f64 *chain, flight_phase_end_f64 *end)
 {
     foot_point_f64 points[MOST_POINTS_f64] = {0};
     int count = 0;
-    points[count++] = foot_point_of_f64(&chain->first);
+    points[count++] = foot_point_of_f64(chain, &chain->first);
     const double turn = chain->side == 0 ? HOPFORM_NEVER_f64 : turn_of_jerk_f64(chain);
     if (turn < end->at.t) {
         const instant_f64 there = look_f64(chain, turn);
-        points[count++] = foot_point_of_f64(&there);
+        points[count++] = foot_point_of_f64(chain, &there);
     }
-    points[count++] = foot_point_of_f64(&end->at);
+    points[count++] = foot_point_of_f64(chain, &end->at);
+    count = HOPFORM_LEG_HAS_DAMPER ? split_f64(chain, FOOT_THIRD_f64, points, count) : count;
     count = split_f64(chain, FOOT_CURVATURE_f64, points, count);
     count = split_f64(chain, FOOT_RATE_f64, points, count);
     for (int n = 1; n < count; n++) {
         const foot_point_f64 *from = &points[n - 1];
         const foot_point_f64 *to = &points[n];
         const double noise = noise_of_foot_f64(chain, to->t, to->moved);
-        const bool falls = to->foot < from->foot;
-        if (chain->airborne && falls && to->foot < 0.0 && (to->foot < -noise || to->rate * to->t < -noise)) {
-            const instant_f64 last = look_f64(chain, from->foot > 0.0 ? to->t : from->t);
-            end->at = from->foot > 0.0 ? root_between_f64(chain, FOOT_f64, 1.0, 0.0, from->t, &last) : last;
+        const bool falls = to->foot.value < from->foot.value;
+        if (chain->airborne && falls && to->foot.value < 0.0
+            && (to->foot.value < -noise || to->foot.rate * to->t < -noise)) {
+            const instant_f64 last = look_f64(chain, from->foot.value > 0.0 ? to->t : from->t);
+            end->at = from->foot.value > 0.0 ? root_between_f64(chain, FOOT_f64, 1.0, 0.0, from->t, &last) : last;
             end->kind = END_TOUCHDOWN_f64;
             return;
         }
         if (!chain->airborne) {
             const instant_f64 there = look_f64(chain, to->t);
             remember_highest_f64(chain, &there);
-            chain->airborne = to->foot > noise;
+            chain->airborne = to->foot.value > noise;
         }
     }
 }
@@ -456,11 +500,12 @@ static void watch_foot_f64(flight_chain_f64 *chain, flight_phase_end_f64 *end)
 {
     const hopform_foot_at_f64 *first = &chain->first.foot;
     const double last = end->at.foot.foot_t;
-    if (chain->airborne && stays_above_f64(chain, &end->at)) {
+    if (!HOPFORM_LEG_HAS_DAMPER && chain->airborne && stays_above_f64(chain, &end->at)) {
         return;
     }
     const bool rises = !(first->foot_t < 0.0) && first->foot_rate > 0.0;
-    if ((chain->airborne ? first->foot_t > 0.0 : rises) && is_concave_f64(chain, &end->at)) {
+    const bool starts = chain->airborne ? first->foot_t > 0.0 : rises;
+    if (!HOPFORM_LEG_HAS_DAMPER && starts && is_concave_f64(chain, &end->at)) {
         const double noise = noise_of_foot_f64(chain, end->at.t, end->at.actuator.moved);
         if (last > noise) {
             chain->airborne = true;
@@ -474,11 +519,18 @@ static void watch_foot_f64(flight_chain_f64 *chain, flight_phase_end_f64 *end)
     search_foot_f64(chain, end);
 }
 
+/* Height of the foot if the leg were the shortest. */
+static double height_of_shortest_f64(const flight_chain_f64 *chain)
+{
+    const double height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    return HOPFORM_LEG_HAS_DAMPER ? height + hopform_greater_f64(leg_at_f64(chain, 0.0), 0.0) : height;
+}
+
 /* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
 static double longest_phase_f64(const flight_chain_f64 *chain)
 {
     const double until = chain->horizon - chain->t;
-    const double height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    const double height = height_of_shortest_f64(chain);
     if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_f64)) {
         return until;
     }
@@ -621,9 +673,7 @@ static void flight_begin_f64(flight_chain_f64 *chain)
 /* True if the foot cannot come as high again as it was: the body falls, and is too low for the shortest leg. */
 static bool too_low_f64(const flight_chain_f64 *chain)
 {
-    const double shortest = chain->actuator.x1 - chain->robot->x1_min;
-    return !chain->airborne && chain->ballistic.v2 < 0.0 && hopform_is_finite_f64(shortest)
-           && chain->ballistic.foot + shortest < chain->highest;
+    return !chain->airborne && chain->ballistic.v2 < 0.0 && height_of_shortest_f64(chain) < chain->highest;
 }
 
 static int32_t trip_f64(flight_chain_f64 *chain, hopform_state_f64 *end)
@@ -653,7 +703,7 @@ static int32_t flight_run_f64(flight_chain_f64 *chain, hopform_state_f64 *end_st
         *end_state = state_of_f64(chain, &last);
         chain->t = end.kind == FLIGHT_END_LIMIT_f64 ? chain->horizon : time_of_f64(chain, &last);
         if (end.kind == END_TOUCHDOWN_f64) {
-            end_state->y = 0.0;
+            end_state->y = leg_at_f64(chain, 0.0);
             return HOPFORM_FLIGHT_TOUCHDOWN;
         }
         if (end.kind == FLIGHT_END_LIMIT_f64) {
@@ -677,7 +727,7 @@ static int32_t flight_run_f64(flight_chain_f64 *chain, hopform_state_f64 *end_st
 /* ---- what users call ---- */
 
 static const hopform_flight_f64 flight_nothing_f64 = {
-    {0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}, 0.0, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0};
+    {0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0};
 
 static bool gains_are_sound_f64(const hopform_gains_f64 *gains)
 {
@@ -708,6 +758,10 @@ static void flight_report_f64(const flight_chain_f64 *chain, int32_t ending, con
                               ? -0.5 * chain->robot->m_s * end->v2 * end->v2 * chain->robot->impact_loss
                               : 0.0;
     flight->start_loss = chain->start_loss;
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        flight->leg_loss = hopform_leg_energy_f64(chain->robot, leg_at_f64(chain, 0.0))
+                           - hopform_leg_energy_f64(chain->robot, chain->leg);
+    }
     flight->ending = ending;
     flight->phase_count = chain->count;
     flight->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
@@ -717,9 +771,9 @@ static void flight_report_f64(const flight_chain_f64 *chain, int32_t ending, con
 /* Numbers out of range leave no phase, or show here. */
 static bool is_sound_f64(const hopform_flight_f64 *flight)
 {
-    const double numbers[] = {flight->duration,    flight->end.x1,    flight->end.v1, flight->end.v2,
-                            flight->end.y,       flight->v2_after,  flight->apex,   flight->apex_time,
-                            flight->impact_loss, flight->start_loss};
+    const double numbers[] = {flight->duration,    flight->end.x1,     flight->end.v1,  flight->end.v2,
+                            flight->end.y,       flight->v2_after,   flight->apex,    flight->apex_time,
+                            flight->impact_loss, flight->start_loss, flight->leg_loss};
     bool sound = flight->phase_count > 0;
     for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
         sound = sound && hopform_is_finite_f64(numbers[n]);
@@ -747,7 +801,7 @@ int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hop
     return status;
 }
 
-int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
+int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start, double ground,
                                   const hopform_gains_f64 *gains, double horizon, int32_t max_phases,
                                   hopform_flight_phase_f64 *phases, int32_t capacity, hopform_flight_f64 *flight)
 {
@@ -774,14 +828,11 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
         return HOPFORM_ERROR_ROBOT;
     }
     if (!hopform_is_finite_f64(from.x1) || !hopform_is_finite_f64(from.v1) || !hopform_is_finite_f64(from.v2)
-        || !hopform_is_finite_f64(from.y) || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
+        || !hopform_is_finite_f64(from.y) || !hopform_is_finite_f64(ground)
+        || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
-    const double rest = hopform_rest_compression_f64(robot);
-    const hopform_state_f64 parting = {0.0, from.v1, from.v2, rest};
-    if (HOPFORM_LEG_HAS_DAMPER && fabs_f64(hopform_contact_of_f64(robot, &parting)) > 0.0) {
-        return HOPFORM_ERROR_STATE; /* at such a take-off the leg is compressed, and relaxes slowly in flight */
-    }
+    const double rest = hopform_compression_at_takeoff_f64(robot, 0.0, 0.0);
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_f64) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
@@ -797,11 +848,16 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
     chain.rates = hopform_flight_rates_of_f64(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
     chain.x1 = from.x1;
-    chain.y = from.y - rest;
+    chain.y = (from.y - rest) + ground;
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const double time = hopform_leg_time_f64(robot);
+        chain.relaxes = time > HOPFORM_FASTEST_LEG_f64 ? 1.0 / time : 0.0;
+        chain.leg = time > HOPFORM_FASTEST_LEG_f64 ? from.y - rest : 0.0;
+    }
     chain.v2 = from.v2;
     chain.actuator.x1 = from.x1;
     chain.actuator.v1 = from.v1;
-    chain.airborne = chain.y < 0.0;
+    chain.airborne = chain.y < chain.leg;
     chain.max_phases = max_phases;
     chain.phases = phases;
     chain.capacity = capacity;
@@ -811,6 +867,7 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
     end.y += rest;
     flight_report_f64(&chain, ending, &end, flight);
     flight->start = from;
+    flight->ground = ground;
     if (!is_sound_f64(flight)) {
         *flight = flight_nothing_f64;
         return HOPFORM_ERROR_NUMBERS;
@@ -867,7 +924,7 @@ static hopform_state_f64 state_of_flight_f64(const hopform_plan_f64 *plan, const
         within_stroke_f64(&plan->robot, phase->x1 + at.moved),
         at.v1_t,
         flight->start.v2 - g * t,
-        flight->start.y - ((flight->start.v2 - 0.5 * g * t) * t - moved),
+        (flight->start.y + flight->ground) - ((flight->start.v2 - 0.5 * g * t) * t - moved),
     };
     return state;
 }

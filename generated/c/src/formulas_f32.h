@@ -806,12 +806,30 @@ static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot, c
     return d_contact;
 }
 
-/* Compression at which the leg at rest carries nothing: 0 where the spring is all that acts in it. */
-static inline float hopform_rest_compression_f32(const hopform_robot_f32 *robot)
+/* Compression at which the leg carries nothing, on the ground: 0 where the spring is all that acts in it. */
+static inline float hopform_compression_at_takeoff_f32(const hopform_robot_f32 *robot, float v1, float v2)
 {
     (void)robot;
-    const float rest = 0.0f;  /* N = 0 at rest */
+    (void)v1;
+    (void)v2;
+    const float rest = 0.0f;  /* N = 0 */
     return rest;
+}
+
+/* Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it. */
+static inline float hopform_leg_time_f32(const hopform_robot_f32 *robot)
+{
+    (void)robot;
+    const float leg_time = 0.0f;  /* N = 0 in flight */
+    return leg_time;
+}
+
+/* Energy that the leg holds beyond that at rest. */
+static inline float hopform_leg_energy_f32(const hopform_robot_f32 *robot, float left)
+{
+    const float k = robot->k;
+    const float leg_energy = 0.5f*k*left*left;  /* what carries the contact force at rest */
+    return leg_energy;
 }
 
 /* Poles and accelerations of the actuator in flight. */

@@ -806,12 +806,30 @@ static inline double hopform_contact_change_f64(const hopform_robot_f64 *robot, 
     return d_contact;
 }
 
-/* Compression at which the leg at rest carries nothing: 0 where the spring is all that acts in it. */
-static inline double hopform_rest_compression_f64(const hopform_robot_f64 *robot)
+/* Compression at which the leg carries nothing, on the ground: 0 where the spring is all that acts in it. */
+static inline double hopform_compression_at_takeoff_f64(const hopform_robot_f64 *robot, double v1, double v2)
 {
     (void)robot;
-    const double rest = 0.0;  /* N = 0 at rest */
+    (void)v1;
+    (void)v2;
+    const double rest = 0.0;  /* N = 0 */
     return rest;
+}
+
+/* Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it. */
+static inline double hopform_leg_time_f64(const hopform_robot_f64 *robot)
+{
+    (void)robot;
+    const double leg_time = 0.0;  /* N = 0 in flight */
+    return leg_time;
+}
+
+/* Energy that the leg holds beyond that at rest. */
+static inline double hopform_leg_energy_f64(const hopform_robot_f64 *robot, double left)
+{
+    const double k = robot->k;
+    const double leg_energy = 0.5*k*left*left;  /* what carries the contact force at rest */
+    return leg_energy;
 }
 
 /* Poles and accelerations of the actuator in flight. */

@@ -15,6 +15,7 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_ROOT_EPS_f32 0.00034526698f /* its square root */
 #define HOPFORM_NEVER_f32 1e38f /* what is beyond is refused; the time of what does not happen */
 #define HOPFORM_UNDERFLOW_f32 1e-30f /* below this, squares and quotients lose digits */
+#define HOPFORM_FASTEST_LEG_f32 1e-10f /* a leg that relaxes in less time [s] does so at once */
 #define HOPFORM_REACHED_WITHIN_f32 1e-6f /* [m] the search for a current ends this near */
 #define HOPFORM_NEAR_WITHIN_f32 4e-6f /* [m] an apex this near is reached */
 #define HOPFORM_TERMS_f32 24 /* terms of the power series of W */

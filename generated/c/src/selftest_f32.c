@@ -125,7 +125,7 @@ static uint32_t with_flight_f32(uint32_t hash, const hopform_plan_f32 *plan, con
     float loss;
     start.y = -0.03f;
     const int32_t status =
-        hopform_solve_flight_f32(plan, &start, NULL, 2.0f, FLIGHT_PHASES_f32, phases, FLIGHT_PHASES_f32, &flight);
+        hopform_solve_flight_f32(plan, &start, 0, NULL, 2.0f, FLIGHT_PHASES_f32, phases, FLIGHT_PHASES_f32, &flight);
     uint32_t sum = with_state_f32(with_number_f32(with_int_f32(hash, status), flight.duration), &flight.end);
     sum = with_number_f32(with_number_f32(sum, flight.gains.Kp), flight.gains.Kd);
     sum = with_number_f32(with_number_f32(sum, flight.apex), flight.v2_after);

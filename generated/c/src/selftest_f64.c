@@ -125,7 +125,7 @@ static uint32_t with_flight_f64(uint32_t hash, const hopform_plan_f64 *plan, con
     double loss;
     start.y = -0.03;
     const int32_t status =
-        hopform_solve_flight_f64(plan, &start, NULL, 2.0, FLIGHT_PHASES_f64, phases, FLIGHT_PHASES_f64, &flight);
+        hopform_solve_flight_f64(plan, &start, 0, NULL, 2.0, FLIGHT_PHASES_f64, phases, FLIGHT_PHASES_f64, &flight);
     uint32_t sum = with_state_f64(with_number_f64(with_int_f64(hash, status), flight.duration), &flight.end);
     sum = with_number_f64(with_number_f64(sum, flight.gains.Kp), flight.gains.Kd);
     sum = with_number_f64(with_number_f64(sum, flight.apex), flight.v2_after);

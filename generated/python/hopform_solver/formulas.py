@@ -655,13 +655,35 @@ def contact_change(robot: Robot, state: LegState, robot_change: RobotChange, sta
     return d_contact
 
 
-def rest_compression(robot: Robot) -> Real:
-    """Compression at which the leg at rest carries nothing: 0 where the spring is all that acts in it.
+def compression_at_takeoff(robot: Robot, v1: Real, v2: Real) -> Real:
+    """Compression at which the leg carries nothing, on the ground: 0 where the spring is all that acts in it.
 
-    Returns rest [m], compression at which the leg at rest carries nothing.
+    v1 [m/s] velocity of the actuator.
+    v2 [m/s] velocity of the body.
+    Returns rest [m], compression at which the leg carries nothing.
     """
-    rest = 0.0  # N = 0 at rest
+    rest = 0.0  # N = 0
     return rest
+
+
+def leg_time(robot: Robot) -> Real:
+    """Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it.
+
+    Returns leg_time [s], time in which the leg without load relaxes to 1/e of its compression.
+    """
+    leg_time = 0.0  # N = 0 in flight
+    return leg_time
+
+
+def leg_energy(robot: Robot, left: Real) -> Real:
+    """Energy that the leg holds beyond that at rest.
+
+    left [m] compression of the leg beyond that at rest.
+    Returns leg_energy [J], energy that the leg holds beyond that at rest.
+    """
+    k = robot.k
+    leg_energy = 0.5*k*left*left  # what carries the contact force at rest
+    return leg_energy
 
 
 def flight_rates_of(robot: Robot, gains: Gains, largest: Real) -> FlightRates:

@@ -189,6 +189,7 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
     "Flight": (
         ("gains", "Gains", 1),
         ("start", "State", 1),
+        ("ground", "real", 1),
         ("duration", "real", 1),
         ("end", "State", 1),
         ("v2_after", "real", 1),
@@ -196,6 +197,7 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("apex_time", "real", 1),
         ("impact_loss", "real", 1),
         ("start_loss", "real", 1),
+        ("leg_loss", "real", 1),
         ("ending", "int32", 1),
         ("phase_count", "int32", 1),
         ("phases_kept", "int32", 1),

@@ -8,12 +8,14 @@
  * ends at the latest where v_1 vanishes, within a half turn of the pair, so the jerk and the pull's rate change sign at
  * most once in it. Between its change of sign the pull is monotone; between those of the jerk so is the foot's
  * acceleration, between the roots of that its rate, between the roots of that the foot itself: each root is bracketed.
+ * A leg in which a damper acts relaxes as exp(-l t), and the foot with it: (D + l) takes that from the foot's third
+ * derivative and leaves a motion of the pair, whose zero is where this derivative begins to have another root.
  */
 #include "facts.h"
 #include "first_event_real.h"
 #include "overlap_real.h"
 
-enum { MOST_POINTS_real = 9, MOST_TURNS_real = 3 };
+enum { MOST_POINTS_real = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, MOST_TURNS_real = 3 };
 
 /* How a phase ends. */
 typedef enum {
@@ -24,8 +26,15 @@ typedef enum {
     END_TOUCHDOWN_real
 } flight_end_kind_real;
 
-/* What has a root. */
-typedef enum { FOOT_real, FOOT_RATE_real, FOOT_CURVATURE_real, WAY_real, PULL_real } function_of_time_real;
+/* What has a root; the foot's derivatives by their order. */
+typedef enum {
+    FOOT_real,
+    FOOT_RATE_real,
+    FOOT_CURVATURE_real,
+    FOOT_THIRD_real,
+    WAY_real,
+    PULL_real
+} function_of_time_real;
 
 /* Everything at one time of a phase. */
 typedef struct {
@@ -38,9 +47,7 @@ typedef struct {
 /* What is kept of an instant where there are many: the foot there. The whole of it is looked up again by its time. */
 typedef struct {
     real t;
-    real foot;
-    real rate;
-    real curvature;
+    jet_real foot;
     real moved;
 } foot_point_real;
 
@@ -60,6 +67,8 @@ typedef struct {
     real x1; /* at take-off, as the next two */
     real y;
     real v2;
+    real leg; /* compression that a damper leaves in it, and the rate at which it relaxes */
+    real relaxes;
     real t;
     hopform_actuator_real actuator;
     hopform_ballistic_real ballistic;
@@ -141,6 +150,12 @@ static hopform_actuator_at_real move_real(const hopform_actuator_real *actuator,
     return hopform_actuator_in_flight_real(actuator, poles, &pair);
 }
 
+/* What is left of the leg's compression. */
+static real leg_at_real(const flight_chain_real *chain, real t)
+{
+    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * hopform_exp_real(-chain->relaxes * (chain->t + t)) : 0.0;
+}
+
 static instant_real look_real(const flight_chain_real *chain, real t)
 {
     instant_real now;
@@ -148,6 +163,12 @@ static instant_real look_real(const flight_chain_real *chain, real t)
     now.actuator = move_real(&chain->actuator, &chain->poles, chain->side, t);
     now.pull = hopform_pull_of_law_real(&chain->gains, &chain->actuator, &now.actuator);
     now.foot = hopform_foot_in_flight_real(chain->robot, &chain->ballistic, &now.actuator, t);
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const real leg = leg_at_real(chain, t);
+        now.foot.foot_t += leg;
+        now.foot.foot_rate -= chain->relaxes * leg;
+        now.foot.foot_curvature += chain->relaxes * chain->relaxes * leg;
+    }
     return now;
 }
 
@@ -161,7 +182,6 @@ static approach_real sample_of_real(const flight_chain_real *chain, const instan
     const real p = chain->poles.p;
     const real q = chain->poles.q;
     const real snap = -p * x->jerk1_t - q * x->acc1_t;
-    const real crackle = -p * snap - q * x->jerk1_t;
     if (function == WAY_real) {
         const approach_real way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
         return way;
@@ -172,10 +192,19 @@ static approach_real sample_of_real(const flight_chain_real *chain, const instan
                                      -p * third - q * pull->pull_curvature};
         return force;
     }
-    const real derivatives[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
-                                -snap,        -crackle,        p * crackle + q * snap};
-    const real *from = &derivatives[function]; /* the foot's rate and curvature come behind the foot */
-    const approach_real of_foot = {{from[0], from[1], from[2], from[3]}, from[4]};
+    const real crackle = -p * snap - q * x->jerk1_t;
+    real of[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
+                 -snap,        -crackle,        p * crackle + q * snap};
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        real share = -chain->relaxes * chain->relaxes * chain->relaxes * leg_at_real(chain, at->t);
+        for (int n = 3; n < 7; n++) { /* the first three have theirs */
+            of[n] += share;
+            share *= -chain->relaxes;
+        }
+    }
+    const real *from = &of[function];
+    const approach_real of_foot = {{from[0], from[1], from[2], from[3]},
+                                   HOPFORM_LEG_HAS_DAMPER ? HOPFORM_NEVER_real : from[4]};
     return of_foot;
 }
 
@@ -213,26 +242,31 @@ static instant_real root_between_real(const flight_chain_real *chain, function_o
     return root_from_real(chain, function, sign, level, low, end->t, *end);
 }
 
-static foot_point_real foot_point_of_real(const instant_real *at)
+static foot_point_real foot_point_of_real(const flight_chain_real *chain, const instant_real *at)
 {
-    const foot_point_real point = {at->t, at->foot.foot_t, at->foot.foot_rate, at->foot.foot_curvature,
-                                   at->actuator.moved};
+    const foot_point_real point = {at->t, sample_of_real(chain, at, FOOT_real).at, at->actuator.moved};
     return point;
 }
 
-/* Where the foot's acceleration or its rate changes sign between two points, between which it does so at most once;
+static real derivative_of_real(const foot_point_real *point, function_of_time_real function)
+{
+    const real of[] = {point->foot.value, point->foot.rate, point->foot.curvature, point->foot.third};
+    return of[function];
+}
+
+/* Where a derivative of the foot changes sign between two points, between which it does so at most once;
  * false if it does not. */
 static bool changes_between_real(const flight_chain_real *chain, function_of_time_real function,
                                  const foot_point_real *from, const foot_point_real *to, foot_point_real *root)
 {
-    const real before = function == FOOT_RATE_real ? from->rate : from->curvature;
-    const real after = function == FOOT_RATE_real ? to->rate : to->curvature;
+    const real before = derivative_of_real(from, function);
+    const real after = derivative_of_real(to, function);
     if (!((before > 0.0 && after < 0.0) || (before < 0.0 && after > 0.0))) {
         return false;
     }
     const instant_real end = look_real(chain, to->t);
     const instant_real found = root_between_real(chain, function, before > 0.0 ? 1.0 : -1.0, 0.0, from->t, &end);
-    *root = foot_point_of_real(&found);
+    *root = foot_point_of_real(chain, &found);
     return root->t > from->t && root->t < to->t;
 }
 
@@ -263,11 +297,18 @@ static real zero_of_pair_real(const hopform_poles_real *poles, real value, real 
     return time_to_rest_real(poles, sign * value, sign * rate);
 }
 
-/* When the jerk changes its sign. */
+/* When the jerk changes its sign, or what (D + l) leaves of it where the leg relaxes. */
 static real turn_of_jerk_real(const flight_chain_real *chain)
 {
     const hopform_actuator_at_real *x = &chain->first.actuator;
-    return zero_of_pair_real(&chain->poles, x->jerk1_t, -chain->poles.p * x->jerk1_t - chain->poles.q * x->acc1_t);
+    const real p = chain->poles.p;
+    const real q = chain->poles.q;
+    const real snap = -p * x->jerk1_t - q * x->acc1_t;
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const real crackle = -p * snap - q * x->jerk1_t;
+        return zero_of_pair_real(&chain->poles, snap + chain->relaxes * x->jerk1_t, crackle + chain->relaxes * snap);
+    }
+    return zero_of_pair_real(&chain->poles, x->jerk1_t, snap);
 }
 
 /* ---- the end of a phase ---- */
@@ -356,9 +397,9 @@ static void watch_pull_real(const flight_chain_real *chain, flight_phase_end_rea
 
 static real noise_of_foot_real(const flight_chain_real *chain, real t, real moved)
 {
-    return 16.0 * HOPFORM_EPS_real
-           * (fabs_real(chain->ballistic.foot) + fabs_real(chain->ballistic.v2 * t)
-              + 0.5 * hopform_fall_of_real(chain->robot) * t * t + fabs_real(moved));
+    const real way = fabs_real(chain->ballistic.foot) + fabs_real(chain->ballistic.v2 * t)
+                     + 0.5 * hopform_fall_of_real(chain->robot) * t * t + fabs_real(moved);
+    return 16.0 * HOPFORM_EPS_real * (HOPFORM_LEG_HAS_DAMPER ? way + fabs_real(chain->leg) : way);
 }
 
 /* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
@@ -374,7 +415,8 @@ static hopform_state_real state_of_real(const flight_chain_real *chain, const in
 {
     const real x1 = within_stroke_real(chain->robot, chain->actuator.x1 + at->actuator.moved);
     const hopform_state_real state = {
-        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_real(chain->robot) * (chain->t + at->t), -at->foot.foot_t};
+        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_real(chain->robot) * (chain->t + at->t),
+        HOPFORM_LEG_HAS_DAMPER ? leg_at_real(chain, at->t) - at->foot.foot_t : -at->foot.foot_t};
     return state;
 }
 
@@ -423,30 +465,32 @@ static void search_foot_real(flight_chain_real *chain, flight_phase_end_real *en
 {
     foot_point_real points[MOST_POINTS_real] = {0};
     int count = 0;
-    points[count++] = foot_point_of_real(&chain->first);
+    points[count++] = foot_point_of_real(chain, &chain->first);
     const real turn = chain->side == 0 ? HOPFORM_NEVER_real : turn_of_jerk_real(chain);
     if (turn < end->at.t) {
         const instant_real there = look_real(chain, turn);
-        points[count++] = foot_point_of_real(&there);
+        points[count++] = foot_point_of_real(chain, &there);
     }
-    points[count++] = foot_point_of_real(&end->at);
+    points[count++] = foot_point_of_real(chain, &end->at);
+    count = HOPFORM_LEG_HAS_DAMPER ? split_real(chain, FOOT_THIRD_real, points, count) : count;
     count = split_real(chain, FOOT_CURVATURE_real, points, count);
     count = split_real(chain, FOOT_RATE_real, points, count);
     for (int n = 1; n < count; n++) {
         const foot_point_real *from = &points[n - 1];
         const foot_point_real *to = &points[n];
         const real noise = noise_of_foot_real(chain, to->t, to->moved);
-        const bool falls = to->foot < from->foot;
-        if (chain->airborne && falls && to->foot < 0.0 && (to->foot < -noise || to->rate * to->t < -noise)) {
-            const instant_real last = look_real(chain, from->foot > 0.0 ? to->t : from->t);
-            end->at = from->foot > 0.0 ? root_between_real(chain, FOOT_real, 1.0, 0.0, from->t, &last) : last;
+        const bool falls = to->foot.value < from->foot.value;
+        if (chain->airborne && falls && to->foot.value < 0.0
+            && (to->foot.value < -noise || to->foot.rate * to->t < -noise)) {
+            const instant_real last = look_real(chain, from->foot.value > 0.0 ? to->t : from->t);
+            end->at = from->foot.value > 0.0 ? root_between_real(chain, FOOT_real, 1.0, 0.0, from->t, &last) : last;
             end->kind = END_TOUCHDOWN_real;
             return;
         }
         if (!chain->airborne) {
             const instant_real there = look_real(chain, to->t);
             remember_highest_real(chain, &there);
-            chain->airborne = to->foot > noise;
+            chain->airborne = to->foot.value > noise;
         }
     }
 }
@@ -456,11 +500,12 @@ static void watch_foot_real(flight_chain_real *chain, flight_phase_end_real *end
 {
     const hopform_foot_at_real *first = &chain->first.foot;
     const real last = end->at.foot.foot_t;
-    if (chain->airborne && stays_above_real(chain, &end->at)) {
+    if (!HOPFORM_LEG_HAS_DAMPER && chain->airborne && stays_above_real(chain, &end->at)) {
         return;
     }
     const bool rises = !(first->foot_t < 0.0) && first->foot_rate > 0.0;
-    if ((chain->airborne ? first->foot_t > 0.0 : rises) && is_concave_real(chain, &end->at)) {
+    const bool starts = chain->airborne ? first->foot_t > 0.0 : rises;
+    if (!HOPFORM_LEG_HAS_DAMPER && starts && is_concave_real(chain, &end->at)) {
         const real noise = noise_of_foot_real(chain, end->at.t, end->at.actuator.moved);
         if (last > noise) {
             chain->airborne = true;
@@ -474,11 +519,18 @@ static void watch_foot_real(flight_chain_real *chain, flight_phase_end_real *end
     search_foot_real(chain, end);
 }
 
+/* Height of the foot if the leg were the shortest. */
+static real height_of_shortest_real(const flight_chain_real *chain)
+{
+    const real height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    return HOPFORM_LEG_HAS_DAMPER ? height + hopform_greater_real(leg_at_real(chain, 0.0), 0.0) : height;
+}
+
 /* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
 static real longest_phase_real(const flight_chain_real *chain)
 {
     const real until = chain->horizon - chain->t;
-    const real height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    const real height = height_of_shortest_real(chain);
     if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_real)) {
         return until;
     }
@@ -621,9 +673,7 @@ static void flight_begin_real(flight_chain_real *chain)
 /* True if the foot cannot come as high again as it was: the body falls, and is too low for the shortest leg. */
 static bool too_low_real(const flight_chain_real *chain)
 {
-    const real shortest = chain->actuator.x1 - chain->robot->x1_min;
-    return !chain->airborne && chain->ballistic.v2 < 0.0 && hopform_is_finite_real(shortest)
-           && chain->ballistic.foot + shortest < chain->highest;
+    return !chain->airborne && chain->ballistic.v2 < 0.0 && height_of_shortest_real(chain) < chain->highest;
 }
 
 static int32_t trip_real(flight_chain_real *chain, hopform_state_real *end)
@@ -653,7 +703,7 @@ static int32_t flight_run_real(flight_chain_real *chain, hopform_state_real *end
         *end_state = state_of_real(chain, &last);
         chain->t = end.kind == FLIGHT_END_LIMIT_real ? chain->horizon : time_of_real(chain, &last);
         if (end.kind == END_TOUCHDOWN_real) {
-            end_state->y = 0.0;
+            end_state->y = leg_at_real(chain, 0.0);
             return HOPFORM_FLIGHT_TOUCHDOWN;
         }
         if (end.kind == FLIGHT_END_LIMIT_real) {
@@ -677,7 +727,7 @@ static int32_t flight_run_real(flight_chain_real *chain, hopform_state_real *end
 /* ---- what users call ---- */
 
 static const hopform_flight_real flight_nothing_real = {
-    {0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}, 0.0, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0};
+    {0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0};
 
 static bool gains_are_sound_real(const hopform_gains_real *gains)
 {
@@ -708,6 +758,10 @@ static void flight_report_real(const flight_chain_real *chain, int32_t ending, c
                               ? -0.5 * chain->robot->m_s * end->v2 * end->v2 * chain->robot->impact_loss
                               : 0.0;
     flight->start_loss = chain->start_loss;
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        flight->leg_loss = hopform_leg_energy_real(chain->robot, leg_at_real(chain, 0.0))
+                           - hopform_leg_energy_real(chain->robot, chain->leg);
+    }
     flight->ending = ending;
     flight->phase_count = chain->count;
     flight->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
@@ -717,9 +771,9 @@ static void flight_report_real(const flight_chain_real *chain, int32_t ending, c
 /* Numbers out of range leave no phase, or show here. */
 static bool is_sound_real(const hopform_flight_real *flight)
 {
-    const real numbers[] = {flight->duration,    flight->end.x1,    flight->end.v1, flight->end.v2,
-                            flight->end.y,       flight->v2_after,  flight->apex,   flight->apex_time,
-                            flight->impact_loss, flight->start_loss};
+    const real numbers[] = {flight->duration,    flight->end.x1,     flight->end.v1,  flight->end.v2,
+                            flight->end.y,       flight->v2_after,   flight->apex,    flight->apex_time,
+                            flight->impact_loss, flight->start_loss, flight->leg_loss};
     bool sound = flight->phase_count > 0;
     for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
         sound = sound && hopform_is_finite_real(numbers[n]);
@@ -747,7 +801,7 @@ int32_t hopform_design_return_real(const hopform_plan_real *plan, real time, hop
     return status;
 }
 
-int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_state_real *start,
+int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_state_real *start, real ground,
                                   const hopform_gains_real *gains, real horizon, int32_t max_phases,
                                   hopform_flight_phase_real *phases, int32_t capacity, hopform_flight_real *flight)
 {
@@ -774,14 +828,11 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
         return HOPFORM_ERROR_ROBOT;
     }
     if (!hopform_is_finite_real(from.x1) || !hopform_is_finite_real(from.v1) || !hopform_is_finite_real(from.v2)
-        || !hopform_is_finite_real(from.y) || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
+        || !hopform_is_finite_real(from.y) || !hopform_is_finite_real(ground)
+        || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
-    const real rest = hopform_rest_compression_real(robot);
-    const hopform_state_real parting = {0.0, from.v1, from.v2, rest};
-    if (HOPFORM_LEG_HAS_DAMPER && fabs_real(hopform_contact_of_real(robot, &parting)) > 0.0) {
-        return HOPFORM_ERROR_STATE; /* at such a take-off the leg is compressed, and relaxes slowly in flight */
-    }
+    const real rest = hopform_compression_at_takeoff_real(robot, 0.0, 0.0);
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_real) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
@@ -797,11 +848,16 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     chain.rates = hopform_flight_rates_of_real(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
     chain.x1 = from.x1;
-    chain.y = from.y - rest;
+    chain.y = (from.y - rest) + ground;
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const real time = hopform_leg_time_real(robot);
+        chain.relaxes = time > HOPFORM_FASTEST_LEG_real ? 1.0 / time : 0.0;
+        chain.leg = time > HOPFORM_FASTEST_LEG_real ? from.y - rest : 0.0;
+    }
     chain.v2 = from.v2;
     chain.actuator.x1 = from.x1;
     chain.actuator.v1 = from.v1;
-    chain.airborne = chain.y < 0.0;
+    chain.airborne = chain.y < chain.leg;
     chain.max_phases = max_phases;
     chain.phases = phases;
     chain.capacity = capacity;
@@ -811,6 +867,7 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     end.y += rest;
     flight_report_real(&chain, ending, &end, flight);
     flight->start = from;
+    flight->ground = ground;
     if (!is_sound_real(flight)) {
         *flight = flight_nothing_real;
         return HOPFORM_ERROR_NUMBERS;
@@ -867,7 +924,7 @@ static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, co
         within_stroke_real(&plan->robot, phase->x1 + at.moved),
         at.v1_t,
         flight->start.v2 - g * t,
-        flight->start.y - ((flight->start.v2 - 0.5 * g * t) * t - moved),
+        (flight->start.y + flight->ground) - ((flight->start.v2 - 0.5 * g * t) * t - moved),
     };
     return state;
 }

@@ -125,7 +125,7 @@ static uint32_t with_flight_real(uint32_t hash, const hopform_plan_real *plan, c
     real loss;
     start.y = -0.03;
     const int32_t status =
-        hopform_solve_flight_real(plan, &start, NULL, 2.0, FLIGHT_PHASES_real, phases, FLIGHT_PHASES_real, &flight);
+        hopform_solve_flight_real(plan, &start, 0, NULL, 2.0, FLIGHT_PHASES_real, phases, FLIGHT_PHASES_real, &flight);
     uint32_t sum = with_state_real(with_number_real(with_int_real(hash, status), flight.duration), &flight.end);
     sum = with_number_real(with_number_real(sum, flight.gains.Kp), flight.gains.Kd);
     sum = with_number_real(with_number_real(sum, flight.apex), flight.v2_after);

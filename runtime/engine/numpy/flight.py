@@ -4,8 +4,9 @@ current.
 
 In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles alone, whose zeros rule 3 of
 docs/explanation/certificate.md has in closed form. Between those of the jerk the foot's acceleration is monotone,
-between the roots of that its rate, between the roots of that the foot itself: each root is bracketed. One flight at a
-time.
+between the roots of that its rate, between the roots of that the foot itself: each root is bracketed. A leg in which a
+damper acts relaxes as exp(-l t), and the foot with it: (D + l) takes that from the foot's third derivative and leaves a
+motion of the pair. One flight at a time.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike
 from hopform_solver import events, formulas
 from hopform_solver.lanes import Array, Numbers, choose, take
 from hopform_solver.ledgers import moments_of, sums_before
-from hopform_solver.limits import LEG_HAS_DAMPER, NEVER
+from hopform_solver.limits import FASTEST_LEG, LEG_HAS_DAMPER, NEVER
 from hopform_solver.phases import pair_alone, stable_rates_of
 from hopform_solver.records import (
     FLIGHT_ENDINGS,
@@ -63,15 +64,18 @@ class FlightPhase(NamedTuple):
 
 @dataclass(frozen=True)
 class FlightSolution:
-    """A flight, solved. In its states y is how far the foot is below the ground ahead.
+    """A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead: how far the foot of a leg that
+    carries nothing is below it.
 
-    duration [s], end: the state before the impact, v2_after [m/s] it, apex [m] up to the ending, apex_time [s],
-    impact_loss and start_loss [J] (negative), ending: a key of FLIGHT_ENDINGS, phases.
+    ground [m]: height of the ground ahead over that which was left. duration [s], end: the state before the impact,
+    v2_after [m/s] it, apex [m] up to the ending, apex_time [s], impact_loss, start_loss and leg_loss [J] (negative),
+    ending: a key of FLIGHT_ENDINGS, phases.
     """
 
     robot: Robot
     gains: Gains
     start: LegState
+    ground: Real
     duration: Real
     end: LegState
     v2_after: Real
@@ -79,6 +83,7 @@ class FlightSolution:
     apex_time: Real
     impact_loss: Real
     start_loss: Real
+    leg_loss: Real
     ending: int
     phases: tuple[FlightPhase, ...]
 
@@ -107,10 +112,10 @@ def _poles(rates: FlightRates, limit: Array) -> Poles:
 
 
 def _ways(poles: Array, v1: Array, acc1: Array, propagator: Array) -> Array:
-    """How far the actuator has moved since a phase began, and the derivatives of that up to the sixth."""
+    """How far the actuator has moved since a phase began, and the derivatives of that up to the sixth, or seventh."""
     numerator = np.array([v1, acc1 + poles[1] * v1, np.zeros_like(v1)])
     ways = [*events.jets_of(events.EventSet(poles, poles, numerator, np.zeros_like(v1)), propagator)]
-    for _ in range(3):
+    for _ in range(3 + LEG_HAS_DAMPER):
         ways.append(events.next_derivative(poles, ways))
     return np.array(ways)
 
@@ -154,6 +159,9 @@ class _Chain:
     limit: int
     airborne: bool
     phases: list[FlightPhase]
+    leg: Real
+    """compression that a damper leaves in it, and the rate at which it relaxes"""
+    relaxes: Real
 
     def __post_init__(self) -> None:
         self.highest: tuple[Real, Real, LegState, int] = (-np.inf, self.t, self.start, 0)
@@ -174,11 +182,13 @@ class _Chain:
         poles = self.poles.repeat(t.size, axis=1)
         found = events.propagator_at(poles, t) if propagator is None else propagator
         way = _ways(poles, self.actuator.v1 + 0.0 * t, self.actuator.acc1 + 0.0 * t, found)
-        pull, foot = Kp * way[:6] + Kd * way[1:], -way[:7]
+        pull, foot = Kp * way[:6] + Kd * way[1:7], -way
         pull[0] += Kp * self.actuator.x1
         foot[0] += self.foot + (v2 - 0.5 * g * t) * t
         foot[1] += v2 - g * t
         foot[2] -= g
+        if self.leg:
+            foot += self.leg_at(t) * (-self.relaxes) ** np.arange(len(foot), dtype=t.dtype)[:, np.newaxis]
         functions = np.zeros((3, *way.shape), t.dtype)
         functions[WAY], functions[PULL, :6], functions[FOOT] = way, pull, foot
         return _Times(t, found, functions)
@@ -187,9 +197,14 @@ class _Chain:
         zero = np.zeros(1, self.t.dtype)
         return self.at(zero, events.propagator_of(self.poles, Basis(zero + 1.0, zero, zero, zero, zero)))
 
+    def leg_at(self, t: Any) -> Any:
+        """What is left of the leg's compression."""
+        return self.leg * np.exp(-self.relaxes * (self.t + t)) if self.leg else t * 0.0
+
     def state_at(self, points: _Times, n: int) -> LegState:
         (moved, v1, *_), _, (foot, *_) = points.functions[..., n]
-        return LegState(self.within_stroke(moved), v1, self.start.v2 - self.fall * (self.t + points.t[n]), -foot)
+        v2, leg = self.start.v2 - self.fall * (self.t + points.t[n]), self.leg_at(points.t[n])
+        return LegState(self.within_stroke(moved), v1, v2, leg - foot)
 
     def within_stroke(self, moved: Real) -> Real:
         """x_1, which rounding or underflow may have put a last digit beyond a stop."""
@@ -215,6 +230,8 @@ class _Chain:
         def curve(lanes: Numbers, t: Array, propagator: Array) -> Array:
             jet = self.at(t, propagator).functions[which, order : order + 5]
             jet[0] -= level
+            if self.leg and which == FOOT:
+                jet[4] = NEVER[t.dtype]  # its rate is no pole: no step is known to land
             return np.asarray(sign[lanes] * jet)
 
         every = np.arange(places.size)
@@ -271,10 +288,12 @@ def _watch_pull(chain: _Chain, points: _Times, end: _End) -> tuple[_Times, _End]
 
 def _watch_foot(chain: _Chain, points: _Times, end: _End) -> tuple[_Times, _End]:
     """The foot's first downward crossing of the ground after it has been above it."""
-    for order in (2, 1):
+    for order in (3, 2, 1) if chain.leg else (2, 1):
         points = chain.with_roots(FOOT, order, 0.0, points)
     t, (foot, rate, *_), v2 = points.t, points.functions[FOOT], chain.start.v2 - chain.fall * chain.t
-    size = abs(chain.foot) + np.abs(v2 * t) + 0.5 * chain.fall * t * t + np.abs(points.functions[WAY, 0])
+    size = (
+        abs(chain.foot) + np.abs(v2 * t) + 0.5 * chain.fall * t * t + np.abs(points.functions[WAY, 0]) + abs(chain.leg)
+    )
     noise = 16.0 * chain.eps * size
     for n in range(1, t.size):
         falls = foot[n] < foot[n - 1] and foot[n] < 0.0 and (foot[n] < -noise[n] or rate[n] * t[n] < -noise[n])
@@ -296,7 +315,8 @@ def _find_end(chain: _Chain, until: Real) -> tuple[_Times, _End]:
     """The times of a phase up to its end, and by what it ends."""
     start, poles = chain.at_start(), chain.poles
     way, pull, _ = start.functions[..., 0]
-    rest, *turns = (zero_of_pair(poles, motion) for motion in (way[1:3], pull[1:3], way[3:5]))
+    jerk = way[4:6] + chain.relaxes * way[3:5] if chain.leg else way[3:5]
+    rest, *turns = (zero_of_pair(poles, motion) for motion in (way[1:3], pull[1:3], jerk))
     if not poles[2] > 0.0 and chain.side * _acceleration(chain, 0.0 * until, chain.side) >= 0.0:
         rest = NEVER[until.dtype]  # nothing grows with x_1 or would turn it back at rest: its velocity fades
     end, last = (_End("velocity"), rest) if rest <= until else (_End("limit"), until)
@@ -371,7 +391,8 @@ def _too_low(chain: _Chain) -> bool:
     """The foot cannot come as high again as it was: the body falls, and is too low for the shortest leg."""
     shortest = chain.actuator.x1 - chain.robot.x1_min
     falls = chain.start.v2 < chain.fall * chain.t and np.isfinite(shortest)
-    return bool(not chain.airborne and falls and chain.foot + shortest < chain.highest[0])
+    leg = np.maximum(chain.leg_at(chain.t * 0.0), 0.0)
+    return bool(not chain.airborne and falls and chain.foot + shortest + leg < chain.highest[0])
 
 
 def _trip(chain: _Chain) -> tuple[str, LegState]:
@@ -390,7 +411,7 @@ def _run(chain: _Chain, max_phases: int) -> tuple[str, LegState]:
         state, acc1 = chain.state_at(points, -1), points.functions[WAY, 2, -1]
         chain.t = chain.horizon if end.kind == "limit" else chain.time_of(points.t[-1])
         if end.kind == "touchdown":
-            return "touchdown", state._replace(y=abs(state.y) * 0.0)
+            return "touchdown", state._replace(y=chain.leg_at(chain.t * 0.0))
         if end.kind == "limit":
             return ("horizon", state) if chain.airborne else _trip(chain)
         chain.actuator = Actuator(state.x1, state.v1, acc1)
@@ -422,6 +443,7 @@ def expected_time(robot: Robot, start: LegState) -> Real:
 def solve_flight(
     robot: Robot,
     start: LegState,
+    ground: float = 0.0,
     gains: Gains | None = None,
     horizon: float = 10.0,
     max_phases: int = 4096,
@@ -429,36 +451,38 @@ def solve_flight(
 ) -> FlightSolution:
     """Solve one flight.
 
-    start: the state at take-off; y [m] is the height of the ground ahead over the foot. gains: of the law
+    start: the state at take-off. ground [m]: height of the ground ahead over that which is left. gains: of the law
     gamma2 u = Kp x1 + Kd v1, designed if left out. horizon [s]: the longest time.
-    An unstable robot, or a take-off after which a damper lets the leg relax slowly, is a ValueError; no other input is
-    checked here: hopform does that.
+    An unstable robot is a ValueError; no other input is checked here: hopform does that.
     """
     one = Robot(*(dtype(field) for field in robot))
     stable_rates_of(one)
     given = LegState(*(dtype(field) for field in start))
-    rest = formulas.rest_compression(one)
-    if LEG_HAS_DAMPER and formulas.contact_of(one, given._replace(y=rest)) != 0.0:
-        raise ValueError(f"v1 must be v2, or the leg, in which a damper acts, relaxes: got {start.v1!r}, {start.v2!r}")
-    first = given._replace(y=dtype(given.y - rest))
+    zero = dtype(0.0)
+    rest = formulas.compression_at_takeoff(one, zero, zero)
+    first = given._replace(y=dtype((given.y - rest) + dtype(ground)))
+    time = formulas.leg_time(one) if LEG_HAS_DAMPER else zero
+    relaxes = time > FASTEST_LEG[np.dtype(dtype)]
+    leg, rate = (dtype(given.y - rest), dtype(1.0 / time)) if relaxes else (zero, zero)
     largest = largest_force(one)
     law = Gains(dtype(0.0), dtype(0.0))
     if largest > 0.0:
         wanted = formulas.critical_gains(one, expected_time(one, first)) if gains is None else gains
         law = Gains(*(dtype(gain) for gain in wanted))
-    zero = dtype(0.0)
     chain = _Chain(
         one, law, formulas.flight_rates_of(one, law, largest), largest, first, dtype(horizon), zero,
-        Actuator(first.x1, first.v1, zero), -first.y, 0, 0, bool(first.y < 0.0), [],
+        Actuator(first.x1, first.v1, zero), -first.y, 0, 0, bool(first.y < leg), [], leg, rate,
     )  # fmt: skip
     ending, end = _run(chain, max_phases)
     top, lands = np.clip(first.v2 / chain.fall, zero, chain.t), ending == "touchdown"
+    left = chain.leg_at(zero)
     return FlightSolution(
-        one, law, given, chain.t, end._replace(y=dtype(end.y + rest)),
+        one, law, given, dtype(ground), chain.t, end._replace(y=dtype(end.y + rest)),
         formulas.velocity_after_impact(one, end.v2) if lands else end.v2,
         first.x1 - first.y + (first.v2 - 0.5 * chain.fall * top) * top, top,
         -0.5 * one.m_s * end.v2**2 * one.impact_loss if lands else zero,
-        chain.start_loss, _ENDING[ending], tuple(chain.phases),
+        chain.start_loss, formulas.leg_energy(one, left) - formulas.leg_energy(one, leg), _ENDING[ending],
+        tuple(chain.phases),
     )  # fmt: skip
 
 
@@ -488,7 +512,7 @@ def flight_at(flight: FlightSolution, t: ArrayLike) -> LegState:
     start, v2 = flight.start, flight.start.v2 - flight.fall * since
     rise = (start.v2 - 0.5 * flight.fall * since) * since
     x1 = np.clip(phase.x1 + moved, robot.x1_min, robot.x1_max)
-    columns = x1, v1, v2, start.y - (rise - ((phase.x1 - start.x1) + moved))
+    columns = x1, v1, v2, (start.y + flight.ground) - (rise - ((phase.x1 - start.x1) + moved))
     return LegState(*(column.reshape(times.shape) for column in columns))
 
 

@@ -477,9 +477,10 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
 def _run(task: _Task, start: State) -> Run:
     hops: list[Hop] = []
     time, state, apex = 0.0, start, math.nan
+    leg = float(task.plant.solver.package.formulas.compression_at_takeoff(task.plant.parameters, 0.0, 0.0))
     for index, ground in enumerate(task.grounds):
         step = ground - (task.grounds[index - 1] if index else 0.0)
-        flight = _flight(task, state, None if index and step == 0.0 else step)
+        flight = _flight(task, state, leg, None if index and step == 0.0 else step)
         if flight.status != "touchdown":
             status: RunStatus = "tripped" if flight.status == "tripped" else "stopped"
             return Run(task.plant, task.grounds, status, time + flight.duration, tuple(hops), flight)
@@ -492,20 +493,22 @@ def _run(task: _Task, start: State) -> Run:
         time = hop.takeoff_time
         if hop.stance.takeoff is None:
             return Run(task.plant, task.grounds, "stopped", time, tuple(hops), None)
-        state, apex = hop.stance.takeoff, hop.apex
-    last = _flight(task, state, None)
+        state, leg, apex = hop.stance.takeoff, float(hop.stance.compression(hop.stance.duration)), hop.apex
+    last = _flight(task, state, leg, None)
     return Run(task.plant, task.grounds, "completed", time + last.apex_time, tuple(hops), last)
 
 
-def _flight(task: _Task, start: State, step: float | None) -> Flight:
-    """From a state over the old ground to the next touchdown, `step` [m] higher; None: on the same ground."""
+def _flight(task: _Task, start: State, leg: float, step: float | None) -> Flight:
+    """From a state over the old ground, with the leg's compression, to the next touchdown, `step` [m] higher; None: on
+    the same ground.
+    """
     x1, v1, x2, v2 = (float(value) for value in start)
     robot = task.plant
     below = x2 if step is None else x2 - step
     fall = 2.0 * (abs(v2) + math.sqrt(v2 * v2 + 2.0 * robot.g * (1.0 + abs(below)))) / robot.g
     return solve_flight(
-        robot, x1=x1, v1=v1, x2=None if step is None else below, v2=v2, gains=_gains(task, x1, v2), horizon=10.0 + fall,
-        max_phases=task.max_phases, backend=task.backend,
+        robot, x1=x1, v1=v1, x2=None if step is None else below, v2=v2, compression=leg, gains=_gains(task, x1, v2),
+        horizon=10.0 + fall, max_phases=task.max_phases, backend=task.backend,
     )  # fmt: skip
 
 

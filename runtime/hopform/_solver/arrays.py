@@ -132,12 +132,12 @@ class OnArrays:
         return Solved(self.package, solution)
 
     def solve_flight(
-        self, parameters: Any, start: LegState, gains: records.Gains | None, horizon: float, max_phases: int,
-        dtype: Precision,
+        self, parameters: Any, start: LegState, ground: float, gains: records.Gains | None, horizon: float,
+        max_phases: int, dtype: Precision,
     ) -> ArrayFlight:  # fmt: skip
         """One flight; HopformError if the numbers leave the range of the precision."""
         with np.errstate(all="ignore"):
-            flight = self.package.flight.solve_flight(parameters, start, gains, horizon, max_phases, dtype.type)
+            flight = self.package.flight.solve_flight(parameters, start, ground, gains, horizon, max_phases, dtype.type)
         _check_range(flight.duration, flight.apex, flight.v2_after, *flight.end, *(() if flight.phases else (np.nan,)))
         return ArrayFlight(self.package, flight)
 

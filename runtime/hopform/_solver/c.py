@@ -417,8 +417,8 @@ def _flight_again(
 
 
 def solve_flight(
-    solver: Compiled, parameters: records.Robot, start: LegState, gains: records.Gains | None, horizon: float,
-    max_phases: int, dtype: Precision,
+    solver: Compiled, parameters: records.Robot, start: LegState, ground: float, gains: records.Gains | None,
+    horizon: float, max_phases: int, dtype: Precision,
 ) -> NativeFlight:  # fmt: skip
     """One flight, by the compiled library."""
     library = solver.library
@@ -429,8 +429,8 @@ def solve_flight(
     law = None if gains is None else ctypes.byref(types.Gains(*gains))
     while True:
         status = library.call(
-            "solve_flight", types, plan, begin, law, types.real(horizon), ctypes.c_int32(max_phases),
-            phases, ctypes.c_int32(capacity), ctypes.byref(flight),
+            "solve_flight", types, plan, begin, types.real(ground), law, types.real(horizon),
+            ctypes.c_int32(max_phases), phases, ctypes.c_int32(capacity), ctypes.byref(flight),
         )  # fmt: skip
         if status != PHASES_NOT_KEPT:
             return NativeFlight(library, types, parameters, plan, phases, flight)

@@ -44,8 +44,8 @@ class BackEnd(Protocol):
     ) -> SolvedStance: ...
 
     def solve_flight(
-        self, parameters: Any, start: LegState, gains: records.Gains | None, horizon: float, max_phases: int,
-        dtype: Precision, /,
+        self, parameters: Any, start: LegState, ground: float, gains: records.Gains | None, horizon: float,
+        max_phases: int, dtype: Precision, /,
     ) -> SolvedFlight: ...  # fmt: skip
 
     def choose_current(

@@ -143,7 +143,7 @@ void only_flight(const double *jobs, int count, double tolerance, int loops, dou
             OF(hopform_flight_phase) phases[MAX_PHASES];
             OF(hopform_flight) flight;
             start.y = 0;
-            OF(hopform_solve_flight)(&plans[n], &start, NULL, 10, MAX_PHASES, phases, MAX_PHASES, &flight);
+            OF(hopform_solve_flight)(&plans[n], &start, 0, NULL, 10, MAX_PHASES, phases, MAX_PHASES, &flight);
             answers[n] = (double)flight.duration;
         }
     }

@@ -555,7 +555,7 @@ static void one_flight(void)
     }
     const double unit_time = take(), unit_energy = take(), condition = take();
     const double loose = 4e-14 * condition;
-    must(spent("flight", T(solve_flight)(&plan, &start, &gains, horizon, CAPACITY, flight_phases, CAPACITY, &flight))
+    must(spent("flight", T(solve_flight)(&plan, &start, 0, &gains, horizon, CAPACITY, flight_phases, CAPACITY, &flight))
                  == HOPFORM_OK
              && flight.ending == ending && flight.event_count == count,
          "another ending of a flight");
@@ -618,17 +618,17 @@ static void one_flight(void)
     near(flight.apex, start.v2 * top - 0.5 * robot.g * top * top + start.x1 - start.y,
          1e-14 * (1.0 + fabs(flight.apex)), "apex of a flight");
     near(flight.apex_time, top, 1e-15 * (1.0 + top), "time of the apex");
-    must(T(solve_flight)(&plan, &start, &gains, horizon, CAPACITY, flight_phases, 1, &other)
+    must(T(solve_flight)(&plan, &start, 0, &gains, horizon, CAPACITY, flight_phases, 1, &other)
              == (flight.phase_count > 1 ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK),
          "a small buffer of a flight");
     must(memcmp(&other.end, &flight.end, sizeof other.end) == 0, "a small buffer, another flight");
     if (flight.phase_count > 1 && ending != HOPFORM_FLIGHT_TRIPPED) {
-        must(T(solve_flight)(&plan, &start, &gains, horizon, flight.phase_count - 1, flight_phases, CAPACITY, &other)
+        must(T(solve_flight)(&plan, &start, 0, &gains, horizon, flight.phase_count - 1, flight_phases, CAPACITY, &other)
                      >= 0
                  && other.ending == HOPFORM_FLIGHT_TOO_MANY_PHASES,
              "a cap on phases of a flight");
     }
-    if (T(solve_flight)(&plan, &start, NULL, horizon, CAPACITY, flight_phases, CAPACITY, &other) >= 0
+    if (T(solve_flight)(&plan, &start, 0, NULL, horizon, CAPACITY, flight_phases, CAPACITY, &other) >= 0
         && other.gains.Kp > 0.0) {
         const double square = start.v2 * start.v2 + 2.0 * robot.g * start.x1;
         const double fall = square > 0.0 ? (start.v2 + sqrt(square)) / robot.g - 0.05 : 0.0;
@@ -829,7 +829,7 @@ static void limits(void)
             must(T(solve_stance)(&plan, &off, steps, 1, 1.0, CAPACITY, phases, CAPACITY, &stance)
                      == HOPFORM_ERROR_STATE,
                  "a start beyond numbers");
-            must(T(solve_flight)(&plan, &off, NULL, 1.0, CAPACITY, flight_phases, CAPACITY, &flight)
+            must(T(solve_flight)(&plan, &off, 0, NULL, 1.0, CAPACITY, flight_phases, CAPACITY, &flight)
                      == HOPFORM_ERROR_STATE,
                  "a flight from beyond numbers");
         }
@@ -861,13 +861,13 @@ static void limits(void)
                  "a target beyond numbers");
         }
         const T(gains) stiff = {more, 0.0}, damped = {0.0, more};
-        must(T(solve_flight)(&plan, &start, &stiff, 1.0, CAPACITY, flight_phases, CAPACITY, &flight)
+        must(T(solve_flight)(&plan, &start, 0, &stiff, 1.0, CAPACITY, flight_phases, CAPACITY, &flight)
                  == HOPFORM_ERROR_GAINS,
              "gains beyond numbers");
-        must(T(solve_flight)(&plan, &start, &damped, 1.0, CAPACITY, flight_phases, CAPACITY, &flight)
+        must(T(solve_flight)(&plan, &start, 0, &damped, 1.0, CAPACITY, flight_phases, CAPACITY, &flight)
                  == HOPFORM_ERROR_GAINS,
              "gains beyond numbers");
-        must(T(solve_flight)(&plan, &start, NULL, more, CAPACITY, flight_phases, CAPACITY, &flight)
+        must(T(solve_flight)(&plan, &start, 0, NULL, more, CAPACITY, flight_phases, CAPACITY, &flight)
                  == HOPFORM_ERROR_HORIZON,
              "a horizon beyond numbers");
     }
@@ -1431,7 +1431,8 @@ static void any_flight(void)
                             mostly(uniform(-1.0, 1.0), 0.2), uniform(-0.5, 2.5), mostly(uniform(-0.1, 0.1), 0.4)};
     const int designs = uniform(0.0, 1.0) < 0.2;
     must(spent("flight",
-               T(solve_flight)(&plan, &start, designs ? NULL : &gains, 1.0, CAPACITY, flight_phases, CAPACITY, &flight))
+               T(solve_flight)(&plan, &start, 0, designs ? NULL : &gains, 1.0, CAPACITY, flight_phases, CAPACITY,
+                               &flight))
              >= 0,
          "a flight that is refused");
     if (flight.phases_kept < flight.phase_count || flight.ending == HOPFORM_FLIGHT_TOO_MANY_PHASES) {

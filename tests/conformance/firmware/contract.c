@@ -203,8 +203,8 @@ static int32_t design_return(void *const *at)
 
 static int32_t solve_flight(void *const *at)
 {
-    return OF(solve_flight)((const OF(plan) *)at[0], (const OF(state) *)at[1], (const OF(gains) *)at[2], 2.0f, CAPACITY,
-                            (OF(flight_phase) *)at[3], CAPACITY, (OF(flight) *)at[4]);
+    return OF(solve_flight)((const OF(plan) *)at[0], (const OF(state) *)at[1], 0, (const OF(gains) *)at[2], 2.0f,
+                            CAPACITY, (OF(flight_phase) *)at[3], CAPACITY, (OF(flight) *)at[4]);
 }
 
 static int32_t flight_at(void *const *at)
@@ -543,7 +543,7 @@ int main(void)
     OF(command) command;
     const int32_t made = OF(plan_init)(&plan, &sound);
     const int32_t stance = OF(solve_stance)(&plan, &start, steps, 2, 2.0f, CAPACITY, phases, CAPACITY, &solved);
-    const int32_t flight = OF(solve_flight)(&plan, &away, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown);
+    const int32_t flight = OF(solve_flight)(&plan, &away, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown);
     memset(&begun, 0, sizeof begun);
     const int32_t search = OF(choose_current_begin)(&begun, &plan, &start, &target, &command);
     holds(made == HOPFORM_OK && stance == HOPFORM_OK && flight == HOPFORM_OK && search == HOPFORM_SEARCHING, "contract",

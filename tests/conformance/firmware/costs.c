@@ -112,8 +112,8 @@ static void measure(const cost_case *cases, int count, const char *set, int with
         if (stance.ending == HOPFORM_ENDING_TAKEOFF) {
             OF(state) away = stance.end;
             away.y = 0.0f;
-            COUNTED(flown, OF(solve_flight)(&plan, &away, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
-            PAINTED(flown, OF(solve_flight)(&plan, &away, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
+            COUNTED(flown, OF(solve_flight)(&plan, &away, 0, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
+            PAINTED(flown, OF(solve_flight)(&plan, &away, 0, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
         }
         for (int i = 0; with_controller && i < 3; i++) {
             const OF(target) target = {0.05f + 0.05f * (float)i, 0.0f, 0.001f, 2.0f};

@@ -117,7 +117,7 @@ static void T(with_flight)(T(digest) *w, const T(hopform_plan) *plan, const T(ho
     const int32_t most = (kind & 56u) == 0u ? 1 + (int32_t)(T(roll)(w) % 4u) : DIGEST_PHASES;
     T(take)(w, (uint32_t)T(hopform_design_return)(plan, horizon, &designed));
     T(numbers)(w, &designed.Kp, sizeof designed);
-    T(take)(w, (uint32_t)T(hopform_solve_flight)(plan, takeoff, (kind & 1u) != 0u ? NULL : &gains, horizon, most,
+    T(take)(w, (uint32_t)T(hopform_solve_flight)(plan, takeoff, 0, (kind & 1u) != 0u ? NULL : &gains, horizon, most,
                                                  phases, DIGEST_PHASES, &flight));
     T(numbers)(w, (const REAL *)&flight, offsetof(T(hopform_flight), ending));
     T(take)(w, (uint32_t)flight.ending + 16u * (uint32_t)flight.event_count + 4096u * (uint32_t)flight.phase_count);

@@ -79,8 +79,8 @@ int main(void)
     if (WANTS(2)) {
         fill((float *)&gains, 2);
         (void)hopform_design_return_f32(&plan, any(), &gains);
-        const int32_t status = hopform_solve_flight_f32(&plan, &start, any_bits != 0 ? &gains : NULL, any(), CAPACITY,
-                                                         flight_phases, CAPACITY, &flight);
+        const int32_t status = hopform_solve_flight_f32(&plan, &start, any(), any_bits != 0 ? &gains : NULL, any(),
+                                                         CAPACITY, flight_phases, CAPACITY, &flight);
         if (status >= 0) {
             (void)hopform_flight_at_f32(&plan, flight_phases, &flight, times, TIMES, states);
             (void)hopform_flight_energy_f32(&plan, flight_phases, &flight, times, TIMES, energies, flight_ledgers,

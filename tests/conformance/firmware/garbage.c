@@ -107,7 +107,7 @@ static void use(const OF(plan) *plan, const OF(state) *start, real u, real horiz
     count(chosen);
     must(chosen >= 0 || (!(command.u > 0.0f) && !(command.u < 0.0f)), "a refused command is not 0");
 
-    const int32_t flown = OF(solve_flight)(plan, start, NULL, horizon, CAPACITY, flight_phases, CAPACITY, &flight);
+    const int32_t flown = OF(solve_flight)(plan, start, 0, NULL, horizon, CAPACITY, flight_phases, CAPACITY, &flight);
     count(flown);
     must(flown >= 0 || is_zero(&flight, sizeof flight), "a refused flight is not zero");
     must(is_finite(flight.duration) && is_finite(flight.end.x1) && is_finite(flight.apex),
@@ -172,7 +172,7 @@ static void plans_that_were_not_made(void)
         must(OF(choose_current)(&search, &plan, &start, &target, phases, CAPACITY, &command) == HOPFORM_ERROR_ROBOT,
              "no plan, a command");
         must(!(command.u > 0.0f) && !(command.u < 0.0f), "no plan, and a current");
-        must(OF(solve_flight)(&plan, &start, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight)
+        must(OF(solve_flight)(&plan, &start, 0, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight)
                  == HOPFORM_ERROR_ROBOT,
              "no plan, a flight");
         must(OF(design_return)(&plan, 0.1f, &gains) == HOPFORM_ERROR_ROBOT, "no plan, gains");

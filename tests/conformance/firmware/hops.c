@@ -77,7 +77,7 @@ static controller control;
 static bool at_takeoff(controller *c, const plant *p, float h_des)
 {
     const hopform_state_f32 here = {p->x1, p->v1, p->v2, 0.0f};
-    if (hopform_solve_flight_f32(&c->plan, &here, NULL, 2.0f, CAPACITY, c->flight_phases, CAPACITY, &c->flight)
+    if (hopform_solve_flight_f32(&c->plan, &here, 0, NULL, 2.0f, CAPACITY, c->flight_phases, CAPACITY, &c->flight)
         != HOPFORM_OK) {
         return false;
     }

@@ -387,7 +387,7 @@ static void commands(void)
     IS(OF(plan_init)(&other, &robot), HOPFORM_OK);
     IS(OF(choose_current)(&search, &other, &start, &target, phases, CAPACITY, &command), HOPFORM_ERROR_ROBOT);
     IS(OF(try_currents)(&other, &start, 1, currents, 2, 2.0f, phases, CAPACITY, trials), HOPFORM_ERROR_ROBOT);
-    IS(OF(solve_flight)(&other, &start, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown), HOPFORM_ERROR_ROBOT);
+    IS(OF(solve_flight)(&other, &start, 0, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown), HOPFORM_ERROR_ROBOT);
     robot = sound;
     robot.u_max = inf;
     IS(OF(plan_init)(&other, &robot), HOPFORM_OK);
@@ -408,33 +408,36 @@ static void flights(void)
     const OF(gains) law = {500.0f, 30.0f};
     OF(gains) gains;
     OF(flight) f;
-    IS(OF(solve_flight)(&plan, &away, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown), HOPFORM_OK);
-    IS(OF(solve_flight)(&plan, &away, &law, 2.0f, CAPACITY, NULL, 0, &f), HOPFORM_PHASES_NOT_KEPT);
-    IS(OF(solve_flight)(&unmade, &away, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_ROBOT);
-    for (int member = 0; member < 4; member++) {
+    IS(OF(solve_flight)(&plan, &away, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown), HOPFORM_OK);
+    IS(OF(solve_flight)(&plan, &away, 0, &law, 2.0f, CAPACITY, NULL, 0, &f), HOPFORM_PHASES_NOT_KEPT);
+    IS(OF(solve_flight)(&unmade, &away, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_ROBOT);
+    for (int n = 0; n < 3; n++) {
         const real bad[] = {nan, inf, -inf};
-        for (int n = 0; n < 3; n++) {
+        IS(OF(solve_flight)(&plan, &away, bad[n], &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f),
+           HOPFORM_ERROR_STATE);
+        for (int member = 0; member < 4; member++) {
             OF(state) from = away;
             ((real *)&from)[member] = bad[n];
-            IS(OF(solve_flight)(&plan, &from, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_STATE);
+            IS(OF(solve_flight)(&plan, &from, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f),
+               HOPFORM_ERROR_STATE);
         }
     }
     OF(state) from = away;
     from.x1 = 0.09f;
-    IS(OF(solve_flight)(&plan, &from, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_STATE);
+    IS(OF(solve_flight)(&plan, &from, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_STATE);
     from.x1 = -0.01f;
-    IS(OF(solve_flight)(&plan, &from, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_STATE);
+    IS(OF(solve_flight)(&plan, &from, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_STATE);
     const real horizons[] = {0.0f, -1.0f, nan, inf};
     for (int n = 0; n < 4; n++) {
-        IS(OF(solve_flight)(&plan, &away, &law, horizons[n], CAPACITY, flight_phases, CAPACITY, &f),
+        IS(OF(solve_flight)(&plan, &away, 0, &law, horizons[n], CAPACITY, flight_phases, CAPACITY, &f),
            HOPFORM_ERROR_HORIZON);
         IS(OF(design_return)(&plan, horizons[n], &gains), HOPFORM_ERROR_TIME);
     }
-    IS(OF(solve_flight)(&plan, &away, &law, 2.0f, 0, flight_phases, CAPACITY, &f), HOPFORM_ERROR_HORIZON);
-    IS(OF(solve_flight)(&plan, &away, &law, 2.0f, CAPACITY, flight_phases, -1, &f), HOPFORM_ERROR_HORIZON);
+    IS(OF(solve_flight)(&plan, &away, 0, &law, 2.0f, 0, flight_phases, CAPACITY, &f), HOPFORM_ERROR_HORIZON);
+    IS(OF(solve_flight)(&plan, &away, 0, &law, 2.0f, CAPACITY, flight_phases, -1, &f), HOPFORM_ERROR_HORIZON);
     const OF(gains) bad_gains[] = {{nan, 0.0f}, {0.0f, nan}, {-1.0f, 0.0f}, {0.0f, -1.0f}, {inf, 0.0f}, {0.0f, inf}};
     for (int n = 0; n < 6; n++) {
-        IS(OF(solve_flight)(&plan, &away, &bad_gains[n], 2.0f, CAPACITY, flight_phases, CAPACITY, &f),
+        IS(OF(solve_flight)(&plan, &away, 0, &bad_gains[n], 2.0f, CAPACITY, flight_phases, CAPACITY, &f),
            HOPFORM_ERROR_GAINS);
     }
     IS(OF(design_return)(&plan, 0.1f, &gains), HOPFORM_OK);
@@ -448,7 +451,7 @@ static void flights(void)
     lost.phases_kept = lost.phase_count - 1;
     empty.phases_kept = 0;
     empty.phase_count = 0;
-    IS(OF(solve_flight)(&plan, &away, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown), HOPFORM_OK);
+    IS(OF(solve_flight)(&plan, &away, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown), HOPFORM_OK);
     IS(OF(flight_at)(&plan, flight_phases, &flown, &t, 1, &state), HOPFORM_OK);
     IS(OF(flight_at)(&plan, flight_phases, &flown, NULL, 0, NULL), HOPFORM_OK);
     IS(OF(flight_at)(&plan, flight_phases, &lost, &t, 1, &state), HOPFORM_ERROR_TIME);

@@ -235,10 +235,11 @@ typedef struct {
     int8_t spare; /**< 0 */
 } hopform_flight_phase_f32;
 
-/** A flight, solved. In its states y is how far the foot is below the ground ahead. */
+/** A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead: how far the foot of a leg that carries nothing is below it. */
 typedef struct {
     hopform_gains_f32 gains; /**< of the law; 0 where the motor has no force */
     hopform_state_f32 start; /**< as given */
+    float ground; /**< [m] height of the ground ahead over that which was left */
     float duration; /**< [s] time of the ending */
     hopform_state_f32 end; /**< state at the ending: before the impact */
     float v2_after; /**< [m/s] velocity of the body after the impact */
@@ -246,6 +247,7 @@ typedef struct {
     float apex_time; /**< [s] */
     float impact_loss; /**< [J] energy lost at the impact, negative */
     float start_loss; /**< [J] energy lost at a stop at t = 0, negative */
+    float leg_loss; /**< [J] energy lost by a damper in the leg, which carries nothing, negative */
     int32_t ending; /**< HOPFORM_FLIGHT_... */
     int32_t phase_count; /**< phases of the flight, kept or not */
     int32_t phases_kept; /**< phases in the caller's buffer */
@@ -416,13 +418,14 @@ int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopf
 /** Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been
  * above it.
  *
- * start: state at take-off; y is the height of the ground ahead over the foot, 0 on flat ground. gains: of the law
- * gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms before the
- * touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead ends,
- * tripped, where its foot came highest. g must be > 0. start and gains may lie in the flight or in the phases; a plan
- * that overlaps them is refused.
+ * start: state at take-off, as the stance has ended. ground: height of the ground ahead over that which is left, 0 if
+ * it is flat. Where a damper acts in the leg, it relaxes from start's y; the end's y is what is left of that. gains: of
+ * the law gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms
+ * before the touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead
+ * ends, tripped, where its foot came highest. g must be > 0. start and gains may lie in the flight or in the phases; a
+ * plan that overlaps them is refused.
  */
-int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
+int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float ground,
                                   const hopform_gains_f32 *gains, float horizon, int32_t max_phases,
                                   hopform_flight_phase_f32 *phases, int32_t capacity, hopform_flight_f32 *flight);
 

@@ -235,10 +235,11 @@ typedef struct {
     int8_t spare; /**< 0 */
 } hopform_flight_phase_f64;
 
-/** A flight, solved. In its states y is how far the foot is below the ground ahead. */
+/** A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead: how far the foot of a leg that carries nothing is below it. */
 typedef struct {
     hopform_gains_f64 gains; /**< of the law; 0 where the motor has no force */
     hopform_state_f64 start; /**< as given */
+    double ground; /**< [m] height of the ground ahead over that which was left */
     double duration; /**< [s] time of the ending */
     hopform_state_f64 end; /**< state at the ending: before the impact */
     double v2_after; /**< [m/s] velocity of the body after the impact */
@@ -246,6 +247,7 @@ typedef struct {
     double apex_time; /**< [s] */
     double impact_loss; /**< [J] energy lost at the impact, negative */
     double start_loss; /**< [J] energy lost at a stop at t = 0, negative */
+    double leg_loss; /**< [J] energy lost by a damper in the leg, which carries nothing, negative */
     int32_t ending; /**< HOPFORM_FLIGHT_... */
     int32_t phase_count; /**< phases of the flight, kept or not */
     int32_t phases_kept; /**< phases in the caller's buffer */
@@ -416,13 +418,14 @@ int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hop
 /** Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been
  * above it.
  *
- * start: state at take-off; y is the height of the ground ahead over the foot, 0 on flat ground. gains: of the law
- * gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms before the
- * touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead ends,
- * tripped, where its foot came highest. g must be > 0. start and gains may lie in the flight or in the phases; a plan
- * that overlaps them is refused.
+ * start: state at take-off, as the stance has ended. ground: height of the ground ahead over that which is left, 0 if
+ * it is flat. Where a damper acts in the leg, it relaxes from start's y; the end's y is what is left of that. gains: of
+ * the law gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms
+ * before the touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead
+ * ends, tripped, where its foot came highest. g must be > 0. start and gains may lie in the flight or in the phases; a
+ * plan that overlaps them is refused.
  */
-int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
+int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start, double ground,
                                   const hopform_gains_f64 *gains, double horizon, int32_t max_phases,
                                   hopform_flight_phase_f64 *phases, int32_t capacity, hopform_flight_f64 *flight);
 
