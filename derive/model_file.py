@@ -57,14 +57,15 @@ NAMES_OF_THE_PACKAGE = (
 
 
 def read_model(path: Path, prefix: str = "hopform") -> Model:
-    """The model of a file that defines `terms`, `parameters` and `fixed`; errors name the file."""
+    """The model of a file that defines `terms`, `parameters`, `fixed` and `friction_by_sign`; errors name the file."""
     if not path.is_file():
         raise ModelError(f"--model: there is no file {path}")
     try:
         defined = _run(path)
         parameters = _parameters(defined.get("parameters", ()), prefix)
         terms = _terms(defined, parameters, prefix)
-        model = Model(terms, parameters, _sequence(defined.get("fixed", ()), "fixed", str))
+        declared = (_sequence(defined.get(name, ()), name, str) for name in ("fixed", "friction_by_sign"))
+        model = Model(terms, parameters, *declared)
         for term in () if "foot" in model.fixed else terms:
             flight.refuse_what_flight_cannot_carry(term)
     except ModelError as error:

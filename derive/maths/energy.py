@@ -48,8 +48,8 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
         offset_work: k * c * v1,
         viscous_1: -b1 * v1**2,
         viscous_2: -b2 * v2**2,
-        coulomb_1: -m_eff * f1 * side_1 * v1,
-        coulomb_2: -m_s * f2 * side_2 * v2,
+        coulomb_1: model.friction[0] * v1,
+        coulomb_2: model.friction[1] * v2,
         spring_work: k * x1 * v2,
     }
     return entries | {work.entry: work.power for work in works(model)}

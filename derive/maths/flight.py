@@ -183,15 +183,15 @@ def flight_rates_of(model: Model) -> Steps:
 
 
 @function(takes=(ROBOT, FLIGHT_RATES, *ACTUATOR.quantities[:2], SIDE_1), returns=ACTUATOR.quantities[2])
-def acceleration_under_law() -> Steps:
+def acceleration_under_law(model: Model) -> Steps:
     """Acceleration with which a phase of the flight under the law begins."""
-    yield Step(acc1, a_free - q_law * x1 - p_law * v1 - f1 * side_1, "(3) under the law")
+    yield Step(acc1, a_free - q_law * x1 - p_law * v1 - model.levels[0] * side_1, "(3) under the law")
 
 
 @function(takes=(ROBOT, FLIGHT_RATES, ACTUATOR.quantities[1], SIDE_1, LIMIT), returns=ACTUATOR.quantities[2])
-def acceleration_at_limit() -> Steps:
+def acceleration_at_limit(model: Model) -> Steps:
     """Acceleration with which a phase of the flight at the limit of the current begins."""
-    yield Step(acc1, a_free - a_largest * limit - p_free * v1 - f1 * side_1, "(3) at the limit")
+    yield Step(acc1, a_free - a_largest * limit - p_free * v1 - model.levels[0] * side_1, "(3) at the limit")
 
 
 @function(takes=(ACTUATOR, POLES, PAIR), returns=ACTUATOR_AT)
@@ -275,10 +275,10 @@ def flight_ledger_of(model: Model) -> Steps:
     From the displacement and the integral of v_1^2.
     """
     follows = 1 - limit**2
-    force = sp.expand(acceleration(model).subs({u: 0, side_1: 0}) * m_eff)
+    force = sp.expand(acceleration(model).subs(u, 0) * m_eff - model.friction[0])
     on_body = sp.expand((g - model.fall) * m_s)
     of_law = Kp * moved * (x1 + moved / 2) + Kd * int_v1v1
     yield Step(motor_work, -follows * of_law - limit * largest * moved, "law, or limit")
     yield Step(offset_work, sp.expand(force.subs(v1, 0)) * moved + on_body * rise, "constant forces")
     yield Step(viscous_1, force.diff(v1) * int_v1v1, "ledger")
-    yield Step(coulomb_1, -m_eff * f1 * side_1 * moved, "ledger")
+    yield Step(coulomb_1, model.friction[0] * moved, "ledger")

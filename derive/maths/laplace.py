@@ -54,10 +54,10 @@ def characteristic(matrix: sp.Matrix) -> list[sp.Expr]:
 
 
 @function(takes=(ROBOT, RATES, CURRENT, SIDE_1, SIDE_2), returns=DRIVE)
-def drive_of() -> Steps:
+def drive_of(model: Model) -> Steps:
     """Constant accelerations of a phase."""
-    yield Step(C_1, a1_0 + a1_u * u - f1 * side_1, "(3), in (10) lambda_2 measured from y = 0")
-    yield Step(C_2, a2_0 - f2 * side_2, "(4), in (8) -gamma measured from y = 0")
+    yield Step(C_1, a1_0 + a1_u * u - model.levels[0] * side_1, "(3), in (10) lambda_2 measured from y = 0")
+    yield Step(C_2, a2_0 - model.levels[1] * side_2, "(4), in (8) -gamma measured from y = 0")
 
 
 # Where a numerator stands in the paper: (13)-(15) for the body, the same of X_1 for (16), (17); one mass alone is (6)

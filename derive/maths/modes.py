@@ -1,8 +1,9 @@
 """The modes of each mass and their ends: slipping up, slipping down, or held (stuck).
 
 Mass i is held at v_i = 0 while |a_i| <= f_i, where the free acceleration a_i is the right side of (3) or (4) at
-v_i = 0 without the friction of mass i. In each of the four combinations of slipping and held masses the motion is
-linear, so it has the closed form of time_domain.py; it ends at the first of
+v_i = 0 without the friction of mass i; where that differs by sign f_i is its mean, and a_i has the rest of it. In each
+of the four combinations of slipping and held masses the motion is linear, so it has the closed form of time_domain.py;
+it ends at the first of
 
     v_i = 0                 slipping: reverse if |a_i| > f_i, else stick
     |a_i| = f_i             held: slip in the direction of a_i
@@ -12,8 +13,22 @@ linear, so it has the closed form of time_domain.py; it ends at the first of
 
 import sympy as sp
 
-from ..emit.ir import Step, Steps, function
+from ..emit.ir import Quantity, Record, Step, Steps, function
+from ..model.equations import Model
 from ..model.quantities import *
+
+FRICTION = Record.of(
+    "Friction",
+    "How far the free acceleration of a mass that is held may go to either side.",
+    Quantity("level_1", "f_1", "m/s^2", "of the actuator", "nonnegative"),
+    Quantity("level_2", "f_2", "m/s^2", "of the body", "nonnegative"),
+)
+
+
+@function(takes=(ROBOT,), returns=FRICTION)
+def friction_of(model: Model) -> Steps:
+    """Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force."""
+    return tuple(Step(name, f, "(3), (4)") for name, f in zip(FRICTION.symbols, model.levels, strict=True))
 
 
 @function(takes=(RATES, STATE, CURRENT), returns=FREE)

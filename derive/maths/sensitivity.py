@@ -76,7 +76,7 @@ def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], wanted: Se
 def slopes_of(model: Model) -> Steps:
     """Change of the right sides of (3), (4) with the robot and the current."""
     rates = [step for step in laplace.rates_of(model) if step.symbol in RATES.symbols[:9]]
-    return changed_steps((*rates, *laplace.drive_of()), (*model.robot.symbols, u), SLOPES.symbols)
+    return changed_steps((*rates, *laplace.drive_of(model)), (*model.robot.symbols, u), SLOPES.symbols)
 
 
 @function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=_change_of(body, "J", "change of the energy"))

@@ -49,6 +49,13 @@ class ModelError(ValueError):
 
 
 FIXED = ("foot", "body")
+MASSES = {"actuator": (m_eff, f1, side_1), "body": (m_s, f2, side_2)}
+"""The mass, its Coulomb friction and the sign of its velocity."""
+FALLING = {
+    name: Quantity(f"f{n}_minus", f"f_{{{n}-}}", "m/s^2", f"f{n} where v{n} < 0", "nonnegative", 0.0)
+    for n, name in enumerate(MASSES, 1)
+}
+"""Where friction differs by sign, that of a velocity below 0; f1 and f2 are those of a velocity above 0."""
 
 
 @dataclass(frozen=True)
@@ -57,15 +64,20 @@ class Model:
 
     fixed: what is bolted to the ground, of FIXED. With a fixed foot the leg pulls as well as it pushes, and there is no
     take-off; with a fixed body the actuator moves alone, a mass on a spring to the ground.
+
+    friction_by_sign: the masses, of MASSES, whose Coulomb friction differs by the sign of their velocity. It is the
+    mean of its two levels with that sign, and half their difference as a constant force.
     """
 
     terms: tuple[Term, ...] = ()
     parameters: tuple[Quantity, ...] = ()
     fixed: tuple[str, ...] = ()
+    friction_by_sign: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not set(self.fixed) <= set(FIXED):
-            raise ModelError(f"`fixed` must be a tuple of {' and '.join(map(repr, FIXED))}, got {self.fixed!r}")
+        for name, allowed in (("fixed", FIXED), ("friction_by_sign", tuple(MASSES))):
+            if not set(given := getattr(self, name)) <= set(allowed):
+                raise ModelError(f"`{name}` must be a tuple of {' and '.join(map(repr, allowed))}, got {given!r}")
         for term in self.terms:
             _refuse_what_the_closed_form_cannot_carry(term)
 
@@ -74,13 +86,30 @@ class Model:
         own = Q.ROBOT.quantities
         if "foot" in self.fixed:  # no contact force is taken over k
             own = tuple(replace(each, domain="nonnegative") if each.symbol == k else each for each in own)
-        return replace(Q.ROBOT, quantities=own + self.parameters)
+        falling = tuple(FALLING[name] for name in MASSES if name in self.friction_by_sign)
+        return replace(Q.ROBOT, quantities=own + falling + self.parameters)
+
+    @cached_property
+    def levels(self) -> tuple[sp.Expr, sp.Expr]:
+        """Half the width of the band in which each mass at rest is held, [m/s^2]."""
+        return tuple((f + self._falling(name)) / 2 for name, (_, f, _) in MASSES.items())
+
+    @cached_property
+    def friction(self) -> tuple[sp.Expr, sp.Expr]:
+        """The force of Coulomb friction on each mass that slips, [N]; with a side of 0 its constant part."""
+        return tuple(
+            -mass * (level * side + (f - self._falling(name)) / 2)
+            for (name, (mass, f, side)), level in zip(MASSES.items(), self.levels, strict=True)
+        )
+
+    def _falling(self, name: str) -> sp.Expr:
+        return FALLING[name].symbol if name in self.friction_by_sign else MASSES[name][1]
 
     @cached_property
     def forces(self) -> tuple[sp.Expr, sp.Expr]:
         """Generalised forces in stance beside the Lagrangian: current, offset, friction, further terms, [N]."""
-        actuator = k * c - gamma2 * u - b1 * v1 - m_eff * f1 * side_1
-        body = -b2 * v2 - m_s * f2 * side_2
+        actuator = k * c - gamma2 * u - b1 * v1 + self.friction[0]
+        body = -b2 * v2 + self.friction[1]
         further = [term.force_in("stance") for term in self.terms]
         return (
             actuator + sum((force for force, _ in further), sp.S.Zero),
@@ -108,7 +137,7 @@ class Model:
     def in_flight(self) -> tuple[sp.Expr, sp.Expr]:
         """The accelerations in flight, where the leg carries nothing, in v1 and u; that of the body is constant."""
         further = [term.force_in("flight") for term in self.terms]
-        actuator = k * c - gamma2 * u - b1 * v1 - m_eff * f1 * side_1 + sum((force for force, _ in further), sp.S.Zero)
+        actuator = k * c - gamma2 * u - b1 * v1 + self.friction[0] + sum((force for force, _ in further), sp.S.Zero)
         body = -m_s * g + sum((force for _, force in further), sp.S.Zero)
         return sp.expand(actuator / m_eff), sp.expand(body / m_s)
 

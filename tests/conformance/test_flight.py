@@ -76,7 +76,7 @@ def test_the_motion_begins_at_the_state_with_which_the_phase_begins():
 @pytest.mark.parametrize("limited", [False, True])
 def test_the_motion_obeys_the_equation_of_motion(limited):
     rates = {step.symbol: step.value for step in F.flight_rates_of(HOPPER)}
-    begins = (F.acceleration_at_limit() if limited else F.acceleration_under_law())[0].value
+    begins = (F.acceleration_at_limit(HOPPER) if limited else F.acceleration_under_law(HOPPER))[0].value
     p, q = (F.p_free, 0) if limited else (F.p_law, F.q_law)
     right = F.at_limit(HOPPER) if limited else F.under_law(HOPPER)
     there = right.subs({Q.x1: Q.x1 + MOTION[F.moved], Q.v1: MOTION[F.v1_t]}, simultaneous=True)

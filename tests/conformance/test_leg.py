@@ -202,13 +202,13 @@ def joints(seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str,
             "m": m, "k": k, "b": b, "q_0": choose.uniform(-0.02, 0.02), "gamma": choose.choice([-1.0, 1.0]) * force,
             "load": force * over(0.01, 1.0, 0.5), "q_min": stops[0], "q_max": stops[1],
         }  # fmt: skip
-        f1 = force / m * over(0.01, 1.0, 0.2)
+        f1, f1_minus = (force / m * over(0.01, 1.0, 0.2) for _ in range(2))
         at = {"q": q, "v": choose.uniform(-1.0, 1.0) * math.sqrt(max(k, 10.0) / m) * 0.05}
         u = choose.uniform(-1.0, 1.0)
         parameters = (m, 1.0, k, -problem["q_0"], 0.0, b, 0.0, f1, 0.0, -problem["gamma"], 0.0, *stops, 3.0, 0.0,
-                      problem["load"])  # fmt: skip
+                      f1_minus, problem["load"])  # fmt: skip
         start = {"x1": at["q"], "v1": at["v"], "v2": 0.0, "y": at["q"] - problem["q_0"], "u": u}
-        friction, horizon = {"F_plus": m * f1, "F_minus": m * f1}, 20.0 * math.sqrt(m / max(k, 10.0))
+        friction, horizon = {"F_plus": m * f1, "F_minus": m * f1_minus}, 20.0 * math.sqrt(m / max(k, 10.0))
         asked = builders.joint(**problem, **friction, **at, u=u, horizon=horizon, max_phases=MOST)
         yield parameters, start, horizon, asked
 

@@ -13,7 +13,7 @@ from derive.emit.ir import Step, unfold
 from derive.maths import control, energy, flight, laplace, modes, partial_fractions, time_domain
 from derive.maths.laplace import MATRIX, s
 from derive.model import quantities as Q
-from derive.model.equations import LAGRANGIAN, Model, Term, compression
+from derive.model.equations import FALLING, LAGRANGIAN, Model, Term, compression
 from derive.models.hopper import HOPPER
 from derive.paper.register import cubic
 
@@ -39,7 +39,7 @@ def values(*groups: tuple[Step, ...]) -> dict[sp.Symbol, sp.Expr]:
 @cache
 def parameters(model: Model) -> dict[sp.Symbol, sp.Expr]:
     """Every rate and constant acceleration of a model in its own parameters."""
-    return values(laplace.rates_of(model), laplace.drive_of())
+    return values(laplace.rates_of(model), laplace.drive_of(model))
 
 
 def held(moving: tuple[int, ...]) -> dict[sp.Symbol, sp.Expr]:
@@ -500,3 +500,18 @@ def test_the_height_of_the_body_has_the_form_of_the_actuators_displacement():
     # the same first integral, once more integrated: W' + s_1 W + s_2 W1 + s_3 W2 = t
     wd = (Q.t - Q.s_1 * Q.W - Q.s_2 * Q.W1 - Q.s_3 * Q.W2).subs(poles)
     assert is_zero((height - expected).subs(Q.Wd, wd))
+
+
+@pytest.mark.parametrize("mass", [0, 1])
+def test_friction_that_differs_by_sign_is_a_mean_and_a_constant_force(mass):
+    """-f for a velocity above 0, f_minus below; at rest the other forces are held from -f_minus to f."""
+    model = Model(friction_by_sign=("actuator", "body"))
+    side, f = ((Q.side_1, Q.f1), (Q.side_2, Q.f2))[mass]
+    falling = FALLING[("actuator", "body")[mass]].symbol
+    for equations in ("accelerations", "in_flight")[: 2 - mass]:
+        smooth = getattr(HOPPER, equations)[mass].subs(side, 0)
+        up, down, rest = (sp.expand(getattr(model, equations)[mass].subs(side, sign) - smooth) for sign in (1, -1, 0))
+        assert (up, down) == (-f, falling)
+        level = model.levels[mass]
+        assert sp.expand(f + rest - level) == 0
+        assert sp.expand(-falling + rest + level) == 0

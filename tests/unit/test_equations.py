@@ -497,7 +497,7 @@ def test_18_and_19_in_terms_of_w_are_18_and_19_as_printed_where_poles_are_distin
         "v2": values["v2_0"],
     }
     in_robot = dict(a_robot()) | start
-    for step in (*laplace.rates_of(HOPPER), *laplace.drive_of(), *laplace.numerators((1, 2))):
+    for step in (*laplace.rates_of(HOPPER), *laplace.drive_of(HOPPER), *laplace.numerators((1, 2))):
         in_robot[step.symbol.name] = evaluate(step.value, in_robot)
     a, b, c, t = (values[name] for name in ("a", "b", "c_pole", "t"))
     h_4, h_3, h_2, h_1 = (values[name] for name in ("H_4", "H_3", "H_2", "H_1"))

@@ -64,6 +64,12 @@ typedef struct {
 
 /* ---- the hold rule ---- */
 
+static inline float friction_of_mass_f32(const stance_chain_f32 *chain, int mass)
+{
+    const hopform_friction_f32 friction = hopform_friction_of_f32(&chain->plan->robot);
+    return mass == 1 ? friction.level_1 : friction.level_2;
+}
+
 /* Whether a stop, or the ground that it is bolted to, keeps a mass at rest from going to a side. */
 static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int mass, int side)
 {
@@ -92,11 +98,10 @@ static inline float drift_of_free_f32(const stance_chain_f32 *chain, int mass)
 /* Where a mass at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
 static inline int direction_f32(const stance_chain_f32 *chain, int mass)
 {
-    const hopform_robot_f32 *robot = &chain->plan->robot;
     const hopform_free_f32 free =
         hopform_free_accelerations_f32(&chain->plan->rates, &chain->state, chain->steps[chain->step].u);
     const float acceleration = chain->alone == mass ? chain->free : (mass == 1 ? free.free_1 : free.free_2);
-    const float friction = mass == 1 ? robot->f1 : robot->f2;
+    const float friction = friction_of_mass_f32(chain, mass);
     float goes = hopform_goes_f32(acceleration, friction);
     if (!(fabs_f32(acceleration) < friction) && !(fabs_f32(goes) > 0.0f)) {
         const float drift = drift_of_free_f32(chain, mass);
@@ -144,14 +149,13 @@ static inline void add_event_function_f32(event_set_f32 *set, float H3, float H2
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
 static inline void add_thresholds_f32(const stance_chain_f32 *chain, stance_events_f32 *events, int mass)
 {
-    const hopform_robot_f32 *robot = &chain->plan->robot;
     const hopform_rates_f32 *rates = &chain->plan->rates;
     const hopform_free_f32 at_rest =
         hopform_free_accelerations_f32(rates, &chain->state, chain->steps[chain->step].u);
     const hopform_numerator_f32 h = mass == 1 ? hopform_free_numerator_1_f32(rates, events->motion)
                                                : hopform_free_numerator_2_f32(rates, events->motion);
     const float acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
-    const float friction = mass == 1 ? robot->f1 : robot->f2;
+    const float friction = friction_of_mass_f32(chain, mass);
     const int towards = hopform_side_of_slip_f32(rates, chain->side_1, chain->side_2);
     for (int side = -1; side <= 1; side += 2) {
         if (side == -towards || stance_blocked_f32(chain, mass, side)) {
@@ -172,15 +176,14 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, stance_even
  * zero is known however far it has faded by then. */
 static inline bool rings_about_zero_f32(const stance_chain_f32 *chain)
 {
-    const hopform_robot_f32 *robot = &chain->plan->robot;
     const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
     if ((chain->side_1 != 0 && chain->side_2 != 0) || chain->state.y < 0.0f) {
         return false;
     }
     const hopform_free_f32 free =
         hopform_free_accelerations_f32(&chain->plan->rates, &slack, chain->steps[chain->step].u);
-    const float left = chain->side_2 == 0 ? free.free_1 - (float)chain->side_1 * robot->f1
-                                         : free.free_2 - (float)chain->side_2 * robot->f2;
+    const float left = chain->side_2 == 0 ? free.free_1 - (float)chain->side_1 * friction_of_mass_f32(chain, 1)
+                                         : free.free_2 - (float)chain->side_2 * friction_of_mass_f32(chain, 2);
     return !(fabs_f32(left) > 0.0f);
 }
 
@@ -520,7 +523,7 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ho
                                                 const hopform_basis_f32 *basis)
 {
     const hopform_rates_f32 *rates = &chain->plan->rates;
-    if (chain->plan->robot.f1 > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) {
+    if (friction_of_mass_f32(chain, 1) > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) {
         return;
     }
     const hopform_free_f32 at_rest =
@@ -540,16 +543,15 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ho
 static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const hopform_motion_f32 *motion,
                                                const stance_phase_end_f32 *end)
 {
-    const hopform_robot_f32 *robot = &chain->plan->robot;
     chain->alone = 0;
     if (end->kind == END_VELOCITY_1_f32 && chain->side_2 == 0) {
         chain->alone = 1;
-        chain->free =
-            hopform_free_after_motion_f32((float)chain->side_1, robot->f1, motion->H3_1, motion->H2_1, &end->basis);
+        chain->free = hopform_free_after_motion_f32((float)chain->side_1, friction_of_mass_f32(chain, 1), motion->H3_1,
+                                                     motion->H2_1, &end->basis);
     } else if (end->kind == END_VELOCITY_2_f32 && chain->side_1 == 0) {
         chain->alone = 2;
-        chain->free =
-            hopform_free_after_motion_f32((float)chain->side_2, robot->f2, motion->H3_2, motion->H2_2, &end->basis);
+        chain->free = hopform_free_after_motion_f32((float)chain->side_2, friction_of_mass_f32(chain, 2), motion->H3_2,
+                                                     motion->H2_2, &end->basis);
     } else if ((end->kind == END_VELOCITY_1_f32 || end->kind == STANCE_END_STOP_f32) && chain->side_2 != 0) {
         keep_faint_acceleration_f32(chain, motion, &end->basis);
     }
@@ -572,13 +574,13 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_moti
 /* The numerators of the next phase. */
 static inline hopform_motion_f32 motion_from_f32(const stance_chain_f32 *chain)
 {
-    const hopform_robot_f32 *robot = &chain->plan->robot;
     hopform_motion_f32 motion =
         hopform_motion_of_f32(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     if (chain->alone == 1 && chain->side_1 != 0) {
-        hopform_go_on_f32(&motion, 1, chain->side_2 == 0, chain->free - (float)chain->side_1 * robot->f1);
+        hopform_go_on_f32(&motion, 1, chain->side_2 == 0,
+                           chain->free - (float)chain->side_1 * friction_of_mass_f32(chain, 1));
     } else if (chain->alone == 2 && chain->side_2 != 0) {
-        hopform_go_on_f32(&motion, 2, true, chain->free - (float)chain->side_2 * robot->f2);
+        hopform_go_on_f32(&motion, 2, true, chain->free - (float)chain->side_2 * friction_of_mass_f32(chain, 2));
     }
     return motion;
 }

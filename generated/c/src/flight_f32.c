@@ -608,9 +608,9 @@ static void choose_limit_f32(flight_chain_f32 *chain)
  * held. */
 static void flight_settle_f32(flight_chain_f32 *chain)
 {
-    const float f1 = chain->robot->f1;
+    const float friction = hopform_friction_of_f32(chain->robot).level_1;
     const float free = acceleration_of_f32(chain, chain->actuator.v1, 0);
-    const int side = (int)hopform_goes_f32(free, f1);
+    const int side = (int)hopform_goes_f32(free, friction);
     chain->side = flight_blocked_f32(chain->robot, chain->actuator.x1, side) ? 0 : side;
     chain->actuator.acc1 = chain->side == 0 ? 0.0f : acceleration_of_f32(chain, chain->actuator.v1, chain->side);
 }
@@ -631,7 +631,7 @@ static void rest_f32(flight_chain_f32 *chain, flight_end_kind_f32 kind)
         return;
     }
     flight_settle_f32(chain);
-    if (!(robot->f1 > 0.0f)) {
+    if (!(hopform_friction_of_f32(robot).level_1 > 0.0f)) {
         const int side = (int)hopform_goes_f32(acceleration, 0.0f);
         chain->side = flight_blocked_f32(robot, chain->actuator.x1, side) ? 0 : side;
         chain->actuator.acc1 = chain->side == 0 ? 0.0f : acceleration;

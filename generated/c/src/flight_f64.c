@@ -608,9 +608,9 @@ static void choose_limit_f64(flight_chain_f64 *chain)
  * held. */
 static void flight_settle_f64(flight_chain_f64 *chain)
 {
-    const double f1 = chain->robot->f1;
+    const double friction = hopform_friction_of_f64(chain->robot).level_1;
     const double free = acceleration_of_f64(chain, chain->actuator.v1, 0);
-    const int side = (int)hopform_goes_f64(free, f1);
+    const int side = (int)hopform_goes_f64(free, friction);
     chain->side = flight_blocked_f64(chain->robot, chain->actuator.x1, side) ? 0 : side;
     chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration_of_f64(chain, chain->actuator.v1, chain->side);
 }
@@ -631,7 +631,7 @@ static void rest_f64(flight_chain_f64 *chain, flight_end_kind_f64 kind)
         return;
     }
     flight_settle_f64(chain);
-    if (!(robot->f1 > 0.0)) {
+    if (!(hopform_friction_of_f64(robot).level_1 > 0.0)) {
         const int side = (int)hopform_goes_f64(acceleration, 0.0);
         chain->side = flight_blocked_f64(robot, chain->actuator.x1, side) ? 0 : side;
         chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration;

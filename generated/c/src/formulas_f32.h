@@ -101,6 +101,12 @@ typedef struct {
     float int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
 } hopform_moments_f32;
 
+/* How far the free acceleration of a mass that is held may go to either side. */
+typedef struct {
+    float level_1;  /* [m/s^2] of the actuator */
+    float level_2;  /* [m/s^2] of the body */
+} hopform_friction_f32;
+
 /* R, its derivative and what is left of the initial 1. */
 typedef struct {
     float Rd;      /* [1] derivative of R */
@@ -373,6 +379,16 @@ static inline hopform_motion_f32 hopform_motion_of_body_f32(const hopform_rates_
     const float N1_1 = 0.0f;                      /* held */
     const float N0_1 = 0.0f;                      /* held */
     const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    return result;
+}
+
+/* Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force. */
+static inline hopform_friction_f32 hopform_friction_of_f32(const hopform_robot_f32 *robot)
+{
+    const float f1 = robot->f1, f2 = robot->f2;
+    const float level_1 = f1;  /* (3), (4) */
+    const float level_2 = f2;  /* (3), (4) */
+    const hopform_friction_f32 result = {level_1, level_2};
     return result;
 }
 

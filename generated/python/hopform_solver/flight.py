@@ -354,7 +354,7 @@ def _choose_limit(chain: _Chain) -> None:
 def _settle(chain: _Chain, known: Real | None = None) -> None:
     """An actuator at rest: held while the free acceleration is within the friction; `known` if there is no friction."""
     free = _acceleration(chain, chain.actuator[1], 0) if known is None else known
-    side = int(np.sign(free)) if abs(free) > chain.robot.f1 else 0
+    side = int(np.sign(free)) if abs(free) > formulas.friction_of(chain.robot).level_1 else 0
     chain.side = 0 if _blocked(chain.robot, chain.actuator.x1, side) else side
     acc1 = _acceleration(chain, chain.actuator[1], chain.side) if known is None else known
     chain.actuator = chain.actuator._replace(acc1=acc1 if chain.side else acc1 * 0.0)
@@ -367,7 +367,7 @@ def _rest(chain: _Chain, hits: bool) -> None:
     chain.actuator = Actuator(stop if hits else x1, zero, zero)
     if hits:
         _choose_limit(chain)
-    _settle(chain, None if hits or robot.f1 > 0.0 else acc1)
+    _settle(chain, None if hits or formulas.friction_of(robot).level_1 > 0.0 else acc1)
     turned = "x1_sticks" if chain.side == 0 else "x1_reverses" if chain.side != before else ""
     chain.record("x1_hits_stop" if hits else turned)
 

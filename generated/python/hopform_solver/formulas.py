@@ -19,6 +19,7 @@ from hopform_solver.records import (
     FlightWork,
     FootAt,
     Free,
+    Friction,
     Gains,
     Integrals,
     KnownBasis,
@@ -155,6 +156,16 @@ def motion_of_body(rates: Rates, drive: Drive, state: LegState) -> Motion:
     N1_1 = 0.0                      # held
     N0_1 = 0.0                      # held
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+
+
+def friction_of(robot: Robot) -> Friction:
+    """Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force.
+
+    """
+    f1, f2 = robot.f1, robot.f2
+    level_1 = f1  # (3), (4)
+    level_2 = f2  # (3), (4)
+    return Friction(level_1, level_2)
 
 
 def free_accelerations(rates: Rates, state: LegState, u: Real) -> Free:

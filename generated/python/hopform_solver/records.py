@@ -531,6 +531,15 @@ class Work(NamedTuple):
     """[J] what the actuator's displacement does to the body through the spring"""
 
 
+class Friction(NamedTuple):
+    """How far the free acceleration of a mass that is held may go to either side."""
+
+    level_1: Real
+    """[m/s^2] of the actuator"""
+    level_2: Real
+    """[m/s^2] of the body"""
+
+
 class PairCore(NamedTuple):
     """R, its derivative and what is left of the initial 1."""
 

@@ -64,6 +64,12 @@ typedef struct {
 
 /* ---- the hold rule ---- */
 
+static inline real friction_of_mass_real(const stance_chain_real *chain, int mass)
+{
+    const hopform_friction_real friction = hopform_friction_of_real(&chain->plan->robot);
+    return mass == 1 ? friction.level_1 : friction.level_2;
+}
+
 /* Whether a stop, or the ground that it is bolted to, keeps a mass at rest from going to a side. */
 static inline bool stance_blocked_real(const stance_chain_real *chain, int mass, int side)
 {
@@ -92,11 +98,10 @@ static inline real drift_of_free_real(const stance_chain_real *chain, int mass)
 /* Where a mass at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
 static inline int direction_real(const stance_chain_real *chain, int mass)
 {
-    const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_free_real free =
         hopform_free_accelerations_real(&chain->plan->rates, &chain->state, chain->steps[chain->step].u);
     const real acceleration = chain->alone == mass ? chain->free : (mass == 1 ? free.free_1 : free.free_2);
-    const real friction = mass == 1 ? robot->f1 : robot->f2;
+    const real friction = friction_of_mass_real(chain, mass);
     real goes = hopform_goes_real(acceleration, friction);
     if (!(fabs_real(acceleration) < friction) && !(fabs_real(goes) > 0.0)) {
         const real drift = drift_of_free_real(chain, mass);
@@ -144,14 +149,13 @@ static inline void add_event_function_real(event_set_real *set, real H3, real H2
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
 static inline void add_thresholds_real(const stance_chain_real *chain, stance_events_real *events, int mass)
 {
-    const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_rates_real *rates = &chain->plan->rates;
     const hopform_free_real at_rest =
         hopform_free_accelerations_real(rates, &chain->state, chain->steps[chain->step].u);
     const hopform_numerator_real h = mass == 1 ? hopform_free_numerator_1_real(rates, events->motion)
                                                : hopform_free_numerator_2_real(rates, events->motion);
     const real acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
-    const real friction = mass == 1 ? robot->f1 : robot->f2;
+    const real friction = friction_of_mass_real(chain, mass);
     const int towards = hopform_side_of_slip_real(rates, chain->side_1, chain->side_2);
     for (int side = -1; side <= 1; side += 2) {
         if (side == -towards || stance_blocked_real(chain, mass, side)) {
@@ -172,15 +176,14 @@ static inline void add_thresholds_real(const stance_chain_real *chain, stance_ev
  * zero is known however far it has faded by then. */
 static inline bool rings_about_zero_real(const stance_chain_real *chain)
 {
-    const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_state_real slack = {0.0, 0.0, 0.0, 0.0};
     if ((chain->side_1 != 0 && chain->side_2 != 0) || chain->state.y < 0.0) {
         return false;
     }
     const hopform_free_real free =
         hopform_free_accelerations_real(&chain->plan->rates, &slack, chain->steps[chain->step].u);
-    const real left = chain->side_2 == 0 ? free.free_1 - (real)chain->side_1 * robot->f1
-                                         : free.free_2 - (real)chain->side_2 * robot->f2;
+    const real left = chain->side_2 == 0 ? free.free_1 - (real)chain->side_1 * friction_of_mass_real(chain, 1)
+                                         : free.free_2 - (real)chain->side_2 * friction_of_mass_real(chain, 2);
     return !(fabs_real(left) > 0.0);
 }
 
@@ -520,7 +523,7 @@ static inline void keep_faint_acceleration_real(stance_chain_real *chain, const 
                                                 const hopform_basis_real *basis)
 {
     const hopform_rates_real *rates = &chain->plan->rates;
-    if (chain->plan->robot.f1 > 0.0 || fabs_real(rates->a1_v1) > 0.0) {
+    if (friction_of_mass_real(chain, 1) > 0.0 || fabs_real(rates->a1_v1) > 0.0) {
         return;
     }
     const hopform_free_real at_rest =
@@ -540,16 +543,15 @@ static inline void keep_faint_acceleration_real(stance_chain_real *chain, const 
 static inline void keep_free_acceleration_real(stance_chain_real *chain, const hopform_motion_real *motion,
                                                const stance_phase_end_real *end)
 {
-    const hopform_robot_real *robot = &chain->plan->robot;
     chain->alone = 0;
     if (end->kind == END_VELOCITY_1_real && chain->side_2 == 0) {
         chain->alone = 1;
-        chain->free =
-            hopform_free_after_motion_real((real)chain->side_1, robot->f1, motion->H3_1, motion->H2_1, &end->basis);
+        chain->free = hopform_free_after_motion_real((real)chain->side_1, friction_of_mass_real(chain, 1), motion->H3_1,
+                                                     motion->H2_1, &end->basis);
     } else if (end->kind == END_VELOCITY_2_real && chain->side_1 == 0) {
         chain->alone = 2;
-        chain->free =
-            hopform_free_after_motion_real((real)chain->side_2, robot->f2, motion->H3_2, motion->H2_2, &end->basis);
+        chain->free = hopform_free_after_motion_real((real)chain->side_2, friction_of_mass_real(chain, 2), motion->H3_2,
+                                                     motion->H2_2, &end->basis);
     } else if ((end->kind == END_VELOCITY_1_real || end->kind == STANCE_END_STOP_real) && chain->side_2 != 0) {
         keep_faint_acceleration_real(chain, motion, &end->basis);
     }
@@ -572,13 +574,13 @@ static inline void stance_arrive_real(stance_chain_real *chain, const hopform_mo
 /* The numerators of the next phase. */
 static inline hopform_motion_real motion_from_real(const stance_chain_real *chain)
 {
-    const hopform_robot_real *robot = &chain->plan->robot;
     hopform_motion_real motion =
         hopform_motion_of_real(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     if (chain->alone == 1 && chain->side_1 != 0) {
-        hopform_go_on_real(&motion, 1, chain->side_2 == 0, chain->free - (real)chain->side_1 * robot->f1);
+        hopform_go_on_real(&motion, 1, chain->side_2 == 0,
+                           chain->free - (real)chain->side_1 * friction_of_mass_real(chain, 1));
     } else if (chain->alone == 2 && chain->side_2 != 0) {
-        hopform_go_on_real(&motion, 2, true, chain->free - (real)chain->side_2 * robot->f2);
+        hopform_go_on_real(&motion, 2, true, chain->free - (real)chain->side_2 * friction_of_mass_real(chain, 2));
     }
     return motion;
 }

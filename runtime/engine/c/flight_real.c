@@ -608,9 +608,9 @@ static void choose_limit_real(flight_chain_real *chain)
  * held. */
 static void flight_settle_real(flight_chain_real *chain)
 {
-    const real f1 = chain->robot->f1;
+    const real friction = hopform_friction_of_real(chain->robot).level_1;
     const real free = acceleration_of_real(chain, chain->actuator.v1, 0);
-    const int side = (int)hopform_goes_real(free, f1);
+    const int side = (int)hopform_goes_real(free, friction);
     chain->side = flight_blocked_real(chain->robot, chain->actuator.x1, side) ? 0 : side;
     chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration_of_real(chain, chain->actuator.v1, chain->side);
 }
@@ -631,7 +631,7 @@ static void rest_real(flight_chain_real *chain, flight_end_kind_real kind)
         return;
     }
     flight_settle_real(chain);
-    if (!(robot->f1 > 0.0)) {
+    if (!(hopform_friction_of_real(robot).level_1 > 0.0)) {
         const int side = (int)hopform_goes_real(acceleration, 0.0);
         chain->side = flight_blocked_real(robot, chain->actuator.x1, side) ? 0 : side;
         chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration;

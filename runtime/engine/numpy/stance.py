@@ -107,7 +107,7 @@ class _Chain(NamedTuple):
 
     @property
     def friction(self) -> Array:
-        return np.array([self.plan.robot.f1, self.plan.robot.f2])
+        return np.array([*formulas.friction_of(self.plan.robot)])
 
     @property
     def gap_ahead(self) -> Array:
