@@ -71,15 +71,13 @@ class Command(Shown):
         if datum or margin:
             given += [("datum", f"{datum:.5g} m"), ("stop margin", f"{margin:.5g} m")]
         found = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
-        title = f"Command for {name_of(self.question.robot)}: {self.status}"
-        return Card(title, given, found)
+        return Card(f"Command for {name_of(self.question.robot)}: {self.status}", given, found)
 
     def _arrays(self) -> Arrays:
         u, apex = self.curve()
-        metres = {"units": "m"}
         return {
             "u": (("u",), u), "apex": (("u",), apex), "h_des": ((), self.question.target[0]),
-            "chosen_u": ((), self.u, {"units": "A"}), "chosen_apex": ((), self.apex, metres),
+            "chosen_u": ((), self.u, {"units": "A"}), "chosen_apex": ((), self.apex, {"units": "m"}),
             "status": ((), self.status),
         }  # fmt: skip
 

@@ -69,9 +69,8 @@ def check(wanted: Wanted) -> None:
 def package(wanted: Wanted) -> dict[Path, str]:
     """The text of every file of the package, by path."""
     library = sources(wanted)
-    pair = amalgamated(library, wanted.prefix)
     texts = {where(path, wanted.system): text for path, text in library.items()}
-    texts |= {Path("amalgamated") / name: text for name, text in pair.items()}
+    texts |= {Path("amalgamated") / name: text for name, text in amalgamated(library, wanted.prefix).items()}
     texts[Path("costs.md")] = costs()
     folder = generated("packages")
     files = {path.relative_to(folder / part): path for part in ("all", wanted.system) for path in inside(folder / part)}

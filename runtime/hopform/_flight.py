@@ -116,8 +116,7 @@ class Flight(Motion):
         given = [("x1", start.x1), ("v1", start.v1), ("x2", start.x2), ("v2", start.v2), ("gains", gains)]
         after = [] if self.touchdown is None else [("touchdown at v2", self.touchdown.v2), ("x1", self.touchdown.x1)]
         found = [("apex", self.apex), ("apex_time", self.apex_time), *after, ("events", len(self.events))]
-        title = f"Flight of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
-        return Card(title, given, found)
+        return Card(f"Flight of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s", given, found)
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
         energy = self.energy(t)

@@ -39,10 +39,9 @@ class _Derivatives(Shown):
 
     def arrays(self, over: tuple[str, ...]) -> Arrays:
         """The derivatives over dimensions, rows and columns, with the units of both."""
-        dims = (*over, "row", "column")
         return {
             "row": (("row",), list(self.rows), {}), "column": (("column",), list(self.columns), {}),
-            "derivative": (dims, self.matrix, {"units": "that of the row over that of the column"}),
+            "derivative": ((*over, "row", "column"), self.matrix, {"units": "that of the row over that of the column"}),
             **{f"{name}_unit": ((name,), [UNITS[each] for each in getattr(self, f"{name}s")], {})
                for name in ("row", "column")},
         }  # fmt: skip

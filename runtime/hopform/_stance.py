@@ -281,8 +281,7 @@ class Stance(Motion):
         }
 
     def _solver_state(self, t: ArrayLike) -> records.LegState:
-        times = self._times(t)
-        return self._solved.state_at(times)
+        return self._solved.state_at(self._times(t))
 
     def _time(self, t: float) -> float:
         if not 0.0 <= t <= (sys.float_info.max if self.status == "rest" else self.duration):
@@ -399,8 +398,7 @@ def _stance(
 
 
 def _with_height(stance: Stance, state: records.LegState) -> State:
-    height = float(body_height(stance.robot, stance.dtype, state.x1, state.y))
-    return State(state.x1, state.v1, height, state.v2)
+    return State(state.x1, state.v1, float(body_height(stance.robot, stance.dtype, state.x1, state.y)), state.v2)
 
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:

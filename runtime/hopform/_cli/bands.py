@@ -117,8 +117,7 @@ class Draws:
             own["v2"] = np.array([[hopform.touchdown_velocity(each, height)] for each in self.robots])
         if own["x2"] is not None:
             own["x2"] = own["x2"] + (columns["L0"] + columns["c"]) - (self.model.L0 + self.model.c)
-        solved = hopform.solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns)
-        return solved.apex.astype(np.float64)
+        return hopform.solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns).apex.astype(np.float64)
 
     def runs(self, ground: tuple[float, ...], asked: Any, how: Record, step: Progress) -> Array:
         """The apexes [m] of each robot's run, (robots, hops), NaN from where it hops no more."""

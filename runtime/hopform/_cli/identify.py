@@ -100,8 +100,7 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
         raise HopformError(f"{error}{''.join(taken[:1])}") from None
     off = [trace for trace in found.traces if is_no_fit(trace)]
     if off:
-        worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
-        raise _no_fit(worst, recordings, found)
+        raise _no_fit(max(off, key=lambda each: each.tests.rms / float(np.std(each.measured))), recordings, found)
     return found
 
 

@@ -63,7 +63,6 @@ PRINTED: dict[str, dict[str, Any]] = {
 def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[RenderableType]:
     """Robots side by side, a row per parameter."""
     meaning = ("meaning",) if with_meaning else ()
-    columns = ("parameter", *map(name_of, shown), "unit", *meaning)
     rows = (
         (
             field.name, *(value_of(getattr(robot, field.name), "") for robot in shown),
@@ -71,7 +70,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
         )
         for field in FIELDS
     )  # fmt: skip
-    yield table("", columns, rows, ("parameter", "unit", "meaning"))
+    yield table("", ("parameter", *map(name_of, shown), "unit", *meaning), rows, ("parameter", "unit", "meaning"))
     yield ""
     for robot in shown:
         if robot.description:
@@ -108,8 +107,7 @@ def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[Rendera
     """
     first = solved.phases[0].state
     begin = f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
-    head = f"{begin}, {current(solved.u)}; {ending(solved)}"
-    yield Text(head, style="bold")
+    yield Text(f"{begin}, {current(solved.u)}; {ending(solved)}", style="bold")
     parts = [phases(solved), states(solved), ledger(solved)]
     for part in [*parts, sensitivities(solved)] if with_sensitivities else parts:
         yield ""
@@ -148,14 +146,13 @@ def beginnings(solved: Stance) -> list[str]:
 
 def states(solved: Stance) -> Table:
     """First and last state of the stance."""
-    columns = ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "F [N]", "E [J]", "H [J]")
     rows = list[tuple[str, ...]]()
     for name, t in (("touchdown", 0.0), (solved.status.replace("_", " "), solved.duration)):
         at, energy = solved.at(t), solved.energy(t)
         force = solved.robot.k * float(solved.compression(t))
         numbers = (100.0 * at.x1, at.v1, 100.0 * at.x2, at.v2, force, energy.body, energy.total)
         rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
-    return table("State", columns, rows, ("",))
+    return table("State", ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "F [N]", "E [J]", "H [J]"), rows, ("",))
 
 
 def ledger(solved: Stance) -> Table:
@@ -251,8 +248,7 @@ def command(
 def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Iterator[RenderableType]:
     """A map: bounds and holds by height, then the fixed points."""
     held = np.isfinite(found.hold)
-    head = f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held"
-    yield Text(head, style="bold")
+    yield Text(f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held", style="bold")
     yield ""
     columns = (
         "height [cm]", "lowest [cm]", "at [A]", "highest [cm]", "at [A] ", "held by [A]", "gaps [A]", "limited by "
@@ -276,7 +272,6 @@ BANDS = {"lowest": "lowest, 95 % [cm]", "highest": "highest, 95 % [cm]", "hold":
 
 
 def _height_row(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> tuple[str, ...]:
-    gaps = ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row))
     share = float(np.count_nonzero(found.limited[row])) / found.currents.size
     shown = {name: each for name, each in (bands or {}).items() if name in BANDS}
     return (
@@ -286,7 +281,7 @@ def _height_row(found: Reachability, row: int, bands: Mapping[str, Bands] | None
         number(float(found.highest[row]), scale=100.0),
         number(float(found.u_highest[row])),
         number(float(found.hold[row])),
-        gaps or "-",
+        ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row)) or "-",
         f"{100.0 * share:.0f} %",
         *(text_of(each.at(row), 1.0 if name == "hold" else 100.0) for name, each in shown.items()),
     )
@@ -408,11 +403,10 @@ def reach_record(found: Reachability, drawn: Draws | None, bands: Mapping[str, B
 
 
 def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> Record:
-    names = ("lowest", "u_lowest", "highest", "u_highest", "hold")
     cells = zip(found.currents, found.apex[row], found.admissible[row], strict=True)
     return {
         "height": float(found.heights[row]),
-        **{name: float(getattr(found, name)[row]) for name in names},
+        **{name: float(getattr(found, name)[row]) for name in ("lowest", "u_lowest", "highest", "u_highest", "hold")},
         "gaps": [{"above": low, "below": high} for low, high in found.gaps(row)],
         **{f"{name}_band": bands and bands[name].at(row) for name in BANDS},
         "cells": [
@@ -434,8 +428,7 @@ def stance_csv(solved: Stance, samples: int) -> str:
 
 def run_csv(solved: Run, samples: int) -> str:
     """A run over time: uniform times, and those of touchdowns and take-offs."""
-    t = solved.times(samples)
-    columns = motion_of(solved, t)
+    columns = motion_of(solved, solved.times(samples))
     return to_csv(columns | {"AED": columns["AED"] - columns["AED"][0]})
 
 

@@ -56,8 +56,7 @@ def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: fl
             place(axes, parts, run, n * speed / pictures)
             writer.grab_frame()
         writer.finish()
-        words = f"Animation of {name_of(run.robot)}: {count} pictures, {pictures} a second"
-        return Animation(path.read_bytes(), words)
+        return Animation(path.read_bytes(), f"Animation of {name_of(run.robot)}: {count} pictures, {pictures} a second")
 
 
 def hopping(robot: Robot | None) -> Animation:

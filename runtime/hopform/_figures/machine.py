@@ -46,8 +46,7 @@ def step_response(robot: Robot) -> Drawn:
         f"{'when the leg takes off' if stance.status == 'takeoff' else 'before it sinks back'} at "
         f"{1e3 * stance.duration:.0f} ms: neither the length of the leg nor its acceleration can be commanded at once"
     )
-    data = {"t": t, "x1": x1, "v1": v1, "u": u, "free": free}
-    return figure, ours, data
+    return figure, ours, {"t": t, "x1": x1, "v1": v1, "u": u, "free": free}
 
 
 def compression_cycles(robot: Robot) -> Drawn:
@@ -79,8 +78,7 @@ def compression_cycles(robot: Robot) -> Drawn:
         f"of {cm(run.hops[-1].apex)}. At take-off x1 is {cm(float(x1[-1]))} and still compresses at {v1[-1]:.2f} "
         f"m/s; it reaches {cm(peak)} only in flight"
     )
-    data = {"t": t, "x1": state.x1, "x2": state.x2, "takeoff_x1": x1, "takeoff_v1": v1, "peak": peak}
-    return figure, ours, data
+    return figure, ours, {"t": t, "x1": state.x1, "x2": state.x2, "takeoff_x1": x1, "takeoff_v1": v1, "peak": peak}
 
 
 def friction_threshold(robot: Robot) -> Drawn:
@@ -151,8 +149,7 @@ def schematic(robot: Robot) -> Drawn:
         f"with gamma2 = {robot.gamma2:g} {sign}. The spring pushes body and actuator by F; the leg takes off where F "
         "= 0"
     )
-    lengths = {"x1": LIFT, "compression": DOWN}
-    return figure, ours, {"drawn": lengths, "robot": robot}
+    return figure, ours, {"drawn": {"x1": LIFT, "compression": DOWN}, "robot": robot}
 
 
 def hopper(axes: Axes, x1: float, compression: float, title: str) -> None:
@@ -205,8 +202,7 @@ def hall_sensor(robot: Robot) -> Drawn:
     rate = 1.0 / detector.dt
     t = np.arange(int(run.duration * rate) + 1) / rate
     signal = in_contact(run, t) + NOISE * np.random.default_rng(15).standard_normal(t.size)
-    events = detector.detect(signal.tolist())
-    detected = np.array([event.time for event in events if event.kind == "touchdown"])
+    detected = np.array([event.time for event in detector.detect(signal.tolist()) if event.kind == "touchdown"])
     true = np.array([hop.touchdown_time for hop in run.hops])
     noise = np.linspace(0.10, 0.40, 31)
     mean = np.array([detector.mean_delay(each) for each in noise])

@@ -55,8 +55,7 @@ def family_of_maps(robot: Robot) -> Drawn:
         f"{cm(highest)}. Up to {cm(up_to)} some inputs lead to no take-off: "
         "their curves begin above that"
     )
-    data = {"reach": reach}
-    return figure, ours, data
+    return figure, ours, {"reach": reach}
 
 
 def bounds_of_map(robot: Robot) -> Drawn:
@@ -97,8 +96,7 @@ def bounds_of_map(robot: Robot) -> Drawn:
         f"The stroke limits {int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: "
         f"simulated hops, {mm(noise)} noise on each height; rms distance to the curves {mm(rms(misses))}"
     )
-    data = {"reach": reach, "seen": seen, "least": least, "most": most, "misses": misses, "noise": noise}
-    return figure, ours, data
+    return figure, ours, {"reach": reach, "seen": seen, "least": least, "most": most, "misses": misses, "noise": noise}
 
 
 def beside(which: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -39,7 +39,6 @@ def on_even_ground(robot: Robot) -> Drawn:
     miss = run.table["apex"] - np.array(wanted)
     settled, up = after_steps(miss), wanted.index(max(wanted))
     rise = int(np.argmax(np.abs(miss[up:]) < 0.1 * (max(wanted) - wanted[0]))) + 1
-    figure = tracked(run, {"first controller": run})
     ours = (
         f"{len(run.hops)} hops over flat ground, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. "
         f"The return maps were measured in simulated steady hopping; in expansion a law at 1 kHz (Kp = {Kp:g} "
@@ -47,8 +46,7 @@ def on_even_ground(robot: Robot) -> Drawn:
         f"{rise} hops; the apex is off by {mm(worst(miss))} at most behind a step, by {mm(rms(settled))} rms from "
         f"the {SETTLED + 1}th hop on"
     )
-    data = {"run": run, "wanted": wanted, "miss": miss}
-    return figure, ours, data
+    return tracked(run, {"first controller": run}), ours, {"run": run, "wanted": wanted, "miss": miss}
 
 
 def on_uneven_ground(robot: Robot) -> Drawn:
@@ -66,8 +64,7 @@ def on_uneven_ground(robot: Robot) -> Drawn:
         raise HopformError(f"{robot.name or 'robot'} falls within {SETTLED} hops under the first controller")
     others = [simulate(robot, uniform(count, size, seed=seed), first, height=wanted) for seed in range(100, 112)]
     miss = {name: run.table["apex"] - wanted for name, run in runs.items()}
-    shown = {"first controller": runs["rough"], "exact controller": runs["exact"]}
-    figure = tracked(runs["rough"], shown)
+    figure = tracked(runs["rough"], {"first controller": runs["rough"], "exact controller": runs["exact"]})
     spread = {name: float(np.nanstd(values[SETTLED:])) for name, values in miss.items()}
     spreads = [float(np.nanstd(run.table["apex"][SETTLED:])) for run in others]
     fallen = sum(run.status != "completed" for run in others)
@@ -80,8 +77,7 @@ def on_uneven_ground(robot: Robot) -> Drawn:
         f"ground, up to {mm(worst(miss['soft']))} off. The exact energy-based controller on the same ground is off "
         f"by {worst(miss['exact']):.0e} m at most"
     )
-    data = {"runs": runs, "others": others, "wanted": wanted, "miss": miss, "spread": spread}
-    return figure, ours, data
+    return figure, ours, {"runs": runs, "others": others, "wanted": wanted, "miss": miss, "spread": spread}
 
 
 def with_errors_of_measurement(robot: Robot) -> Drawn:

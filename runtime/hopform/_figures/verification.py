@@ -77,8 +77,7 @@ def improved_model(robot: Robot) -> Drawn:
         f"are this model's own. Without it, viscous friction fitted (b1 = {fitted.b1:.0f}, b2 = {fitted.b2:.1f} N "
         f"s/m), {mm(left['old'][0], 2)} and {mm(left['old'][1], 2)}"
     )
-    data = {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
-    return figure, ours, data
+    return figure, ours, {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
 
 
 def recordings(robot: Robot, u: float) -> Recordings:

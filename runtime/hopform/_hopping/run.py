@@ -230,8 +230,7 @@ class Hop(_Legs):
         robot = self.robot
         level = float(self.flight.energy(0.0).body) + robot.m_s * robot.g * self.ground
         after = level + robot.k * float(self.touchdown.x1) ** 2 / 2.0 - self.energy_lost_at_impact
-        stance = _Leg(self.flight.duration, self.stance, self.ground, after)
-        return [_Leg(0.0, self.flight, self.ground, level), stance]
+        return [_Leg(0.0, self.flight, self.ground, level), _Leg(self.flight.duration, self.stance, self.ground, after)]
 
     def _card(self) -> Card:
         given = [("height", self.height), ("ground", self.ground), ("u", self.u)]
@@ -333,8 +332,7 @@ class Run(_Legs):
         """table, terrain, and, at `times(samples)`, t, x1, v1, x2, v2, ground, foot, u, E, H (`energy`), AED
         (`aed`).
         """
-        motion = motion_of(self, self.times(samples))
-        return {"table": self.table, "terrain": np.array(self.terrain), **motion}
+        return {"table": self.table, "terrain": np.array(self.terrain), **motion_of(self, self.times(samples))}
 
     def times(self, samples: int) -> Array:
         """Uniform times over the run, and those of touchdowns and take-offs."""
@@ -470,8 +468,7 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
     entries = checks.items("start", start, "a State of x1, v1, x2, v2", 4)
     if len(entries) != 4:
         raise HopformError(f"start must be a State of x1, v1, x2, v2, got {shown(start)}")
-    names = (f"start.{name}" for name in State._fields)
-    return State(*map(finite, names, entries, ("m", "m/s", "m", "m/s")))
+    return State(*map(finite, (f"start.{name}" for name in State._fields), entries, ("m", "m/s", "m", "m/s")))
 
 
 def _run(task: _Task, start: State) -> Run:
@@ -531,8 +528,7 @@ def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) ->
     """The controller's answer at a touchdown, and the stance that follows."""
     ground = task.grounds[index]
     try:
-        answer = task.controller(_seen(task, index, time, height, flight))
-        stance = _stance(task, answer, ground, time, flight)
+        stance = _stance(task, task.controller(_seen(task, index, time, height, flight)), ground, time, flight)
     except HopformError as error:
         raise HopformError(f"hop {index}: {error}") from None
     return Hop(index, ground, height, time, flight, stance, stance.apex + ground, -flight.impact_loss)

@@ -59,10 +59,9 @@ class TouchdownDetector:
         """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that confirms it
         [s].
         """
-        signal = items("samples", samples, f"a sequence of {_NUMBERS}", MEMORY // _EACH)
         settings, contact = solver.Detector(self.high, self.low, self.count), solver.Contact()
         found: list[Event] = []
-        for n, sample in enumerate(signal):
+        for n, sample in enumerate(items("samples", samples, f"a sequence of {_NUMBERS}", MEMORY // _EACH)):
             contact, event = solver.touchdown(settings, contact, finite(f"samples[{n}]", sample, "units of the signal"))
             if event:
                 found.append(Event(n * self.dt, _KINDS[event]))
@@ -121,8 +120,7 @@ class TouchdownDetector:
             )
         delays, run = draw.uniform(0.0, self.dt, number), np.zeros(number, dtype=np.int64)
         waiting = np.arange(number)
-        limit = 1000 + 100 * math.ceil(mean) if mean < math.inf else 0
-        for _ in range(limit):
+        for _ in range(1000 + 100 * math.ceil(mean) if mean < math.inf else 0):
             sample = height + deviation * draw.standard_normal(waiting.size)
             above = sample >= np.where(run > 0, self.low, self.high)
             run = np.where(above, run + 1, 0)

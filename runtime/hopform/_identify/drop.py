@@ -132,8 +132,7 @@ class _Body(Kind):
 
     def segment(self, group: Group, first: int) -> Group:
         """With the motions from their releases on, and without what no current of them shows."""
-        numbered = enumerate(group.recordings, first)
-        cuts = [cut for n, each in numbered for cut in _cuts(each, n, self, group.known["g"])]
+        cuts = [cut for n, each in enumerate(group.recordings, first) for cut in _cuts(each, n, self, group.known["g"])]
         held, statements = _driven(cuts) if self.driven else ({}, [])
         return replace(group, cuts=cuts, known={**held, **group.known}, statements=(*group.statements, *statements))
 
@@ -147,7 +146,11 @@ class _Body(Kind):
                 each | _own_starts(cut, oscillation, known["g"] * (each["m_s"] + cut.recording.added_mass) / each["k"])
                 for each, cut, oscillation in zip(shared, cuts, oscillations, strict=True)
             ]
-            driven = _driven_starts(cuts, oscillations, known)
+            driven = [
+                _driven_start(cut, cut.x1, oscillation, known, cutoff)
+                for cut, oscillation in zip(cuts, oscillations, strict=True) if cut.x1 is not None
+                for cutoff in sorted(CUTOFFS, reverse=True)  # hits of a stop are short
+            ]  # fmt: skip
             tries += [first, *([each | other for each in first] for other in driven)]
         return tries
 
@@ -200,10 +203,9 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     values, rig = recording.position("x2"), kind.rig
     unit = recording.units("x2").position
     if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
-        worst = int(np.abs(values - np.median(values)).argmax())
         most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
         message = f"moves over {np.ptp(values):.3g} {unit}; {most}: is its unit right?"
-        raise recording.error_of("x2", message, recording.line + worst)
+        raise recording.error_of("x2", message, recording.line + int(np.abs(values - np.median(values)).argmax()))
     clean = of_recordings.mended(values)
     spans = segments.decays(recording, clean) if rig == "attached" else segments.drops(recording, clean, rig == "free")
     driven = kind.driven and recording.has_current()
@@ -216,12 +218,11 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
             _check_fall(recording, seen, clean[seen:end], g)
         start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
         which = f", {'decay' if rig == 'attached' else 'drop'} {n}" if len(spans) > 1 else ""
-        time = recording.time[start:end]
+        time, label = recording.time[start:end], f"{recording.source}{which}"
         begin = float(time[0])
         steps = of_recordings.steps_of(recording, start, end) if driven else ((0.0, 0.0),)
         beside = None if x1 is None else x1[start:end]
         still = {"x1": 0.0, "v1": 0.0} if rig == "free" and x1 is None else {}
-        label = f"{recording.source}{which}"
         cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, beside, still))
     return cuts
 
@@ -239,10 +240,8 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     count = int(fallen[0]) if fallen.size else lowest
     if count < 5:
         return
-    t = recording.time[line : line + count] - recording.time[line]
-    powers = np.vander(t, 3)
-    parabola = np.linalg.lstsq(powers, x[:count], rcond=None)[0]
-    found = -2.0 * float(parabola[0])
+    powers = np.vander(recording.time[line : line + count] - recording.time[line], 3)
+    found = -2.0 * float(np.linalg.lstsq(powers, x[:count], rcond=None)[0][0])
     error = 2.0 * of_recordings.noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
     margin = 3.0 * error
     if not g / 3.0 - margin < found < 3.0 * g + margin:
@@ -258,14 +257,12 @@ def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
     if rig == "attached":
         return oscillation_of(cut.time, cut.x)
     x = cut.x
-    low, top = float(x.min()), float(x.max())
-    fall = 0.9 * (top - low)
     if rig == "free":
         return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g, rounds)
-    rest = float(np.median(x[-max(x.size // 10, 5) :]))
+    rest, low = float(np.median(x[-max(x.size // 10, 5) :])), float(x.min())
     # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
     depth = max(rest - low, 1e-6)
-    half = fall - depth
+    half = 0.9 * (float(x.max()) - low) - depth
     sag = half - math.sqrt(half * half - depth * depth) if half > depth else max(depth, 1e-4)
     return Oscillation(rest, math.sqrt(g / max(sag, 1e-5)), 0.1 * math.sqrt(g / max(sag, 1e-5)), 0.3)
 
@@ -282,8 +279,7 @@ def _first_stance(time: Array, x: Array, g: float) -> Oscillation:
     )
     length = float(parabola[int(off[0])]) if off.size else 0.5 * (top + float(x[bottom]))
     low = float(x[bottom])
-    depth = max(length - low, 1e-3)
-    square = 2.0 * g * 0.9 * (top - low) / depth**2
+    square = 2.0 * g * 0.9 * (top - low) / max(length - low, 1e-3) ** 2
     return Oscillation(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
 
 
@@ -347,19 +343,10 @@ def _shared_starts(known: Values, guesses: Sequence[Oscillation], added: Sequenc
     ]
 
 
-def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Oscillation], known: Values) -> list[dict[str, float]]:
-    """Least squares on (3) for an actuator whose x1 was recorded, through each filter: acceleration over v1, current
-    and compression.
+def _driven_start(cut: Cut, x1: Array, guess: Oscillation, known: Values, cutoff: float) -> dict[str, float]:
+    """Least squares on (3) for an actuator whose x1 was recorded, through a filter: acceleration over v1, current and
+    compression.
     """
-    return [
-        _driven_start(cut, guess, known, cutoff)
-        for cut, guess in zip(cuts, guesses, strict=True) if cut.x1 is not None
-        for cutoff in sorted(CUTOFFS, reverse=True)  # hits of a stop are short
-    ]  # fmt: skip
-
-
-def _driven_start(cut: Cut, guess: Oscillation, known: Values, cutoff: float) -> dict[str, float]:
-    x1 = cut.x if cut.x1 is None else cut.x1
     step = float(np.median(np.diff(cut.time)))
     cutoff = min(cutoff, 0.2 / step)
     begins, levels = np.array(cut.steps, dtype=float).T
@@ -383,15 +370,8 @@ def _driven_start(cut: Cut, guess: Oscillation, known: Values, cutoff: float) ->
 
 def _own_starts(cut: Cut, guess: Oscillation, sag: float) -> Guess:
     """Where a motion begins: its rest without gravity, place and velocity of the body, and of the actuator."""
-    (v, x), *beside = (_line(cut.time, each) for each in (cut.x, cut.x1) if each is not None)
-    return {"rest": guess.rest + sag, "x": x, "v": v} | {
-        name: at for v1, x1 in beside for name, at in (("x1", x1), ("v1", v1))
-    }
-
-
-def _line(time: Array, values: Array) -> list[float]:
-    """Slope and height of the first samples."""
-    return [float(each) for each in np.polyfit(time[:5], values[:5], 1)]
+    lines = [np.polyfit(cut.time[:5], each[:5], 1) for each in (cut.x, cut.x1) if each is not None]
+    return {"rest": guess.rest + sag} | dict(zip(("v", "x", "v1", "x1"), np.ravel(lines).tolist(), strict=False))
 
 
 def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
@@ -407,13 +387,11 @@ def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
 
 def _traded(first: Guess, rig: Rig) -> list[Guess]:
     """A start with its friction as it is, with more of it Coulomb's, and of a drop with other springs."""
-    coulomb = [name for name in first if name.startswith("f2")]
-    viscous = [name for name in first if name.startswith("b2")]
+    coulomb, viscous = ([name for name in first if name.startswith(letter)] for letter in ("f2", "b2"))
     tries = [first]
     if coulomb and viscous:
         less = {name: 0.5 * first[name] for name in viscous}
-        more = {name: 1.5 * first[name] + 0.05 for name in coulomb}
-        tries.append(first | less | more)
+        tries.append(first | less | {name: 1.5 * first[name] + 0.05 for name in coulomb})
     if rig != "attached" and "k" in first:
         tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
     return tries

@@ -276,11 +276,9 @@ def triangle(matrix: Array) -> Array:
     """R of a tall matrix' QR, block by block: blocks so small that no library of linear algebra starts threads for
     them.
     """
-    width = matrix.shape[1]
-    found = np.empty((0, width))
+    found = np.empty((0, matrix.shape[1]))
     for begin in range(0, matrix.shape[0], 256):
-        rows = np.vstack([found, matrix[begin : begin + 256]])
-        found = np.asarray(np.linalg.qr(rows, mode="r"))
+        found = np.asarray(np.linalg.qr(np.vstack([found, matrix[begin : begin + 256]]), mode="r"))
     return found
 
 
@@ -605,8 +603,7 @@ def tests_of(residual: Array) -> Tests:
     above, below = int(signs.sum()), n - int(signs.sum())
     runs = 1 + int((signs[1:] != signs[:-1]).sum())
     mean = 1.0 + 2.0 * above * below / n
-    variance = max((mean - 1.0) * (mean - 2.0) / max(n - 1, 1), 1e-300)
-    z = (runs - mean) / math.sqrt(variance)
+    z = (runs - mean) / math.sqrt(max((mean - 1.0) * (mean - 2.0) / max(n - 1, 1), 1e-300))
     white = abs(lag) <= 3.0 / math.sqrt(n) and abs(z) <= 3.0
     inflation = 1.0 if white else max((1.0 + lag) / max(1.0 - lag, 1e-3), 1.0)
     return Tests(

@@ -2,7 +2,6 @@
 identify.
 """
 
-import dataclasses
 import math
 import time as clock
 from collections.abc import Mapping, Sequence
@@ -109,9 +108,8 @@ class Fit(Shown):
     def _card(self) -> Card:
         ends = [(each.name, f"{each.value:.4g} +- {0.5 * (each.high - each.low):.2g}")
                 for each in self.estimates if not each.own][:5]  # fmt: skip
-        found = [("rms", self.rms), ("notes", len(self.statements)), ("warnings", len(self.warnings))]
         title = f"Fit ({self.kind}): {len(self.estimates)} parameters from {len(self.traces)} recording(s)"
-        return Card(title, ends, found)
+        return Card(title, ends, [("rms", self.rms), ("notes", len(self.statements)), ("warnings", len(self.warnings))])
 
     def _curve(self) -> Curve:
         trace = self.traces[0]
@@ -166,18 +164,16 @@ class Fit(Shown):
         if self.units.position != "m":
             raise HopformError("a fit in rad is of no hopper: take it to a simulator by --export mjcf, urdf or isaac")
         fields = [each.name for each in Robot.fields()]
-        letters = ["L0" if each.name == "length" else each.name.partition("@")[0] for each in self.estimates]
-        seen = [each.method != "not identifiable" and each.name[:6] != "offset" for each in self.estimates]
-        rows = {letter: [n for n, (own, ok) in enumerate(zip(letters, seen, strict=True)) if own == letter and ok]
-                for letter in fields}  # fmt: skip
-        names = [letter for letter in fields if rows[letter]]
-        mean = np.zeros((len(names), len(letters)))
-        for n, letter in enumerate(names):
-            mean[n, rows[letter]] = 1.0 / len(rows[letter])
-        values = mean @ np.array([each.value for each in self.estimates])
-        low, high = (
+        seen = ["" if each.method == "not identifiable" else each.name.partition("@")[0] for each in self.estimates]
+        letters = ["L0" if letter == "length" else letter for letter in seen]
+        names = [name for name in fields if name in letters]
+        mean = np.array(
+            [[1.0 / letters.count(name) if letter == name else 0.0 for letter in letters] for name in names]
+        )
+        mean = mean.reshape(len(names), len(letters))
+        values, low, high = (
             mean @ np.nan_to_num([getattr(each, end) for each in self.estimates], posinf=0.0, neginf=0.0)
-            for end in ("low", "high")
+            for end in ("value", "low", "high")
         )
         shift = np.array([base.c if letter == "L0" else 0.0 for letter in names])  # the fit has L0 + c
         known = {"L0" if name == "length" else name: value for name, value in self.known.items()}
@@ -189,7 +185,7 @@ class Fit(Shown):
             base.name or "another robot", all(trace.tests.white for trace in self.traces),
         )  # fmt: skip
         changed = given | dict(zip(names, fit.values, strict=True))
-        return dataclasses.replace(base, **changed, fit=fit)  # type: ignore[arg-type]
+        return replace(base, **changed, fit=fit)  # type: ignore[arg-type]
 
     def sample(self, count: int, seed: int | None = None, base: Robot | None = None) -> tuple[Robot, ...]:
         """Robots drawn from the joint distribution of what was fitted; the rest is that of `base`, hopper_c if none."""
@@ -199,14 +195,6 @@ class Fit(Shown):
 def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
     sizes = [0 if trace.quantity == "threshold" else trace.time.size for trace in traces]
     return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
-
-
-def _hopeless(problem: Problem, solution: Solution) -> bool:
-    """Whether a minimum is no fit at all."""
-    return any(
-        each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
-        for each, test in zip(problem.experiments, solution.tests, strict=True)
-    )
 
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
@@ -220,11 +208,8 @@ def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> 
 
 def blind(spread: estimation.Spread) -> list[str]:
     """What recordings do not identify."""
-    statements = list[str]()
-    if spread.weak:
-        statements.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
-    statements += [f"only combinations of {together} are fixed" for together in spread.combinations]
-    return statements
+    weak = [f"not identifiable from these recordings: {', '.join(spread.weak)}"] if spread.weak else []
+    return weak + [f"only combinations of {together} are fixed" for together in spread.combinations]
 
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
@@ -261,22 +246,23 @@ def is_no_fit(trace: Trace) -> bool:
 
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
     """Warnings about residuals: of a fit that fails, and of residuals that are not white."""
-    statements = list[str]()
-    for trace in traces:
-        if missed(trace):
-            statements.append(
-                f"{trace.label}: the fit misses the recording by "
-                f"{100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of its "
-                "motion: it is of another rig, or no start led to it; give more of what is known"
-            )
-    coloured = [
+    statements = [
+        f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of "
+        "its motion: it is of another rig, or no start led to it; give more of what is known"
+        for trace in traces
+        if missed(trace)
+    ]
+    statements += [
         f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "
         f"{trace.tests.runs_z:.1f}): the model misses something, or the noise has a memory"
         for trace in traces
         if not trace.tests.white
     ]
-    widened = f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common"
-    return [*statements, *coloured, *([widened] if inflation > 1.0 else [])]
+    if inflation > 1.0:
+        statements.append(
+            f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common"
+        )
+    return statements
 
 
 def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> dict[tuple[str, str], float]:
@@ -301,7 +287,9 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     problem = problem_of(given, known, asked.backend, asked.loss)
     asked.stage("fit")
     problem, solution = _minimum(problem, asked.nuisances)
-    usable, inflation = not _hopeless(problem, solution), solution.inflation
+    usable, inflation = True, solution.inflation
+    for each, test in zip(problem.experiments, solution.tests, strict=True):
+        usable &= each.kind == "threshold" or not _is_off(each.measured, test.rms, _NO_FIT)
     estimates, spread = estimation.estimates(solution, inflation=inflation, profiles=usable, progress=asked.stage)
     asked.stage("diagnoses")
     diagnoses = nuisances.diagnose(problem, solution) if asked.diagnose else ()

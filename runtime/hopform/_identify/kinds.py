@@ -247,9 +247,8 @@ def _by_name(guesses: Sequence[Guess], names: Sequence[Mapping[str, str]]) -> Gu
 
 
 def _parameter(letter: str, name: str, value: float, x: Array, units: Units) -> Parameter:
-    reach = float(np.ptp(x))
-    scales = dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach) | dict.fromkeys(("v", "v1"), reach)
-    scale = (scales | {"impact_loss": 0.1, "offset": 0.1}).get(letter, max(abs(value), 0.1))
+    scales = dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * float(np.ptp(x))) | {"impact_loss": 0.1, "offset": 0.1}
+    scale = float(np.ptp(x)) if letter in ("v", "v1") else scales.get(letter, max(abs(value), 0.1))
     return Parameter(name, units.of(UNITS[letter]), value, scale, _DOMAINS.get(letter, "real"),
                      profiled=letter in ("f1", "f2"), own=letter in _OWN)  # fmt: skip
 
@@ -265,14 +264,14 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         own = {p.name: p.start for p in problem.parameters}
         shared = next((name for name in ("k", "m_eff") if name in parameters and own.get(name, 0.0) > 0.0), None)
         factor = parameters[shared].start / own[shared] if shared and problem.quantity == "x1" else 1.0
-        factors = {name: factor for name in _SCALED}
-        several = [
-            {name: value * factors.get(name, 1.0) for name, value in each.items()} for each in problem.starts or (own,)
-        ]
+        factors = {name: factor if name in _SCALED else 1.0 for each in (own, *problem.starts) for name in each}
         for p in problem.parameters:
-            by = factors.get(p.name, 1.0)
+            by = factors[p.name]
             parameters.setdefault(p.name, p._replace(start=p.start * by, scale=max(p.scale * by, 1e-12)))
-        new = [{name: value for name, value in each.items() if name not in first} for each in several]
+        new = [
+            {name: value * factors[name] for name, value in each.items() if name not in first}
+            for each in problem.starts or (own,)
+        ]
         others += [each for each in new[1:] if each != new[0]]
         first |= new[0]
         known |= problem.known
@@ -307,10 +306,8 @@ def _missing(names: Iterable[str], known: Values) -> list[str]:
     if "b2" not in has:
         statements.append("nothing was recorded of the body: a drop test gives k/m_s, b2, f2, L0 + c and impact_loss")
     elif "length" not in has:
-        statements.append(
-            "L0 + c and impact_loss cannot be identified from a body that is fixed to its spring: "
-            "drop it onto the ground"
-        )
+        fixed = "L0 + c and impact_loss cannot be identified from a body that is fixed to its spring"
+        statements.append(f"{fixed}: drop it onto the ground")
     if "b1" not in has:
         statements.append("nothing was recorded of the actuator: a step response gives m_eff, b1, f1 and gamma2")
     return statements

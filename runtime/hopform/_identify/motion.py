@@ -127,11 +127,9 @@ def stance_piece(
     horizon = max(float(times[-1]), 1e-9) * (1.0 + 1e-12) if times.size else 1e-9
     found = solved(robot, records.LegState(x1, v1, v2, compression), steps, horizon, backend)
     ending, duration, last, *_ = found.outcome()
-    within = times if ENDINGS[ending] == "rest" else times[times <= duration]
-    at, rows = found.tangents(np.ascontiguousarray(within))
+    at, rows = found.tangents(np.ascontiguousarray(times if ENDINGS[ending] == "rest" else times[times <= duration]))
     by = _of_height(rows, given)
-    height = at.x1 - at.y + robot.L0 + robot.c
-    motion = Motion(np.stack([at.x1, at.v1, height, at.v2], axis=1), by)
+    motion = Motion(np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1), by)
     if ENDINGS[ending] != "takeoff":
         return Piece(motion, duration, None, None, None)
     ends = in_height(found.sensitivities(), given)
@@ -190,8 +188,7 @@ def drop(
     if robot.c != 0.0:
         raise HopformError(f"a drop takes the whole length as L0, c must be 0 m, got {robot.c!r}")
     rig, state, columns = _Rig(robot, steps, backend), np.array(start, dtype=float), len(COLUMNS)
-    flies = bool(state[2] - state[0] > robot.L0)
-    run = _Run(0.0, np.zeros(columns), state, np.eye(4, columns), flies, touches=False)
+    run = _Run(0.0, np.zeros(columns), state, np.eye(4, columns), bool(state[2] - state[0] > robot.L0), touches=False)
     pieces, done = list[Motion](), 0
     for _ in range(_MOST_PIECES):
         moved, run = _piece(rig, run, times[done:])

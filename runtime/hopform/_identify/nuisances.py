@@ -199,8 +199,7 @@ def _fitted(problem: Problem, solution: Solution, letter: str) -> list[Diagnosis
         other = follow(problem)
         noise = [min(pair) for pair in zip(again.sigma, other.sigma, strict=True)]
         again = min(again, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise))
-    values = {name: again.values[name] for name in new}
-    return _worth(letter, values, solution, again.residuals)
+    return _worth(letter, {name: again.values[name] for name in new}, solution, again.residuals)
 
 
 def _worth(name: str, values: Values, solution: Solution, after: Sequence[Array]) -> list[Diagnosis]:
@@ -263,8 +262,7 @@ def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
     masks: list[NDArray[np.bool_]] = [~outliers(each.measured) for each in problem.experiments]
     if all(mask.all() for mask in masks):
         return []
-    some = selected(problem.experiments, masks)
-    again = estimation.again(solution, some, most=25, precision=1e-6)
+    again = estimation.again(solution, selected(problem.experiments, masks), most=25, precision=1e-6)
     whole = estimation.again(again, problem.experiments, most=1)
     pairs = zip(whole.residuals, again.residuals, strict=True)
     off = sum(int((np.abs(part) > _OFF * estimation.rms(kept)).sum()) for part, kept in pairs)

@@ -439,8 +439,7 @@ def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
         at = np.flatnonzero(np.abs(values - extreme) <= 1e-12 * max(abs(float(extreme)), 1.0))
         if at.size < least or noise == 0.0:
             continue
-        runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
-        longest = max(runs, key=len)
+        longest = max(np.split(at, np.flatnonzero(np.diff(at) > 1) + 1), key=len)
         if len(longest) >= least:
             return int(longest[0]), int(longest[-1])
     return None
@@ -449,8 +448,7 @@ def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
 def gaps_of(time: Array) -> list[tuple[float, float]]:
     """Gaps: begin and length [s] of each pause that is over 2.5 times the usual one."""
     steps = np.diff(time)
-    usual = float(np.median(steps))
-    return [(float(time[n]), float(steps[n])) for n in np.flatnonzero(steps > 2.5 * usual)]
+    return [(float(time[n]), float(steps[n])) for n in np.flatnonzero(steps > 2.5 * float(np.median(steps)))]
 
 
 def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:

@@ -124,8 +124,7 @@ class _Filter:
         h, (m0, m1, m2, m3) = self.step, self.moments
         rise, left, right = np.diff(x), h * v[:-1], h * v[1:]
         gain = x[:-1] * m0 + left * m1 + (3.0 * rise - 2.0 * left - right) * m2 + (left + right - 2.0 * rise) * m3
-        start = x[0] - self.lag * v[0] if first is None else first
-        return _recursion(self.decay, np.concatenate([[start], gain]))
+        return _recursion(self.decay, np.concatenate([[x[0] - self.lag * v[0] if first is None else first], gain]))
 
 
 def _recursion(decay: Array, gain: Array) -> Array:
@@ -209,8 +208,7 @@ class Experiment:
         """The predicted measurement, and its derivatives by the parameters."""
         time, sensor, at = self.time if time is None else time, self.sensor(values), self.letters(values)
         here = in_recorded_time(at, sensor.clock)
-        steps = delayed(self.steps, sensor.delay)
-        moved, rate = _PREDICT[self.kind](self, here, steps, time)
+        moved, rate = _PREDICT[self.kind](self, here, delayed(self.steps, sensor.delay), time)
         states, by = moved
         if "delay" in self.names:
             by["delay"] = _by_delay(states, by, rate, time)
@@ -370,16 +368,14 @@ def _leg_robot(of: Experiment, at: Values) -> records.Robot:
 
 
 def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
-    robot = _leg_robot(of, at)
     steps = tuple((t, u + at["offset"]) for t, u in steps)
-    moved = _dropped(robot, (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
+    moved = _dropped(_leg_robot(of, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
     pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
     stopped = at["v1"] == 0.0 and (
         (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
     )
     first = 0.0 if stopped else _first_acceleration(pull, at["v1"], at["f1"])
-    rates = {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
-    return _rows(of, moved, STATE.index(of.of), _OF_BODY), rates
+    return _rows(of, moved, STATE.index(of.of), _OF_BODY), {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
 
 
 def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:

@@ -90,8 +90,7 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
     """
     found = _from(problem, held, problem.starts or ({},), sigma)
     if not held and _level(problem, found) > 1.0:
-        again = _from(problem, held, _further(problem.parameters, found.values), sigma)
-        found = estimation.best([found, again])
+        found = estimation.best([found, _from(problem, held, _further(problem.parameters, found.values), sigma)])
     return _weighed(problem, found, held)
 
 
@@ -136,8 +135,7 @@ def _from(problem: Problem, held: Values, starts: Sequence[Values], sigma: Seque
     solve = partial(estimation.solve, fixed=held, loss=problem.loss, sigma=sigma)
     tried = [_from_start([p for p in problem.parameters if p.name not in held], start) for start in starts]
     if len(tried) > _FINALISTS:
-        costs = [solve(first, each, most=1).cost for each in tried]
-        order: list[int] = np.argsort(costs, kind="stable").tolist()
+        order: list[int] = np.argsort([solve(first, each, most=1).cost for each in tried], kind="stable").tolist()
         tried = [tried[n] for n in order[:_FINALISTS]]
 
     def settled(part: Sequence[Experiment], start: Sequence[Parameter]) -> Solution:
@@ -272,8 +270,7 @@ def _traded(problem: Problem, found: Solution) -> Solution:
     some = [_beginning(each, 1.0) for each in problem.experiments]
 
     def least(start: Values) -> Solution:
-        tried = _from_start(estimation.started(found), start)
-        return estimation.again(found, some, tried, most=6, precision=1e-4)
+        return estimation.again(found, some, _from_start(estimation.started(found), start), most=6, precision=1e-4)
 
     first = best = least({})
     for b, f in _TRADES if white else _TRADES + _SMALL_TRADES:

@@ -105,8 +105,7 @@ def _reach(values: Array, span: Span) -> float:
 
 def _hand(values: Array, span: Span, begin: int = 0) -> int:
     """Where the hand has taken the body from rest, before a decay: the last crossing of its rest."""
-    part = values[slice(*span)]
-    side = np.signbit(values[begin : span[0]] - rest_of(part))
+    side = np.signbit(values[begin : span[0]] - rest_of(values[slice(*span)]))
     crossings = np.flatnonzero(side[1:] != side[:-1])
     return begin + int(crossings[-1]) if crossings.size else begin
 
@@ -123,8 +122,7 @@ def _pace(recording: Recording, values: Array, span: Span) -> float:
     if len(large) < 3:
         return math.nan
     share = left[crossings] / (left[crossings] - left[crossings + 1])
-    moments = time[crossings] + share * (time[crossings + 1] - time[crossings])
-    return float(np.median(np.diff(moments)[large]))
+    return float(np.median(np.diff(time[crossings] + share * (time[crossings + 1] - time[crossings]))[large]))
 
 
 def drops(recording: Recording, values: Array, driven: bool = False) -> list[Span]:
@@ -266,8 +264,7 @@ def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = 
     while _covered(time, long) < 0.5 * _covered(time, spans) and cut > _SLOWEST:
         cut = 0.5 * cut
         long, spans = _spans(time, step, cut)
-    parts = [filtered_part(time[a:b], x[a:b], u[a:b], step, cut) for a, b in sorted(long or spans[:1])]
-    return joined(parts)
+    return joined([filtered_part(time[a:b], x[a:b], u[a:b], step, cut) for a, b in sorted(long or spans[:1])])
 
 
 def joined(parts: Sequence[Filtered]) -> Filtered:

@@ -108,8 +108,7 @@ def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff
     x = of_recordings.mended(recording.position("x1"))
     rows = filtered(recording, cutoff, mend=True)
     spring = "k" in letters
-    columns = [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else [])
-    found = moving_rows(rows, columns)
+    found = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else []))
     b, f, gamma, constant = found[:4]
     k = max(found[4], 1e-3) if spring else 0.0
     scales = (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
@@ -306,8 +305,7 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
         tried = [least(missed, start, loss=loss, f_scale=estimation.BEND) for start in (found, trimmed)]
         found = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
-    tests = estimation.tests_of(residual)
-    variance = float((residual**2).sum()) / max(b.size - found.size, 1) * tests.inflation
+    variance = float((residual**2).sum()) / max(b.size - found.size, 1) * estimation.tests_of(residual).inflation
     inverse = np.asarray(np.linalg.inv(scaled.T @ scaled), dtype=np.float64)
     covariance = inverse * variance / np.outer(size, size)
     return (found / size).tolist(), covariance, residual

@@ -188,5 +188,4 @@ def _ramps(time: Array, still: float, most: float) -> Array:
     """Up to the largest current in the first half, back to 0, down to its negative in the second."""
     half = 0.5 * float(time[-1])
     part = np.where(time < half, time, time - half)
-    sign = np.where(time < half, 1.0, -1.0)
-    return sign * most * np.clip((part - still) / max(half - still, 1e-9), 0.0, 1.0)
+    return np.where(time < half, 1.0, -1.0) * most * np.clip((part - still) / max(half - still, 1e-9), 0.0, 1.0)

@@ -311,8 +311,7 @@ def _nearest(word: str, known: list[str]) -> str:
 
 
 def _no_such_robot(name: str) -> NoReturn:
-    looks_like_a_file = "/" in name or "\\" in name or name.endswith(".toml")
-    if looks_like_a_file:
+    if "/" in name or "\\" in name or name.endswith(".toml"):
         raise HopformError(f"there is no file {shown(name)}")
     nearest, known = _nearest(name, list(ROBOTS)), f"{', '.join(ROBOTS)}, or a TOML file"
     raise HopformError(f"there is no robot {shown(name)}{f'{nearest} Known' if nearest else '; known'}: {known}")

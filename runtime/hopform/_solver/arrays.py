@@ -33,13 +33,12 @@ class Solved:
     def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         p = self.solution.phases
-        columns = (p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step)
-        rows = zip(*(column.tolist() for column in columns), strict=True)
+        rows = zip(*(column.tolist() for column in (p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step)), strict=True)
         return [(t, LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
 
     def state(self, t: float) -> LegState:
         """The state at one time."""
-        return LegState(*(float(column[0]) for column in self.state_at(np.array([t], self.solution.duration.dtype))))
+        return LegState(*(each.item() for each in self.state_at(np.array([t], self.solution.duration.dtype))))
 
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
@@ -48,15 +47,12 @@ class Solved:
     def grid(self, dt: float, out: LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension."""
         real = self.solution.duration.dtype.type
-        t = np.arange(out.x1.size, dtype=real) * real(dt)
-        for column, values in zip(out, self.state_at(t), strict=True):
+        for column, values in zip(out, self.state_at(np.arange(out.x1.size, dtype=real) * real(dt)), strict=True):
             column[...] = values
 
     def energy(self, t: float) -> records.Energy:
         """Energies at one time."""
-        return records.Energy(
-            *(float(column[0]) for column in self.energy_at(np.array([t], self.solution.duration.dtype)))
-        )
+        return records.Energy(*(each.item() for each in self.energy_at(np.array([t], self.solution.duration.dtype))))
 
     def energy_at(self, t: Array) -> records.Energy:
         """Energies at times of one dimension."""
@@ -99,8 +95,7 @@ class ArrayFlight:
 
     def rows(self) -> list[FlightRow]:
         """The phases."""
-        phases = self.flight.phases
-        return [FlightRow(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in phases]
+        return [FlightRow(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in self.flight.phases]
 
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
@@ -145,10 +140,10 @@ class OnArrays:
         self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
-        return cast(
-            "tuple[float, float, int, int]",
-            self.package.control.choose(parameters, start, target, max_phases, dtype.type),
+        found: tuple[float, float, int, int] = self.package.control.choose(
+            parameters, start, target, max_phases, dtype.type
         )
+        return found
 
     def apexes(
         self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float,

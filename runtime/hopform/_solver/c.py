@@ -69,9 +69,7 @@ class Library:
 
     def address(self, name: str) -> int:
         """Address of a function of the library."""
-        address = ctypes.cast(getattr(self._handle, f"{self._prefix}_{name}"), ctypes.c_void_p).value
-        assert address is not None
-        return address
+        return cast(int, ctypes.cast(getattr(self._handle, f"{self._prefix}_{name}"), ctypes.c_void_p).value)
 
     def function(self, name: str, types: Types) -> Any:
         """A function in one precision, which returns a status."""
@@ -140,8 +138,7 @@ def layout(structure: Any) -> struct.Struct:
             letters(kind) if issubclass(kind, ctypes.Structure) else kind._type_ for _, kind in structure._fields_
         )
 
-    longest = ctypes.alignment(structure)
-    return struct.Struct(f"{letters(structure)}0{'d' if longest == 8 else 'f'}")
+    return struct.Struct(f"{letters(structure)}0{'d' if ctypes.alignment(structure) == 8 else 'f'}")
 
 
 def _packed_doubles(*numbers: float) -> bytes:
@@ -316,13 +313,7 @@ class Compiled:
 
 
 def solve_stance(
-    solver: Compiled,
-    parameters: tuple[Any, ...],
-    start: LegState,
-    steps: Steps,
-    horizon: float,
-    max_phases: int,
-    dtype: Precision,
+    solver: Compiled, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision
 ) -> Solved:
     """One stance, by the compiled library."""
     buffers = solver.library.buffers(dtype)
@@ -380,8 +371,7 @@ class NativeFlight:
         return LegState(end.x1, end.v1, end.v2, end.y)
 
     def rows(self) -> list[FlightRow]:
-        kept = self.phases[: self.flight.phases_kept]
-        return [FlightRow(p.t, p.x1, p.v1, p.side, p.limit, p.event) for p in kept]
+        return [FlightRow(p.t, p.x1, p.v1, p.side, p.limit, p.event) for p in self.phases[: self.flight.phases_kept]]
 
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""

@@ -33,7 +33,11 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
         ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p,
     )  # fmt: skip
     loops = (ctypes.c_void_p * 2)(*(library.address(f"stance_loop_{suffix}") for suffix in ("f32", "f64")))
-    types = bytes(np.dtype(code).num for row in _types() for code in row)
+    types = bytes(
+        np.dtype(code).num
+        for real in (np.float32, np.float64)
+        for code in (*[real] * len(package.INPUTS), *(np.intc if name in package.CODES else real for name in RESULTS))
+    )
     type_numbers = (ctypes.c_char * len(types)).from_buffer_copy(types)
     data = (ctypes.c_void_p * 2)()
     texts = (b"stance", meaning.encode(), package.SIGNATURE.encode())
@@ -41,14 +45,6 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
     return prototype(table[_INDEX_IN_API])(
         loops, data, type_numbers, 2, len(package.INPUTS), len(RESULTS), -1, texts[0], texts[1], 0, texts[2]
     )
-
-
-def _types() -> list[list[Any]]:
-    """The types of inputs and results, once per precision."""
-    return [
-        [real] * len(package.INPUTS) + [np.intc if name in package.CODES else real for name in RESULTS]
-        for real in (np.float32, np.float64)
-    ]
 
 
 def solve_columns(

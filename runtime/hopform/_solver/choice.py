@@ -1,18 +1,14 @@
 """A solver: a generated package with its back ends, the compiled library where it is there and current, else NumPy."""
 
 import warnings
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Callable
+from typing import TypeAlias
 
 from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
 from hopform._solver import c, c_batch, c_control
 from hopform._solver.arrays import ArrayFlight, OnArrays, Solved
-from hopform._solver.library import Backend
-from hopform._solver.package import OURS, Columns, Events, LegState, Package, Precision, Steps, Target, records
+from hopform._solver.package import OURS, Package
 
 
 class C(c.Compiled):
@@ -31,48 +27,11 @@ SolvedFlight: TypeAlias = c.NativeFlight | ArrayFlight
 """A stance and a flight as their back end keeps them; arrays of times have one dimension."""
 
 
-class BackEnd(Protocol):
-    """The interface of a back end over any generated package: `C` by its compiled library, `OnArrays` by NumPy.
+BackEnd: TypeAlias = C | OnArrays
+"""A back end over any generated package, by its compiled library or by NumPy: both have the same methods.
 
-    A state is x1, v1, v2 and the compression y. HopformError where numbers leave the range of the precision.
-    """
-
-    name: Backend
-
-    def solve_stance(
-        self, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision, /
-    ) -> SolvedStance: ...
-
-    def solve_flight(
-        self, parameters: Any, start: LegState, gains: records.Gains | None, horizon: float, max_phases: int,
-        dtype: Precision, /,
-    ) -> SolvedFlight: ...  # fmt: skip
-
-    def choose_current(
-        self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision, /
-    ) -> tuple[float, float, int, int]:
-        """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
-        ...
-
-    def apexes(
-        self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float, max_phases: int, /
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
-        ...
-
-    def solve_columns(
-        self, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool, /
-    ) -> Events:
-        """Put the results of stances into arrays; the events, if they are asked for."""
-        ...
-
-    def read_columns(
-        self, name: str, columns: Columns, results: NDArray[Any], status: NDArray[Any], max_phases: int, /
-    ) -> None:
-        """Put the `sensitivities`, rows times columns, or the largest `compressions` of stances into an array, NaN
-        where there are none; `status` is that of `solve_columns`.
-        """
-        ...
+A state is x1, v1, v2 and the compression y. HopformError where numbers leave the range of the precision.
+"""
 
 
 class Solver:
