@@ -7,7 +7,7 @@ A controller has the fitted robot, the one that hops is drawn. A band goes from 
 # matplotlib's own annotations leave the type of **kwargs open.
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -20,6 +20,7 @@ from hopform._checks import MEMORY
 from hopform._cli.output import Record, number
 from hopform._errors import HopformError
 from hopform._files import name_of
+from hopform._progress import progress_bar
 from hopform._robots import Provenance
 
 if TYPE_CHECKING:
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], object]
 
 
 class Band(NamedTuple):
@@ -119,26 +119,30 @@ class Draws:
             own["x2"] = own["x2"] + (columns["L0"] + columns["c"]) - (self.model.L0 + self.model.c)
         return hopform.solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns).apex.astype(np.float64)
 
-    def runs(self, ground: tuple[float, ...], asked: Any, how: Record, step: Progress) -> Array:
+    def runs(self, ground: tuple[float, ...], asked: Any, how: Record) -> Array:
         """The apexes [m] of each robot's run, (robots, hops), NaN from where it hops no more."""
         found = np.full((len(self.robots), len(ground)), np.nan)
         errors = how["errors"]
         believed = self.model if errors.model is None else errors.model
         prepared = asked.prepare(believed, ground) if hasattr(asked, "prepare") else asked
-        for row, each in enumerate(self.robots):
-            run = hopform.simulate(each, ground, prepared, **{**how, "errors": replace(errors, model=believed)})
+        how = {**how, "errors": replace(errors, model=believed)}
+        for row, each in enumerate(self._counted()):
+            run = hopform.simulate(each, ground, prepared, **how)
             found[row, : len(run.hops)] = [hop.apex for hop in run.hops]
-            step(row + 1, len(self.robots))
         return found
 
-    def maps(self, heights: Array, currents: Array, how: Record, step: Progress) -> dict[str, Bands]:
+    def maps(self, heights: Array, currents: Array, how: Record) -> dict[str, Bands]:
         """Bands of a map's `apex` (heights, currents), and of its `lowest`, `highest`, `hold` (heights)."""
-        found = list[hopform.Reachability]()
-        for each in self.robots:
-            found.append(hopform.reachability(each, heights, currents, **how))
-            step(len(found), len(self.robots))
+        found = [hopform.reachability(each, heights, currents, **how) for each in self._counted()]
         names = ("apex", "lowest", "highest", "hold")
         return {name: bands_of(np.array([getattr(each, name) for each in found])) for name in names}
+
+    def _counted(self) -> Iterator[hopform.Robot]:
+        """The robots one by one, with a bar that shows how many are done."""
+        with progress_bar(f"{len(self.robots)} robots") as step:
+            for done, each in enumerate(self.robots):
+                step(done, len(self.robots))
+                yield each
 
 
 def robot_and_draws(

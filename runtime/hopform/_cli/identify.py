@@ -13,9 +13,9 @@ import hopform
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
-from hopform._cli.output import check_outputs, figures, picture, show, to_json, warn
+from hopform._cli.output import check_outputs, deliver, figures, picture, show, to_json
 from hopform._errors import HopformError
-from hopform._files import Named, name_of, write
+from hopform._files import Named
 from hopform._identify import synthetic
 from hopform._identify.estimation import Progress
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
@@ -263,18 +263,8 @@ def identify(
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         model = model_of(answer, export) if export else ""
         written = files_of(answer, base, out, report, plot, model)
-    if model and not out:
-        write(written)
-        warn(answer.warnings)
-        print(model, end="")
-        return
-    printed = to_json(**reports.record_of(answer)) if json else ""
-    shown = [] if json else [*reports.tables_of(answer), *(f"wrote {name_of(path)}" for path, _ in written)]
-    write(written)
-    warn(answer.warnings)
-    if json:
-        print(printed)
-    show(shown)
+    text = to_json(**reports.record_of(answer)) + "\n" if json else ""
+    deliver(written, answer.warnings, model if model and not out else text, lambda: reports.tables_of(answer))
 
 
 def record(
@@ -287,9 +277,8 @@ def record(
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     base = hopform.load_robot(robot)
     made = synthetic.record(
-        base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum,
-        height=height,
-        current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
+        base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
+        hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
     )  # fmt: skip
     if plan:
         weighed = "m_eff" if test in ("step", "air", "ramp") else "m_s"  # what is taken as known if nothing is given
@@ -298,8 +287,7 @@ def record(
         ramp = str(test) == "ramp"
         plan_of = friction_threshold([made], spring=spring) if ramp else check({str(test): [made]}, given, letters)
         show(reports.tables_of(plan_of))
-    elif csv is None or csv == "-":
-        print(synthetic.to_csv(made), end="")
-    else:
-        write([(Path(csv), synthetic.to_csv(made).encode())])
-        show([f"wrote {name_of(csv)}"])
+        return
+    text = synthetic.to_csv(made)
+    file = [] if csv is None or csv == "-" else [(Path(csv), text.encode())]
+    deliver(file, (), "" if file else text, list)

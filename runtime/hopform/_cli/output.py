@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Record = dict[str, Any]
+Files = Sequence[tuple[Path, bytes]]
+"""Files to be written, each with what is in it."""
 Rows = Iterable[Sequence[str]]
 
 UNBROKEN = 240
@@ -130,7 +132,7 @@ def emit(
     more: Iterable[tuple[Path | None, Callable[[], bytes]]] = (),
 ) -> None:  # fmt: skip
     """Make everything that was asked for; only then write the files, then print."""
-    printed, shown, files = "", list[RenderableType](), list[tuple[Path, bytes]]()
+    printed, files = "", list[tuple[Path, bytes]]()
     with progress_bar("writing"):
         if csv == "-":
             printed = columns()
@@ -141,8 +143,14 @@ def emit(
         files += [(path, content()) for path, content in more if path is not None]
         if json:
             printed = to_json(**record()) + "\n"
-        if not printed:
-            shown = [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
+    deliver(files, warnings, printed, readable)
+
+
+def deliver(
+    files: Files, warnings: Iterable[str], printed: str, readable: Callable[[], Iterable[RenderableType]]
+) -> None:
+    """Write the files, then print: the text if there is one, else the tables and which files were written."""
+    shown = [] if printed else [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
     write(files)
     warn(warnings)
     print(printed, end="")

@@ -210,16 +210,15 @@ class _Page(NamedTuple):
 
 
 def _fit_page(fit: Fit) -> _Page:
-    pairs = [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]
-    correlations = [Section("Correlations", ("first", "second", "correlation"), pairs)] if pairs else []
-    statements = list[str]()
+    sections, statements = fit_sections(fit), list[str]()
+    if pairs := [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]:
+        sections.append(Section("Correlations", ("first", "second", "correlation"), pairs))
     for trace in fit.traces:
         unit, factor = fit.units.shown(trace.quantity)
         if not math.isnan(trace.old_rms):
             new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
             statements.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
-    statements += [*fit.statements, *fit.warnings]
-    return _Page(TITLES[fit.kind], [*fit_sections(fit), *correlations], statements)
+    return _Page(TITLES[fit.kind], sections, [*statements, *fit.statements, *fit.warnings])
 
 
 def _threshold_page(threshold: Threshold) -> _Page:

@@ -118,25 +118,19 @@ def hop(
         noise_x1, noise_v1, noise_x2, noise_v2, noise_ground, current_scale, quantum, delay,
         None if model is None else hopform.load_robot(model),
     )  # fmt: skip
-    how: dict[str, Any] = {
-        "height": height, "gains": gains, "errors": errors, "seed": seed, "horizon": horizon, "backend": backend,
-    }  # fmt: skip
+    how: dict[str, Any] = {"height": height, "gains": gains, "errors": errors, "seed": seed}
+    how |= {"horizon": horizon, "backend": backend}
     with progress_bar(f"{len(ground)} hops") as progress:
         run = hopform.simulate(hopper, ground, asked, **how, progress=progress)
-    bands = None
-    if drawn:
-        with progress_bar(f"{draws} robots") as progress:
-            bands = bands_of(drawn.runs(ground, asked, how, progress))
+    bands = bands_of(drawn.runs(ground, asked, how)) if drawn else None
 
     def over(axes: "Axes") -> None:
         apexes = [hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops]
         if bands:
             legend(axes, [draw(bands, axes, np.array(apexes), one_each=True)])
 
-    settings = {
-        "height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des,
-        "seed": seed,
-    }  # fmt: skip
+    settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None}
+    settings |= {"h_des": h_des, "seed": seed}
     emit(
         run, lambda: tables.run_record(run, settings, drawn, bands),
         lambda: tables.run(run, gains is None, drawn, bands), [*run.warnings, *(drawn.warnings() if drawn else ())],
@@ -204,10 +198,7 @@ def reach(
     how: dict[str, Any] = {"stop_margin": stop_margin, "horizon": horizon, "backend": backend}
     with progress_bar(f"{heights} heights") as advance:
         found = hopform.reachability(hopper, range_of_h, range_of_u, **how, progress=advance)
-    bands = None
-    if drawn:
-        with progress_bar(f"{draws} robots") as advance:
-            bands = drawn.maps(range_of_h, range_of_u, how, advance)
+    bands = drawn.maps(range_of_h, range_of_u, how) if drawn else None
 
     def over(axes: "Axes") -> None:
         if bands:

@@ -288,13 +288,8 @@ def _height_row(found: Reachability, row: int, bands: Mapping[str, Bands] | None
 
 
 def _point_row(point: FixedPoint) -> tuple[str, ...]:
-    words = "settles" if point.stable else "leaves"
-    return (
-        f"{point.u:.5g}",
-        f"{100.0 * point.height:.5g}",
-        f"{point.multiplier:.4f}",
-        words if point.admissible else f"{words}, beyond the stroke",
-    )
+    words = ("settles" if point.stable else "leaves") + ("" if point.admissible else ", beyond the stroke")
+    return f"{point.u:.5g}", f"{100.0 * point.height:.5g}", f"{point.multiplier:.4f}", words
 
 
 # ---- records for JSON ----

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from inspect import getattr_static
 from pathlib import Path
-from typing import Any, Literal, SupportsFloat, cast
+from typing import Any, Literal, NamedTuple, SupportsFloat, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -97,8 +97,7 @@ class Errors:
 NONE = Errors()
 
 
-@dataclass(frozen=True)
-class _Leg:
+class _Leg(NamedTuple):
     """A flight or a stance of a run: when it begins, its ground, and the body's energy predicted for its beginning."""
 
     begin: float
@@ -441,8 +440,7 @@ def _set_points(controller: object, count: int) -> tuple[float, ...]:
     return tuple(points[min(n, len(points) - 1)] for n in range(count)) if points else ()
 
 
-@dataclass(frozen=True)
-class _Task:
+class _Task(NamedTuple):
     """The constants of a run."""
 
     plant: Robot
@@ -625,11 +623,8 @@ def _mean(stance: Stance) -> float:
 
 def motion_of(run: Run, t: Array) -> dict[str, Any]:
     """t, x1, v1, x2, v2, ground, foot, u, E, H, AED at times [s]."""
-    energy = run.energy(t)
-    return {
-        "t": t, **run.at(t)._asdict(), "ground": run.ground(t), "foot": run.foot(t), "u": run.current(t),
-        "E": energy.body, "H": energy.total, "AED": run.aed(t),
-    }  # fmt: skip
+    short = {"body_energy": "E", "total_energy": "H", "predicted_energy": "AED"}
+    return {"t": t} | {short.get(name, name): values for name, values in run._over(t).items()}
 
 
 def csv_of(table: NDArray[Any]) -> str:

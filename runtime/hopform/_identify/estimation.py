@@ -11,6 +11,7 @@ interval ends where the sum of squares has grown by the factor 1 + t^2/(n - p).
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib import import_module
 from typing import Any, NamedTuple, TypeVar
 
@@ -194,42 +195,25 @@ def solve(
     weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
     coordinates = _Coordinates(parameters)
     per_sample = np.repeat(weights, [each.time.size for each in experiments])
-    known: dict[bytes, _Place] = {}
-    evaluations = 0
 
-    def at(z: Array) -> _Place:
-        """Residuals and Jacobian at a place; the optimiser asks for one after the other, and goes back after a step too
-        far.
-        """
-        nonlocal evaluations
-        key = z.tobytes()
-        if key not in known:
-            evaluations += 1
-            parts, rows = residuals(experiments, parameters, coordinates.out(z) | held)
-            scaled = rows * coordinates.slopes(coordinates.out(z)) / per_sample[:, np.newaxis]
-            known[key] = _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
-            while len(known) > 3:
-                del known[next(iter(known))]
-        return known[key]
-
-    def residual(z: Array) -> Array:
-        return at(z).seen
-
-    def jacobian(z: Array) -> Array:
-        return at(z).slopes
+    @lru_cache(maxsize=3)
+    def at(place: bytes) -> _Place:
+        """Residuals and Jacobian; the optimiser asks for one after the other, and goes back after a step too far."""
+        values = coordinates.out(np.frombuffer(place))
+        parts, rows = residuals(experiments, parameters, values | held)
+        scaled = rows * coordinates.slopes(values) / per_sample[:, np.newaxis]
+        return _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
 
     start = coordinates.into({p.name: p.start for p in parameters})
     if parameters:
-        found = optimize.least_squares(
-            residual, start, jacobian, bounds=(coordinates.low, coordinates.high), max_nfev=most, ftol=precision,
-            xtol=precision, gtol=1e-12,
-        )  # fmt: skip
-        start = found.x
-    values = coordinates.out(start) | held
-    end = at(start)
+        start = optimize.least_squares(
+            lambda z: at(z.tobytes()).seen, start, lambda z: at(z.tobytes()).slopes,
+            bounds=(coordinates.low, coordinates.high), max_nfev=most, ftol=precision, xtol=precision, gtol=1e-12,
+        ).x  # fmt: skip
+    end = at(start.tobytes())
     return Solution(
-        tuple(parameters), values, tuple(end.parts), weights, end.rows, float(end.seen @ end.seen), evaluations, loss,
-        experiments,
+        tuple(parameters), coordinates.out(start) | held, tuple(end.parts), weights, end.rows,
+        float(end.seen @ end.seen), at.cache_info().misses, loss, experiments,
     )  # fmt: skip
 
 
@@ -312,9 +296,10 @@ def again(
     return solve(experiments, started(solution) if start is None else start, **how)
 
 
-def cost_of(solution: Solution, experiments: Sequence[Experiment], sigma: Sequence[float]) -> float:
-    """The cost of a solution's parameters under given standard deviations of the noise."""
-    return again(solution, experiments, sigma=sigma, most=1).cost
+def better(first: Solution, other: Solution, experiments: Sequence[Experiment]) -> Solution:
+    """The one whose parameters cost less under the smaller standard deviations of the noise."""
+    noise = [min(pair) for pair in zip(first.sigma, other.sigma, strict=True)]
+    return min(first, other, key=lambda each: again(each, experiments, sigma=noise, most=1).cost)
 
 
 def deviations(solution: Solution, experiments: Sequence[Experiment]) -> tuple[float, ...]:
@@ -504,9 +489,9 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
             ways.reverse()
         return min(grown)
 
-    upper = _cross(growth, value, stderr, two, math.inf)
+    upper = _cross(growth, value, stderr, two, -math.inf)
     if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or growth(0.0) <= two):
-        return 0.0, _cross(growth, value, stderr, one, math.inf), "profile, one-sided at 0"
+        return 0.0, _cross(growth, value, stderr, one, -math.inf), "profile, one-sided at 0"
     return _cross(growth, value, -stderr, two, 0.0), upper, "profile"
 
 
@@ -524,14 +509,12 @@ def clip(parameter: Parameter, value: float) -> float:
 
 def _cross(growth: Callable[[float], float], value: float, step: float, wanted: float, end: float) -> float:
     """Where the growth, about (x - value)^2/step^2, reaches what is wanted; its root is nearly straight, so secants do
-    it.
+    it. end: x is no less, 0 or -inf; where a step says nothing, the interval goes on to there, or to infinity.
     """
     if not math.isfinite(step) or step == 0.0:
-        return end if math.isfinite(end) else math.inf
+        return abs(end)
     root, target = 0.0, math.sqrt(wanted)
-    near, x = value, value + target * step
-    if math.isfinite(end):
-        x = max(x, end)
+    near, x = value, max(value + target * step, end)
     for _ in range(6):
         height = math.sqrt(max(growth(x), 0.0))
         if abs(height - target) <= 0.02 * target:
@@ -541,7 +524,7 @@ def _cross(growth: Callable[[float], float], value: float, step: float, wanted: 
         way = min(max((moved - value) / step, 0.25 * (x - value) / step), 4.0 * (x - value) / step)
         moved = value + way * step
         near, root = x, height
-        x = max(moved, end) if math.isfinite(end) else moved
+        x = max(moved, end)
     return x
 
 
@@ -606,6 +589,4 @@ def tests_of(residual: Array) -> Tests:
     z = (runs - mean) / math.sqrt(max((mean - 1.0) * (mean - 2.0) / max(n - 1, 1), 1e-300))
     white = abs(lag) <= 3.0 / math.sqrt(n) and abs(z) <= 3.0
     inflation = 1.0 if white else max((1.0 + lag) / max(1.0 - lag, 1e-3), 1.0)
-    return Tests(
-        math.sqrt(float((residual**2).mean())), float(np.abs(residual).max()), lag, z, white, inflation
-    )  # fmt: skip
+    return Tests(rms(residual), float(np.abs(residual).max()), lag, z, white, inflation)

@@ -23,7 +23,6 @@ under one current, and from there on, where time is the clock's again, under all
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,16 +46,14 @@ FIRM = 1e12
 _LENGTHS = [AT["L0"], AT["c"]]
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """States (times, 4), rows x1, v1, x2, v2, and their derivatives (times, 4, columns)."""
 
     states: Array
     by: Array
 
 
-@dataclass(frozen=True)
-class Piece:
+class Piece(NamedTuple):
     """A stance up to its ending: the motion at the times asked for, and the take-off if there is one."""
 
     motion: Motion
@@ -161,8 +158,7 @@ class _Rig(NamedTuple):
     backend: str | None
 
 
-@dataclass(frozen=True)
-class _Run:
+class _Run(NamedTuple):
     """A drop under way: time, state, and the derivatives of both by the columns."""
 
     begin: float
@@ -195,9 +191,7 @@ def drop(
         pieces.append(moved)
         done += moved.states.shape[0]
         if done == times.size:
-            return Motion(
-                np.concatenate([each.states for each in pieces]), np.concatenate([each.by for each in pieces])
-            )
+            return Motion(*map(np.concatenate, zip(*pieces, strict=True)))
     message = f"the drop has more than {_MOST_PIECES} flights and stances: give a shorter recording, or more friction"
     raise HopformError(message)
 

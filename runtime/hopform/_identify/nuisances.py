@@ -196,9 +196,7 @@ def _fitted(problem: Problem, solution: Solution, letter: str) -> list[Diagnosis
         return []
     again = estimation.again(solution, problem.experiments, start, most=25, precision=1e-6)
     if not is_noise(problem, again):  # the minimum without it may be far from that with it
-        other = follow(problem)
-        noise = [min(pair) for pair in zip(again.sigma, other.sigma, strict=True)]
-        again = min(again, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise))
+        again = estimation.better(again, follow(problem), problem.experiments)
     return _worth(letter, {name: again.values[name] for name in new}, solution, again.residuals)
 
 

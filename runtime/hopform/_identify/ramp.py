@@ -348,25 +348,22 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
 
     first = np.array([math.log(5.0), math.log(100.0)])
     near, size, smallest = first, float(np.sqrt(mean @ mean)), math.inf
+    how = {"bounds": ([-5.0, -5.0], [9.0, 14.0]), "ftol": 1e-9, "xtol": 1e-5, "max_nfev": 40}
+    least_squares = of_scipy("optimize").least_squares
 
     def against_a_spring(begin: float) -> _Best:
         """Over rates and springs, from where the last beginning had them, and from a guess where that is not enough."""
         nonlocal near, smallest
 
-        def share(logs: Array) -> Array:
-            return missed(begin, math.exp(float(logs[0])), math.exp(float(logs[1]))) / size
-
         def settled(start: Array) -> Any:
-            return of_scipy("optimize").least_squares(
-                share, start, bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40
-            )
+            return least_squares(lambda logs: missed(begin, *map(math.exp, logs)) / size, start, **how)
 
         tried = [settled(near)]
         if tried[0].cost > smallest * (1.0 + 4.0 / t.size) or not math.isfinite(smallest):
             tried.append(settled(first))
         smallest = min(smallest, *(float(each.cost) for each in tried))
         near = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=float)
-        return found(begin, math.exp(near[0]), math.exp(near[1]))
+        return found(begin, *map(math.exp, near))
 
     return against_a_spring if spring else in_the_air, t.size
 

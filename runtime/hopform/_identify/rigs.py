@@ -198,10 +198,9 @@ class Experiment:
 
     def sensor(self, values: Values) -> Sensor:
         """The letters of sensor, clock and logger under values of the parameters."""
-        here = {name: self.names.get(name) for name in Sensor._fields}
         return Sensor(**{
-            name: values[parameter] if parameter is not None else self.constants.get(name, Sensor._field_defaults[name])
-            for name, parameter in here.items()
+            name: values[self.names[name]] if name in self.names else self.constants.get(name, default)
+            for name, default in Sensor._field_defaults.items()
         })  # fmt: skip
 
     def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:

@@ -59,10 +59,7 @@ def minimise(problem: Problem) -> Solution:
     if is_noise(problem, first):
         return first
     other = _searched(problem, {}, first.sigma)
-
-    noise = [min(pair) for pair in zip(first.sigma, other.sigma, strict=True)]
-    least = min(first, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise))
-    return _unstuck(problem, _traded(problem, least))
+    return _unstuck(problem, _traded(problem, estimation.better(first, other, problem.experiments)))
 
 
 def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:

@@ -11,7 +11,7 @@ That gives a fit in position its starts, and is the fit in force of a recording 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -231,8 +231,7 @@ def low_passed(rows: Array, cutoff: float, rate: float, derivative: int = 0) -> 
     return np.asarray(passed + way * rate / (count - 1) if derivative == 1 else passed)
 
 
-@dataclass(frozen=True)
-class Filtered:
+class Filtered(NamedTuple):
     """Both sides of the equation of motion, filtered alike and decimated: rows of acceleration, v, x, sign v, u, 1, and
     the rate of u.
     """
@@ -269,7 +268,7 @@ def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = 
 
 def joined(parts: Sequence[Filtered]) -> Filtered:
     """Parts in a row as one."""
-    return Filtered(*(np.concatenate([getattr(part, name) for part in parts]) for name in Filtered.__annotations__))
+    return Filtered(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 _SLOWEST = 2.0
