@@ -5,6 +5,7 @@
 import math
 import tempfile
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.animation import PillowWriter
@@ -30,7 +31,18 @@ SHANK = 0.08  # [m] from the body's middle to the actuator's at x1 = 0
 WANTED = 0.18
 COILS = 7
 MOST_PICTURES = 5000
-Parts = dict[str, Line2D | Rectangle | Text]
+
+
+class Parts(NamedTuple):
+    """What moves in a picture."""
+
+    trace: Line2D
+    spring: Line2D
+    rod: Line2D
+    foot: Line2D
+    body: Rectangle
+    actuator: Rectangle
+    said: Text
 
 
 def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: float | None) -> Animation:
@@ -97,8 +109,7 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
     said = axes.text(0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", family="monospace", fontsize=8)
     axes.set(ylim=(low, high), ylabel="height [m]", xticks=[], aspect="equal")
     axes.legend(loc="upper left", ncols=4)
-    lines = {"trace": trace, "spring": spring, "rod": rod, "foot": foot}
-    return {**lines, "body": body, "actuator": actuator, "said": said}
+    return Parts(trace, spring, rod, foot, body, actuator, said)
 
 
 def place(axes: Axes, parts: Parts, run: Run, t: float) -> None:
@@ -106,23 +117,13 @@ def place(axes: Axes, parts: Parts, run: Run, t: float) -> None:
     state, foot, middle = run.at(t), float(run.foot(t)), float(position(run, np.array([t]))[0])
     low = float(state.x2) - SHANK - float(state.x1)
     past = np.linspace(0.0, t, 2 + int(200 * t))
-    moved = {
-        "trace": (position(run, past), np.asarray(run.at(past).x2)),
-        "spring": coil(middle, foot, low),
-        "foot": (np.array([middle]), np.array([foot])),
-        "rod": (np.array([middle, middle]), np.array([low, float(state.x2)])),
-    }
-    for name, (x, y) in moved.items():
-        line = parts[name]
-        assert isinstance(line, Line2D)
-        line.set_data(x, y)
-    for name, height, size in (("body", float(state.x2), BODY), ("actuator", low, ACTUATOR)):
-        box = parts[name]
-        assert isinstance(box, Rectangle)
+    parts.trace.set_data(position(run, past), np.asarray(run.at(past).x2))
+    parts.spring.set_data(*coil(middle, foot, low))
+    parts.foot.set_data([middle], [foot])
+    parts.rod.set_data([middle, middle], [low, float(state.x2)])
+    for box, height, size in ((parts.body, float(state.x2), BODY), (parts.actuator, low, ACTUATOR)):
         box.set_xy((middle - size[0] / 2.0, height - size[1] / 2.0))
-    said = parts["said"]
-    assert isinstance(said, Text)
-    said.set_text(f"t = {t:6.3f} s   u = {float(run.current(t)):6.2f} A")
+    parts.said.set_text(f"t = {t:6.3f} s   u = {float(run.current(t)):6.2f} A")
     axes.set_xlim(middle - 0.62, middle + 0.62)
 
 

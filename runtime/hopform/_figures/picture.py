@@ -133,6 +133,11 @@ def completed(run: Run) -> Run:
     return run
 
 
+def rms(values: Array) -> float:
+    """Root mean square of what is a number."""
+    return float(np.sqrt(np.nanmean(values**2)))
+
+
 def cm(metres: float, digits: int = 1) -> str:
     """A length in cm."""
     return f"{100.0 * metres:.{digits}f} cm"

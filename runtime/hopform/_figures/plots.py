@@ -279,9 +279,8 @@ def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
         draw_currents(rows[3], run, t)
         for axes in rows:
             shade_stances(axes, run)
-        named = [each for axes in (rows[0], rows[2]) for each in zip(*axes.get_legend_handles_labels(), strict=True)]
-        lines, words = zip(*named, strict=True)
-        figure.legend([Patch(**STANCE), *lines], ["stance", *words], loc="outside lower center", ncols=3)
+        lines = [line for axes in (rows[0], rows[2]) for line in axes.get_legend_handles_labels()[0]]
+        figure.legend(handles=[Patch(label="stance", **STANCE), *lines], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)
     return figure
@@ -442,9 +441,7 @@ def plot_reach(found: Reachability, make: Make = Figure) -> Figure:
     with framed(make, 5.2, 4.8, literal(name_of(found.robot)) + plain(words)) as figure:
         axes: Axes = figure.subplots()
         reach_panel(axes, found)
-        lines, words_of = axes.get_legend_handles_labels()
-        shown = [(line, word) for line, word in zip(lines, words_of, strict=True) if word and not word.startswith("_")]
-        figure.legend(*zip(*shown, strict=True), loc="outside lower center", ncols=3)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 

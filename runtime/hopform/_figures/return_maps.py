@@ -11,9 +11,8 @@ from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
 from hopform._control import Reachability, choose_current, reachability
-from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, panels, scale, volts
+from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, panels, rms, scale, volts
 from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, limits
-from hopform._figures.tracking import rms
 from hopform._hopping.run import simulate
 from hopform._robots import Robot
 from hopform.controllers import Touchdown

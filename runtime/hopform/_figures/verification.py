@@ -14,9 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hopform._figures import results
-from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, scale, standing, volts
+from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, rms, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, ORANGE
-from hopform._figures.tracking import rms
 from hopform._hopping.run import simulate
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.ramp import friction_threshold
