@@ -145,8 +145,7 @@ def labelled(inputs: Mapping[str, Any]) -> tuple[dict[str, Any], Labels | None]:
 
 def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
     first = min(words)
-    table = np.array([words.get(code, "") for code in range(first, max(words) + 1)])
-    return np.asarray(table[codes - first])
+    return np.asarray(np.array([words.get(code, "") for code in range(first, max(words) + 1)])[codes - first])
 
 
 @dataclass(frozen=True)

@@ -158,8 +158,7 @@ def write_folder(folder: Path, files: Mapping[Path, bytes]) -> None:
     made = list[Path]()
     try:
         for place in sorted({folder, *(folder / path.parent for path in files)}):
-            missing = [each for each in (place, *place.parents) if not each.exists()]
-            for each in reversed(missing):
+            for each in reversed([each for each in (place, *place.parents) if not each.exists()]):
                 each.mkdir()
                 made.append(each)
         write((folder / path, content) for path, content in files.items())

@@ -105,10 +105,9 @@ class Stance(Motion):
     def phases(self) -> tuple[Phase, ...]:
         """The phases in their order."""
         rows = self._solved.phase_rows()
-        ends = [row[0] for row in rows[1:]] + [self.duration]
         return tuple(
             Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], _with_height(self, state))
-            for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
+            for (t, state, mode, _, step), end in zip(rows, [row[0] for row in rows[1:]] + [self.duration], strict=True)
         )
 
     @cached_property

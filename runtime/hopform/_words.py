@@ -55,8 +55,3 @@ def ending(stance: Stance) -> str:
 def unit_of_time(longest: float) -> tuple[float, str]:
     """Milliseconds for what is over within a second."""
     return (1000.0, "ms") if longest < 1.0 else (1.0, "s")
-
-
-def value_of(value: float, unit: str) -> str:
-    """A parameter as a table shows it."""
-    return "none" if math.isinf(value) else f"{value:.6g}" + (f" {unit}" if unit and unit != "1" else "")

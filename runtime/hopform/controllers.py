@@ -251,10 +251,11 @@ def measured(robot: Robot, heights: Array, currents: Array, horizon: float) -> R
     x1, v1 = np.full(heights.size, home_of(robot)), np.zeros(heights.size)
     apex = _apexes(robot, heights, currents, x1, v1, horizon)
     for _ in range(SETTLING):
-        for row, height in enumerate(heights.tolist()):
-            u = crossing(currents, apex[row] - height)
-            stance = _steady(robot, height, float(x1[row]), float(v1[row]), u, horizon)
-            if stance is not None and stance.takeoff is not None:
+        v2 = _fallen(robot, heights, x1)
+        for row in np.flatnonzero(v2 < v1):  # where the foot is above the ground
+            start = {"x1": x1[row], "v1": v1[row], "v2": v2[row], "u": crossing(currents, apex[row] - heights[row])}
+            stance = solve_stance(robot, **start, horizon=horizon)
+            if stance.takeoff is not None:
                 flight = solve_flight(robot, **stance.takeoff._asdict())
                 x1[row], v1[row] = flight.end.x1, flight.end.v1
         apex = _apexes(robot, heights, currents, x1, v1, horizon)
@@ -273,12 +274,6 @@ def _apexes(robot: Robot, heights: Array, currents: Array, x1: Array, v1: Array,
     v2 = _fallen(robot, heights, x1)
     batch = solve_stances(robot, x1=x1[:, None], v1=v1[:, None], v2=v2[:, None], u=currents, horizon=horizon)
     return np.where((v2 < v1)[:, None], batch.apex.astype(float), np.nan)
-
-
-def _steady(robot: Robot, height: float, x1: float, v1: float, u: float, horizon: float) -> Stance | None:
-    """The stance of a hop from a height [m]; None if its foot is not above the ground there."""
-    v2 = float(_fallen(robot, np.array(height), np.array(x1)))
-    return solve_stance(robot, x1=x1, v1=v1, v2=v2, u=u, horizon=horizon) if v2 < v1 else None
 
 
 def crossing(currents: Array, miss: Array) -> float:

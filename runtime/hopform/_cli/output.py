@@ -90,8 +90,7 @@ def pick(thing: Any, *names: str) -> Record:
 def to_csv(columns: Mapping[str, ArrayLike]) -> str:
     """Columns as text; every number reads back to the same bits."""
     arrays = [np.asarray(column, dtype=float).tolist() for column in columns.values()]
-    lines = [",".join(columns), *(",".join(map(repr, row)) for row in zip(*arrays, strict=True))]
-    return "\n".join(lines) + "\n"
+    return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in zip(*arrays, strict=True))]) + "\n"
 
 
 # ---- files, then print ----

@@ -14,7 +14,7 @@ from hopform._checks import shown
 from hopform._cli import tables
 from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
 from hopform._cli.options import BackendName, ControllerName, Precision
-from hopform._cli.output import check_outputs, emit, show, to_json
+from hopform._cli.output import check_outputs, emit, pick, show, to_json
 from hopform._control import TRIED, check_map
 from hopform._files import name_of
 from hopform._hopping.run import csv_of
@@ -59,7 +59,8 @@ def equations(number: str | None = None, json: bool = False) -> None:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
     if json:
-        print(to_json(**tables.equations_record(found)))
+        names = ("number", "title", "printed", "derived", "verdict", "reason", "computed_by")
+        print(to_json(equations=[pick(each, *names) for each in found]))
     else:
         show(tables.equations(found) if number is None else tables.equation(found[0]))
 

@@ -20,7 +20,7 @@ from hopform._robots import FIELDS
 from hopform._show import UNITS, name_of
 from hopform._solver.package import records
 from hopform._stance import aed_at
-from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, unit_of_time, value_of
+from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, unit_of_time
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
@@ -65,7 +65,8 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
     meaning = ("meaning",) if with_meaning else ()
     rows = (
         (
-            field.name, *(value_of(getattr(robot, field.name), "") for robot in shown),
+            field.name,
+            *("none" if math.isinf(each := getattr(robot, field.name)) else f"{each:.6g}" for robot in shown),
             "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning),
         )
         for field in FIELDS
@@ -159,10 +160,9 @@ def ledger(solved: Stance) -> Table:
     """The ledger at the ending, with its sums."""
     entries = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
     parts = (OF_ROBOT, records.LEDGER_OF_BODY)
-    words = LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}
     rows = [
         (text, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
-        for name, text in words.items()
+        for name, text in (LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}).items()
     ]
     made = table("Energy ledger", ("", "whole robot [J]", "body [J]"), rows, ("",))
     made.add_section()
@@ -294,6 +294,9 @@ def _point_row(point: FixedPoint) -> tuple[str, ...]:
 
 # ---- records for JSON ----
 
+ENDING = ("status", "duration", "apex", "aed")
+"""What a record says of the ending of a stance."""
+
 
 def robot_record(robot: Robot) -> Record:
     """A robot by its parameters."""
@@ -307,37 +310,22 @@ def robots_record(shown: Sequence[Robot]) -> Record:
     return {"robots": [robot_record(robot) for robot in shown], "fields": fields}
 
 
-def equations_record(shown: Sequence[Equation]) -> Record:
-    """Equations of the register."""
-    names = ("number", "title", "printed", "derived", "verdict", "reason", "computed_by")
-    return {"equations": [pick(each, *names) for each in shown]}
-
-
 def stance_record(solved: Stance, height: float | None) -> Record:
     """A stance with the robot it was solved for; `height` is the drop, None if a velocity was given."""
-    derivatives = solved.sensitivities
+    by = solved.sensitivities
+    begin = {"robot": robot_record(solved.robot), "height": height, "u": steps_record(solved.u)}
     return {
-        "robot": robot_record(solved.robot),
-        "height": height,
-        "u": steps_record(solved.u),
-        "backend": solved.backend,
+        **begin,
+        **pick(solved, "backend"),
         "dtype": str(solved.dtype),
-        **ending_record(solved),
-        "compression_max": solved.compression_max,
+        **pick(solved, *ENDING, "compression_max"),
         "start": solved.at(0.0),
         **pick(solved, "end", "takeoff", "events", "phases"),
         "energy": {"start": solved.energy(0.0), "end": solved.energy(solved.duration)},
         "ledger": solved.ledger(solved.duration),
-        "sensitivities": {
-            row: {column: derivatives[row, column] for column in derivatives.columns} for row in derivatives.rows
-        },
+        "sensitivities": {row: {column: by[row, column] for column in by.columns} for row in by.rows},
         "warnings": solved.warnings,
     }
-
-
-def ending_record(solved: Stance) -> Record:
-    """The ending of a stance."""
-    return pick(solved, "status", "duration", "apex", "aed")
 
 
 def steps_record(steps: Sequence[tuple[float, float]]) -> list[Record]:
@@ -367,7 +355,7 @@ def hop_record(hop: Hop) -> Record:
         "takeoff_time": None if hop.stance.takeoff is None else hop.takeoff_time,
         "takeoff": hop.stance.takeoff,
         **pick(hop, "apex", "energy_lost_at_impact", "hits_stop", "bottoms_out"),
-        "stance": ending_record(hop.stance),
+        "stance": pick(hop.stance, *ENDING),
     }
 
 

@@ -32,7 +32,7 @@ DRAWN: dict[int, tuple[str, str, str, str, str]] = {
     4: ("verification", "initial_model", "hopper_b", "Initial model",
         "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small hops "
         "and for x1"),
-    5: ("return_maps", "family_of_maps", "hopper_b", "Apex reachability, {name}",
+    5: ("runs", "family_of_maps", "hopper_b", "Apex reachability, {name}",
         "overlaid return maps of Hopper B for different control actions, measured"),
     6: ("runs", "on_even_ground", "hopper_b", "First controller, even ground",
         "simulated tracking of references by Hopper B's first controller on even ground"),
@@ -45,7 +45,7 @@ DRAWN: dict[int, tuple[str, str, str, str, str]] = {
     10: ("verification", "improved_model", "hopper_c", "Improved model",
          "measured step responses (x1, top) and drop tests (x2, bottom) of Hopper C against the improved model: "
          "transient and steady state are better than in Fig. 4"),
-    11: ("return_maps", "bounds_of_map", "hopper_c", "Apex reachability, {name}",
+    11: ("runs", "bounds_of_map", "hopper_c", "Apex reachability, {name}",
          "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at "
          "about the largest compression, x1 kept 1 to 2 cm off its end"),
     12: ("runs", "ideal_drop", "ideal", "Energy without losses",

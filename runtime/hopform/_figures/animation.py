@@ -82,8 +82,7 @@ def hopping(robot: Robot | None) -> Animation:
 def position(run: Run, t: Array) -> Array:
     """Position of the robot in the picture [m]: on its foothold in stance, on the way to the next one in flight."""
     corners = [0.0, *(time for hop in run.hops for time in (hop.touchdown_time, hop.takeoff_time)), run.duration]
-    places = [-1, *(hop.index for hop in run.hops for _ in range(2)), len(run.hops)]
-    return STRIDE * np.interp(t, corners, places)
+    return STRIDE * np.interp(t, corners, [-1, *(hop.index for hop in run.hops for _ in range(2)), len(run.hops)])
 
 
 def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:

@@ -513,8 +513,7 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
         return task.gains
     gains = task.gains
     if gains is None:
-        square = v2 * v2 + 2.0 * model.g * x1
-        fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if square > 0.0 else 0.0
+        fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if v2 * v2 + 2.0 * model.g * x1 > 0.0 else 0.0
         gains = records.Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))
     ratio = plant.gamma2 / model.gamma2
     if ratio < 0.0:

@@ -167,10 +167,8 @@ def delayed_apex(
     (0.2044, -0.0188)
     """
     late, now, early = nonnegative("delay", delay, "s"), finite("u", u, "A"), finite("before", before, "A")
-    prompt = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=now).apex
-    steps = [(0.0, early), (late, now)] if late > 0.0 else now
-    apex = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=steps).apex
-    return apex, apex - prompt
+    apex = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=[(0.0, early), (late, now)] if late > 0.0 else now).apex
+    return apex, apex - solve_stance(robot, v2=v2, x1=x1, v1=v1, u=now).apex
 
 
 def _noise_and_level(noise: SupportsFloat, level: SupportsFloat) -> tuple[float, float]:

@@ -128,11 +128,6 @@ def student(level: float, freedom: float) -> float:
     return float(of_scipy("special").stdtrit(freedom, level))
 
 
-def chi_square(level: float, freedom: float) -> float:
-    """The quantile of chi square."""
-    return float(of_scipy("special").chdtri(freedom, 1.0 - level))
-
-
 _FAR = 14.0
 """Largest change of a logarithm: a factor of a million, beyond which no leg is."""
 
@@ -311,8 +306,7 @@ def deviations(solution: Solution, experiments: Sequence[Experiment]) -> tuple[f
     share = solution.freedom / solution.count
 
     def size(part: Array) -> float:
-        square = float((part**2).mean()) if solution.loss == "linear" else scale(part) ** 2
-        return math.sqrt(max(square, 1e-24) / share)
+        return math.sqrt(max(float((part**2).mean()) if solution.loss == "linear" else scale(part) ** 2, 1e-24) / share)
 
     return tuple(each.noise or size(part) for each, part in zip(experiments, solution.residuals, strict=True))
 
@@ -521,8 +515,7 @@ def _cross(growth: Callable[[float], float], value: float, step: float, wanted: 
             break
         slope = (height - root) / (x - near) if x != near else 0.0
         moved = x + target * step if slope * step <= 0.0 else x + (target - height) / slope
-        way = min(max((moved - value) / step, 0.25 * (x - value) / step), 4.0 * (x - value) / step)
-        moved = value + way * step
+        moved = value + min(max((moved - value) / step, 0.25 * (x - value) / step), 4.0 * (x - value) / step) * step
         near, root = x, height
         x = max(moved, end)
     return x
@@ -580,8 +573,7 @@ class Tests(NamedTuple):
 def tests_of(residual: Array) -> Tests:
     """Tests of one recording's residuals."""
     n, centred = residual.size, residual - residual.mean()
-    power = max(float((centred**2).sum()), 1e-300)
-    lag = float((centred[1:] * centred[:-1]).sum()) / power
+    lag = float((centred[1:] * centred[:-1]).sum()) / max(float((centred**2).sum()), 1e-300)
     signs = centred > 0.0
     above, below = int(signs.sum()), n - int(signs.sum())
     runs = 1 + int((signs[1:] != signs[:-1]).sum())

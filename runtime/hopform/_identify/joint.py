@@ -143,8 +143,7 @@ def noise_level(values: Array) -> float:
 
 
 def _telemetry(recording: Recording, role: str) -> Telemetry:
-    of = "x1" if role in ("step", "air", "ramp") else "x2"
-    x, time = recording.position(of), recording.time
+    x, time = recording.position("x1" if role in ("step", "air", "ramp") else "x2"), recording.time
     u = recording.current() if recording.has_current() else np.zeros(1)
     return Telemetry(
         recording.source, role, time.size, float(time[-1] - time[0]), 1.0 / float(np.median(np.diff(time))),

@@ -5,7 +5,7 @@ names.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -276,27 +276,23 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         first |= new[0]
         known |= problem.known
     known = {name: value for name, value in known.items() if name not in parameters}
+    experiments = list[Experiment]()
+    for each in (each for problem in problems for each in problem.experiments):
+        if each.kind != "threshold":
+            experiments.append(each)
+        elif "f1" in parameters:  # of parameters that others fit or know; it counts where friction is fitted
+            names = {letter: letter for letter in each.names if letter in parameters}
+            fixed = {name: known[name] for name in each.names if name not in names}
+            experiments.append(replace(each, names=names, constants=fixed))
     statements = dict.fromkeys(each for p in problems for each in p.statements)
     return Problem(
-        "robot", "x1, x2", tuple(_experiments(problems, parameters, known)), tuple(parameters.values()),
+        "robot", "x1, x2", tuple(experiments), tuple(parameters.values()),
         (first, *(first | each for each in others)), known, (*statements, *_missing(parameters, known)),
         tuple(each for p in problems for each in p.warnings),
         parts=max((p.parts for p in problems), key=len),
         units=next((each.units for each in problems if each.quantity == "x1"), problems[0].units),
         scale=all(p.scale for p in problems), loss=problems[0].loss,
     )  # fmt: skip
-
-
-def _experiments(
-    problems: Sequence[Problem], parameters: Mapping[str, Parameter], known: Values
-) -> Iterator[Experiment]:
-    """All of them; a threshold is one of parameters that others fit or know, and counts where friction is fitted."""
-    for each in (each for problem in problems for each in problem.experiments):
-        if each.kind != "threshold":
-            yield each
-        elif "f1" in parameters:
-            names = {letter: letter for letter in each.names if letter in parameters}
-            yield replace(each, names=names, constants={name: known[name] for name in each.names if name not in names})
 
 
 def _missing(names: Iterable[str], known: Values) -> list[str]:

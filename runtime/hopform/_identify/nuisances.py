@@ -349,7 +349,7 @@ def _repeat(each: Estimate, alone: Sequence[tuple[float, float]]) -> Repeat:
     weights = np.array([1.0 / max(error, 1e-300) ** 2 for _, error in alone])
     mean = float(weights @ np.array(values)) / float(weights.sum())
     q = float(weights @ (np.array(values) - mean) ** 2)
-    differ = q > estimation.chi_square(_CHANCE, count - 1)
+    differ = q > float(estimation.of_scipy("special").chdtri(count - 1, 1.0 - _CHANCE))
     return Repeat(
         each.name, each.unit, tuple(values), middle - half, middle + half, each.low, each.high, quote, differ
     )  # fmt: skip

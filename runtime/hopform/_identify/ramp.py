@@ -168,8 +168,7 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
     for sign in (1.0, -1.0):
         some = [each for each in onsets if (each.u + carried * each.x1) * sign > 0.0]
         if some:
-            widths = np.array([0.5 * (each.u_high - each.u_low) for each in some])
-            weight = 1.0 / np.maximum(widths, 1e-12) ** 2
+            weight = 1.0 / np.maximum(np.array([0.5 * (each.u_high - each.u_low) for each in some]), 1e-12) ** 2
             values = np.array([each.u + carried * each.x1 for each in some])
             means.append(float((values * weight).sum() / weight.sum()))
             own = 1.0 / math.sqrt(float(weight.sum()))
@@ -254,8 +253,7 @@ def _window(x: Array, rest: float, noise: float, seen: int) -> int:
     thrice.
     """
     far = np.flatnonzero(np.abs(x - rest) > 60.0 * noise)
-    last = int(far[0]) if far.size else x.size
-    return min(max(last, seen + 8), x.size)
+    return min(max(int(far[0]) if far.size else x.size, seen + 8), x.size)
 
 
 def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
@@ -325,8 +323,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
 
         def at(times: Array) -> Array:
             rise = rise_of(t, begin, rate, square)
-            slope = slope_of(rise)
-            return np.asarray(x.mean() + slope * (rise_of(times, begin, rate, square) - rise.mean()))
+            return np.asarray(x.mean() + slope_of(rise) * (rise_of(times, begin, rate, square) - rise.mean()))
 
         return _Best(float(rest @ rest), at)
 
@@ -342,8 +339,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
 
         low, high = max(about - _NEAR, lowest), min(about + _NEAR, highest)
         log = _between(left, low, high, 0.02 * _NEAR) if math.isfinite(about) else math.nan
-        inside = min(log - low, high - log) > 0.05 * _NEAR
-        about = log if inside else _least(left, lowest, highest, 15, 1e-3)
+        about = log if min(log - low, high - log) > 0.05 * _NEAR else _least(left, lowest, highest, 15, 1e-3)
         return found(begin, math.exp(about), 0.0)
 
     first = np.array([math.log(5.0), math.log(100.0)])

@@ -219,8 +219,7 @@ class Experiment:
         by["gain"] = states
         found: dict[str, Array] = {}
         for letter, name in self.names.items():
-            scale = 1.0 if letter == "gain" else sensor.gain
-            found[name] = found.get(name, 0.0) + scale * by[letter][:, 0]
+            found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else sensor.gain) * by[letter][:, 0]
         return sensor.gain * states[:, 0], found
 
     def response_to_stribeck(self, values: Values, shares: Sequence[float]) -> Array:

@@ -161,8 +161,7 @@ def _from(problem: Problem, held: Values, starts: Sequence[Values], sigma: Seque
     else:
         rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)
         ends += [followed(each) for each in rest[: max(_CONTENDERS - len(ends), 1)]]
-    last = longer[-1] if longer else first
-    return solve(last, estimation.started(estimation.best(ends)), most=25, precision=1e-5)
+    return solve(longer[-1] if longer else first, estimation.started(estimation.best(ends)), most=25, precision=1e-5)
 
 
 _NEAR = 3.0

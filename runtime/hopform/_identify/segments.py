@@ -63,8 +63,7 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     reach = float(np.abs(values - rest).max())
     start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())  # without friction all amplitudes are equal
     left = values[start:] - rest
-    crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
-    edges = [0, *crossings.tolist(), left.size]
+    edges = [0, *(np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1).tolist(), left.size]
     sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
     half_periods = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
     at = recording.line + begin + start
@@ -279,8 +278,7 @@ def _spans(time: Array, step: float, cut: float) -> tuple[list[tuple[int, int]],
     """Parts between gaps that a filter may not bridge: those that are long enough for it, and all, the longest
     first.
     """
-    wide = np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1
-    edges = [0, *wide.tolist(), time.size]
+    edges = [0, *(np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1).tolist(), time.size]
     spans = sorted(zip(edges[:-1], edges[1:], strict=True), key=lambda span: float(time[span[0]] - time[span[1] - 1]))
     return [(a, b) for a, b in spans if time[b - 1] - time[a] >= 8.0 * _EDGE / cut], spans
 
@@ -300,8 +298,7 @@ def filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> F
     """
     rate = 1.0 / step
     t = np.arange(time[0], time[-1] + 0.5 * step, step)
-    even = np.abs(np.diff(time) - step).max() <= 1e-3 * step
-    raw = np.interp(t, time, x) if even else _interpolated(t, time, x)
+    raw = np.interp(t, time, x) if np.abs(np.diff(time) - step).max() <= 1e-3 * step else _interpolated(t, time, x)
     still = 3.0 * max(of_recordings.noise_of(raw), of_recordings.quantum_of(x)) * cut
     position, v, acceleration = (low_passed(raw, cut, rate, n) for n in range(3))
     side = np.where(np.abs(v) > still, np.sign(v), 0.0)

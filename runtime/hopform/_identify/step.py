@@ -75,8 +75,13 @@ class _Actuator(Kind):
         return [[_regress(each, self.letters, group.known, cutoff) for each in group.recordings] for cutoff in CUTOFFS]
 
     def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
-        """A recording that begins at rest begins within the noise of what is measured there."""
-        return _near(parameter, cut.x) if letter == "x" and "v" in cut.still else parameter
+        """A recording that begins at rest begins within the noise of what is measured there, whatever the fit would
+        gain.
+        """
+        if letter != "x" or "v" not in cut.still:
+            return parameter
+        wide = 8.0 * max(of_recordings.noise_of(cut.x), of_recordings.quantum_of(cut.x), 1e-9)
+        return parameter._replace(low=parameter.start - wide, high=parameter.start + wide)
 
     def further(self, starts: Sequence[Guess]) -> list[Guess]:
         """Of the most trusted two also with more and less Coulomb friction."""
@@ -87,14 +92,6 @@ class _Actuator(Kind):
 
 HELD = _Actuator("step", "held", "x1", ("m_eff", "k", "b1", "f1", "gamma2"), parts=(0.35, 1.0))
 AIR = _Actuator("step", "air", "x1", ("m_eff", "b1", "f1", "gamma2", "offset"), parts=(0.35, 1.0))
-
-
-def _near(position: Parameter, x: Array) -> Parameter:
-    """Where a recording begins that begins at rest: within the noise of what is measured there, whatever the fit would
-    gain.
-    """
-    wide = 8.0 * max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
-    return position._replace(low=position.start - wide, high=position.start + wide)
 
 
 def rests_at_first(x: Array) -> bool:
@@ -176,15 +173,14 @@ def fit_force(
         )
         for each, part, rest, worse, error in each_part
     )  # fmt: skip
-    took = clock.perf_counter() - began
     force = Fit(
-        "force", estimates, values, {}, traces, (), tuple(said(diagnoses, units.shown("force"))), 1, took,
+        "force", estimates, values, {}, traces, (), tuple(said(diagnoses, units.shown("force"))), 1, 0.0,
         covariance=spread, units=units, diagnoses=diagnoses,
     )  # fmt: skip
-    if not position:
-        return force
-    asked.stage("fit in position")
-    return replace(force, statements=_beside(several, force, loss), seconds=clock.perf_counter() - began)
+    if position:
+        asked.stage("fit in position")
+        force = replace(force, statements=_beside(several, force, loss))
+    return replace(force, seconds=clock.perf_counter() - began)
 
 
 class _Equation(NamedTuple):

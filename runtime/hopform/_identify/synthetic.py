@@ -73,8 +73,7 @@ def record(
     if not still <= time[-1]:
         raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
     largest = robot.u_max if math.isfinite(robot.u_max) else 1.0
-    most = largest if current is None else positive("current", current, "A")
-    u = _current(test, time, still, most)
+    u = _current(test, time, still, largest if current is None else positive("current", current, "A"))
     if test in ("drop", "free", "decay"):
         x, x1 = _body(robot, test, time, positive("height", height, "m"), still, mass, u)
         if repeats > 1:
@@ -163,8 +162,7 @@ def _again(x: Array, repeats: int, rate: float) -> tuple[Array, Array]:
     """
     t = np.linspace(0.0, 1.0, max(round(0.6 * rate), 2))
     back = x[-1] + (x[0] - x[-1]) * (3.0 * t**2 - 2.0 * t**3)
-    held = np.full(max(round(0.3 * rate), 1), x[0])
-    whole = np.concatenate([x, *([back, held, x] * (repeats - 1))])
+    whole = np.concatenate([x, *([back, np.full(max(round(0.3 * rate), 1), x[0]), x] * (repeats - 1))])
     return whole, np.arange(whole.size) / rate
 
 

@@ -222,8 +222,7 @@ class OnArrays:
         if self.package.limits.BODY_IS_FIXED:
             misplaced |= start.v2 != 0.0
         pulls = (start.y < 0.0) & (not self.package.limits.FOOT_IS_FIXED)
-        cases = [outside, misplaced, pulls, beyond(u), endless]
-        return np.select(cases, [-2, -3, -4, -5, -6], 0).astype(np.intc)
+        return np.select([outside, misplaced, pulls, beyond(u), endless], [-2, -3, -4, -5, -6], 0).astype(np.intc)
 
 
 def _check_range(*numbers: Any) -> None:
