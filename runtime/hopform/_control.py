@@ -301,10 +301,8 @@ def reachability(
     limit = limit_of(robot, margin)
     admissible = np.isfinite(apex) & (peak < limit)
     points = _fixed_points(partial(_hop, robot, limit, how), rows, columns, apex)
-    lowest, u_lowest, highest, u_highest, hold = bounds
-    return Reachability(
-        robot, rows, columns, margin, apex, admissible, lowest, u_lowest, highest, u_highest, hold, points
-    )
+    low, at_low, high, at_high, hold = bounds
+    return Reachability(robot, rows, columns, margin, apex, admissible, low, at_low, high, at_high, hold, points)
 
 
 def check_map(heights: int, currents: int) -> None:
@@ -451,16 +449,14 @@ def choose_current_as_printed(
     start = start_of(robot, x1, v1, x2, v2)
     halved, with_sign = flag("half", half), flag("signed", signed)
     with_spring = flag("spring_coordinate", spring_coordinate)
-    wanted, level, _, longest = checked_target(robot, h_des, datum, 0.0, horizon)
+    wanted, level, _, limit = checked_target(robot, h_des, datum, 0.0, horizon)
     count = math.ceil(min(robot.u_max / positive("grid", grid, "A"), MOST + 1.0))
     if count > MOST:
         raise HopformError(f"grid must be >= {robot.u_max / MOST!r} A, u_max/{MOST}, got {shown(grid)}")
     u = np.linspace(-robot.u_max, robot.u_max, 2 * count + 1)
     u = u[np.argsort(np.abs(u), kind="stable")]
     height = None if x2 is None else finite("x2", x2, "m")
-    batch = solve_stances(
-        robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=height, u=u, horizon=longest, backend=backend
-    )
+    batch = solve_stances(robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=height, u=u, horizon=limit, backend=backend)
     lifts = np.flatnonzero(batch.status == _TAKEOFF)
     if not lifts.size:
         return PrintedCommand(0.0, math.nan, math.nan, "no_takeoff")

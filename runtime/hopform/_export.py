@@ -191,7 +191,5 @@ def selftest(dtype: DTypeLike = np.float32) -> int:
     types = library.types(wanted)
     search, phases = types.Search(), (types.Phase * PHASES)()
     prototype = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int32)
-    digest: int = prototype(library.address(f"selftest_{types.suffix}"))(
-        ctypes.addressof(search), ctypes.addressof(phases), PHASES
-    )
-    return digest
+    run = prototype(library.address(f"selftest_{types.suffix}"))
+    return int(run(ctypes.addressof(search), ctypes.addressof(phases), PHASES))

@@ -58,9 +58,8 @@ def read_text(path: Path, most: int = LARGEST) -> str:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line, byte = raw.count(b"\n", 0, error.start) + 1, raw[error.start]
-        raise HopformError(
-            f"{name_of(path)}, line {line}: is no text in UTF-8, got a byte {byte:#04x}: save it in UTF-8"
-        ) from None
+        got = f"got a byte {byte:#04x}: save it in UTF-8"
+        raise HopformError(f"{name_of(path)}, line {line}: is no text in UTF-8, {got}") from None
 
 
 def rows_of(text: str, source: str) -> list[tuple[int, list[str]]]:

@@ -68,9 +68,7 @@ class Flight(Motion):
         """The phases in their order."""
         rows = self._solved.rows()
         ends = [*(row.t for row in rows[1:]), self.duration]
-        return tuple(
-            FlightPhase(row.t, end, row.side, row.limit, row.x1, row.v1) for row, end in zip(rows, ends, strict=True)
-        )
+        return tuple(FlightPhase(p.t, end, p.side, p.limit, p.x1, p.v1) for p, end in zip(rows, ends, strict=True))
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -104,11 +102,11 @@ class Flight(Motion):
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
-        return self._energies(t)[0]
+        return Energy(*self._energies(t, 0))
 
     def ledger(self, t: ArrayLike) -> FlightLedger:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
-        return self._energies(t)[1]
+        return FlightLedger(*self._energies(t, 1))
 
     def _card(self) -> Card:
         start = self.at(0.0)
@@ -131,14 +129,11 @@ class Flight(Motion):
             **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "apex_time", "impact_loss")},
         }
 
-    def _energies(self, t: ArrayLike) -> tuple[Energy, FlightLedger]:
+    def _energies(self, t: ArrayLike, which: int) -> list[Real]:
         times = self._times(t)
         order = np.argsort(times, kind="stable")
-        energy, ledger = self._solved.energy_at(times[order])
         back = np.argsort(order, kind="stable")
-        return Energy(*(shaped(one[back], t) for one in energy)), FlightLedger(
-            *(shaped(one[back], t) for one in ledger)
-        )
+        return [shaped(each[back], t) for each in self._solved.energy_at(times[order])[which]]
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
         return times_within(t, self.dtype, self.duration)

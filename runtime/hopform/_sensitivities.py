@@ -72,9 +72,8 @@ def _place(names: tuple[str, str]) -> tuple[int, int]:
     row, column = pair("a sensitivity", names, "(row, column) of names")
     for name, known in ((row, ROWS), (column, COLUMNS)):
         if not isinstance(name, str) or name not in known:
-            raise HopformError(
-                f"there is no sensitivity {shown(row)}, {shown(column)}: {shown(name)} is not one of {', '.join(known)}"
-            )
+            both = f"{shown(row)}, {shown(column)}"
+            raise HopformError(f"there is no sensitivity {both}: {shown(name)} is not one of {', '.join(known)}")
     return ROWS.index(row), COLUMNS.index(column)
 
 

@@ -79,9 +79,7 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
         raise HopformError(f"--added-mass names {len(wanted.added_mass)} masses for {len(wanted.files)} files")
     read = _read(wanted)
     recordings = [recording for _, recording in read]
-    by_role: dict[str, list[Recording]] = {
-        role: [recording for own, recording in read if own == role] for role in synthetic.TESTS
-    }
+    by_role: dict[str, list[Recording]] = {role: [one for own, one in read if own == role] for role in synthetic.TESTS}
     if wanted.kind == "ramp":
         given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
         return friction_threshold(recordings, spring=wanted.spring, loss=wanted.loss, **given)

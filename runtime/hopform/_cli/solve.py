@@ -153,9 +153,7 @@ def control(
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
     with progress_bar("solving"):
-        found = hopform.choose_current(
-            hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(str(dtype))
-        )
+        found = hopform.choose_current(hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=dtype)
         others = [
             (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
             for words, form in (tables.PRINTED.items() if printed else ())

@@ -258,9 +258,8 @@ def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] |
     yield table("Next apex", columns, rows, ("gaps [A]",))
     if found.fixed_points:
         yield ""
-        yield table(
-            "Fixed points", ("u [A]", "height [cm]", "multiplier", "hop"), map(_point_row, found.fixed_points), ("hop",)
-        )
+        points = map(_point_row, found.fixed_points)
+        yield table("Fixed points", ("u [A]", "height [cm]", "multiplier", "hop"), points, ("hop",))
     yield ""
     yield "Heights are hop heights. Gaps and the stroke's share are those of the currents of the map."
     if drawn:

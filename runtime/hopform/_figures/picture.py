@@ -46,9 +46,8 @@ class Picture:
     def whose(self) -> str:
         """Whose parameters these are."""
         ours = any(self.robot.startswith(name) for name in ROBOTS)
-        return (
-            f"{self.robot}, this project's own; the paper gives none" if ours else f"{self.robot}, from its robot file"
-        )
+        whose = "this project's own; the paper gives none" if ours else "from its robot file"
+        return f"{self.robot}, {whose}"
 
     @property
     def caption(self) -> str:

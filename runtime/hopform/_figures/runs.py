@@ -354,9 +354,7 @@ def bounds_of_map(robot: Robot) -> Drawn:
     reach = reachability(robot, heights, np.array([0.0, robot.u_max]), stop_margin=margin)
     draw = np.random.default_rng(11)
     drops = np.repeat(scale(robot) * np.linspace(0.04, 0.38, 12), 2)
-    least, most = (
-        np.array([measured(robot, height, highest, margin) for height in drops]) for highest in (False, True)
-    )
+    least, most = (np.array([measured(robot, each, high, margin) for each in drops]) for high in (False, True))
     seen = drops + noise * draw.standard_normal(drops.size)
     least, most = (values + noise * draw.standard_normal(drops.size) for values in (least, most))
     misses = np.concatenate([

@@ -66,9 +66,7 @@ def improved_model(robot: Robot) -> Drawn:
     old, new = recordings(fitted, u), recordings(robot, u)
     looks = {"model (3), (4)": (new, BLUE, "-"), "model (1), (2), fitted": (old, ORANGE, "--")}
     figure = drawn(measured, looks, f"{u:g} {volts(robot)} for {PULSE:g} s")
-    left = {
-        name: (rms(measured.x1 - model.x1), rms(measured.x2 - model.x2)) for name, model in (("old", old), ("new", new))
-    }
+    left = {name: (rms(measured.x1 - one.x1), rms(measured.x2 - one.x2)) for name, one in (("old", old), ("new", new))}
     ours = (
         f"synthetic recordings of {named(robot)} with noise of {mm(NOISE)}: a step of {u:g} {volts(robot)} for "
         f"{PULSE:g} s while standing, and a drop of {cm(DROP * scale(robot), 0)} with no input. With dry friction "
@@ -92,9 +90,7 @@ def drop(robot: Robot) -> Array:
 
 def step(robot: Robot, u: float) -> Array:
     """x1 [m] at `STEP_TIMES` of the standing robot under a current for a time; NaN behind a take-off."""
-    stance = solve_stance(
-        robot, v2=0.0, x2=standing(robot), u=[(0.0, u), (PULSE, 0.0)], horizon=float(STEP_TIMES[-1]) + 0.01
-    )
+    stance = solve_stance(robot, v2=0.0, x2=standing(robot), u=[(0.0, u), (PULSE, 0.0)], horizon=STEP_TIMES[-1] + 0.01)
     x1 = np.asarray(stance.at(np.minimum(STEP_TIMES, stance.duration)).x1)
     return np.where((stance.duration >= STEP_TIMES) | (stance.status == "rest"), x1, np.nan)
 

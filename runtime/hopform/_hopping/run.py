@@ -182,10 +182,8 @@ class _Legs(Motion):
         """
         asked = times_within(t, DOUBLE, self._length())
         legs, found = self._all_legs, np.empty((count, asked.size))
-        begins = np.maximum.accumulate(
-            [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
-        )
-        places = np.maximum(np.searchsorted(begins, asked, side="right") - 1, 0)
+        begins = [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
+        places = np.maximum(np.searchsorted(np.maximum.accumulate(begins), asked, side="right") - 1, 0)
         order = np.argsort(places, kind="stable")
         for inside in np.split(order, np.flatnonzero(np.diff(places[order])) + 1) if order.size else ():
             leg = legs[int(places[inside[0]])]

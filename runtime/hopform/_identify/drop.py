@@ -188,9 +188,8 @@ def _driven(cuts: Sequence[Cut]) -> tuple[Guess, list[str]]:
     """gamma2 and a constant load where the currents of a free actuator do not identify them: they are held then."""
     levels = np.array([u for cut in cuts for _, u in cut.steps])
     if not levels.any():
-        return {"gamma2": 1.0, "offset": 0.0}, [
-            "no current flows: gamma2 cannot be identified; record a drop under a constant current too"
-        ]
+        why = "no current flows: gamma2 cannot be identified; record a drop under a constant current too"
+        return {"gamma2": 1.0, "offset": 0.0}, [why]
     if float(np.ptp(levels)) <= 0.02 * float(np.abs(levels).max()):
         return {"offset": 0.0}, ["the current is constant: a constant load of the actuator counts as part of gamma2 u"]
     return {}, []
@@ -274,9 +273,8 @@ def _first_stance(time: Array, x: Array, g: float) -> Oscillation:
     noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
     top, bottom = float(np.median(x[:3])), int(x.argmin())
     parabola = top - 0.5 * g * (time - time[0]) ** 2
-    off = np.flatnonzero(
-        np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom])
-    )
+    far = np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom])
+    off = np.flatnonzero(far)
     length = float(parabola[int(off[0])]) if off.size else 0.5 * (top + float(x[bottom]))
     low = float(x[bottom])
     square = 2.0 * g * 0.9 * (top - low) / max(length - low, 1e-3) ** 2
@@ -338,9 +336,7 @@ def _shared_starts(known: Values, guesses: Sequence[Oscillation], added: Sequenc
     if rig == "free":
         m_eff = known.get("m_eff", 5.0 * mass)
         start |= {"m_eff": m_eff, "b1": 5.0 * m_eff, "f1": 0.5, "gamma2": -10.0 * mass, "offset": 0.0}
-    return [
-        start | {"b2": guess.viscous * (mass + m), "f2": guess.coulomb} for guess, m in zip(guesses, added, strict=True)
-    ]
+    return [start | {"b2": one.viscous * (mass + m), "f2": one.coulomb} for one, m in zip(guesses, added, strict=True)]
 
 
 def _driven_start(cut: Cut, x1: Array, guess: Oscillation, known: Values, cutoff: float) -> dict[str, float]:
@@ -352,9 +348,7 @@ def _driven_start(cut: Cut, x1: Array, guess: Oscillation, known: Values, cutoff
     begins, levels = np.array(cut.steps, dtype=float).T
     u = levels[np.searchsorted(begins, cut.time, side="right") - 1]
     length = known.get("length", guess.rest + known["g"] / guess.omega**2)
-    rows, pressed = (
-        filtered_part(cut.time, x1, drive, step, cutoff) for drive in (u, np.maximum(x1 - cut.x + length, 0.0))
-    )
+    rows, pressed = (filtered_part(cut.time, x1, by, step, cutoff) for by in (u, np.maximum(x1 - cut.x + length, 0.0)))
     b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u], robust=True)
     stiffness = known.get("k", guess.omega**2 * (known.get("m_s", 1.0) + cut.recording.added_mass))
     masses = (

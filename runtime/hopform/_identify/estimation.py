@@ -273,9 +273,8 @@ def residuals(
             predicted, by = np.full_like(experiment.measured, 1e3), {}
         parts.append(predicted - experiment.measured)
         zero = np.zeros(experiment.time.size)
-        rows.append(
-            np.stack([by.get(p.name, zero) for p in parameters], axis=1) if parameters else np.empty((zero.size, 0))
-        )
+        columns = [by.get(p.name, zero) for p in parameters]
+        rows.append(np.stack(columns, axis=1) if columns else np.empty((zero.size, 0)))
     return parts, np.concatenate(rows)
 
 

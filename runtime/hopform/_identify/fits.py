@@ -167,9 +167,7 @@ class Fit(Shown):
         seen = ["" if each.method == "not identifiable" else each.name.partition("@")[0] for each in self.estimates]
         letters = ["L0" if letter == "length" else letter for letter in seen]
         names = [name for name in fields if name in letters]
-        mean = np.array(
-            [[1.0 / letters.count(name) if letter == name else 0.0 for letter in letters] for name in names]
-        )
+        mean = np.array([[1.0 / letters.count(name) if own == name else 0.0 for own in letters] for name in names])
         mean = mean.reshape(len(names), len(letters))
         values, low, high = (
             mean @ np.nan_to_num([getattr(each, end) for each in self.estimates], posinf=0.0, neginf=0.0)
@@ -259,9 +257,7 @@ def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
         if not trace.tests.white
     ]
     if inflation > 1.0:
-        statements.append(
-            f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common"
-        )
+        statements += [f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common"]
     return statements
 
 

@@ -102,10 +102,8 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
     found, spread = expected(problem, at if at is not None else follow(problem).values)
     letters = [name.partition("@")[0] for name in spread.weak]
     helps = dict.fromkeys(_HELPS[letter] for letter in letters if letter in _HELPS)
-    warnings = [each for one in telemetry for each in _odd(one)]
-    return Check(
-        telemetry, found, (*problem.statements, *blind(spread), *helps), (*problem.warnings, *warnings), problem.units
-    )
+    warnings = (*problem.warnings, *(each for one in telemetry for each in _odd(one)))
+    return Check(telemetry, found, (*problem.statements, *blind(spread), *helps), warnings, problem.units)
 
 
 _HELPS = {
@@ -168,8 +166,7 @@ def _odd(one: Telemetry) -> list[str]:
         found.append(f"{one.outliers} samples are far off their neighbours: fit it with --loss huber")
     if one.gap > 0.0:
         found.append(f"a gap of {one.gap:.3g} s")
-    if one.role in ("step", "air", "free") and min(-one.lowest, one.highest) < _ONE_SIDED * max(
-        -one.lowest, one.highest
-    ):
+    down, up = -one.lowest, one.highest
+    if one.role in ("step", "air", "free") and min(down, up) < _ONE_SIDED * max(down, up):
         found.append("the current has one direction: friction and a constant load are one; record both")
     return [f"{one.source}: {each}" for each in found]

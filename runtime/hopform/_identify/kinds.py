@@ -163,9 +163,8 @@ def read_several(recordings: Recordings, name: str) -> tuple[Recording, ...]:
     found = [read_recording(each) if isinstance(each, File) else each for each in several]
     for n, each in enumerate(found):
         if not isinstance(each, Recording):
-            raise HopformError(
-                f"{name}[{n}] must be a Recording, as read_recording gives it, or a file of one, got {shown(each)}"
-            )
+            what = "a Recording, as read_recording gives it, or a file of one"
+            raise HopformError(f"{name}[{n}] must be {what}, got {shown(each)}")
     return tuple(found)
 
 

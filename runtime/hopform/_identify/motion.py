@@ -250,10 +250,8 @@ def _stance(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     """The stance that a run is in: the motion at the times that lie in it, and the take-off if it comes before the
     last.
     """
-    steps = _steps_from(rig.steps, run.begin)
-    piece = stance_piece(
-        rig.robot, run.state.tolist(), steps, times - run.begin, 0.0 if run.touches else None, rig.backend
-    )
+    steps, y = _steps_from(rig.steps, run.begin), 0.0 if run.touches else None
+    piece = stance_piece(rig.robot, run.state.tolist(), steps, times - run.begin, y, rig.backend)
     states = piece.motion.states
     rows = _chain(piece.motion.by, run.state_by, run.begin_by, _stance_rates(rig, times[: states.shape[0]], states))
     if piece.end is None or piece.end_by is None or piece.duration_by is None:
@@ -293,9 +291,7 @@ def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     by[:, 2, AT["x2"]], by[:, 2, AT["v2"]], by[:, 2, AT["g"]] = 1.0, moments, -0.5 * moments**2
     by[:, 3, AT["v2"]], by[:, 3, AT["g"]] = 1.0, -moments
     zero = np.zeros(moments.size)
-    rates = np.stack(
-        [v1, _acceleration(robot, v1, zero, _pull(rig, run.begin + moments)), fall, zero - robot.g], axis=1
-    )
+    rates = np.stack([v1, _acceleration(robot, v1, zero, _pull(rig, run.begin + moments)), fall, zero - robot.g], -1)
     local = _chain(by, run.state_by, np.zeros(len(COLUMNS)), rates)
     rows = local[: t.size] - rates[: t.size, :, np.newaxis] * run.begin_by
     moved = Motion(states[: t.size], rows)

@@ -214,7 +214,7 @@ def brought(
     sigma: the noise of each; free: how many parameters the fit without it has.
     """
     before, left = (
-        sum(_power(part) / each**2 for part, each in zip(parts, sigma, strict=True)) for parts in (old, new)
+        sum(_power(part) / size**2 for part, size in zip(parts, sigma, strict=True)) for parts in (old, new)
     )
     count = sum(part.size for part in new)
     inflation = max(estimation.tests_of(part).inflation for part in new if part.size > 3)

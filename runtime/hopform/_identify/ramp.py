@@ -135,9 +135,8 @@ def friction_threshold(
     if math.isnan(per):
         statements += ("a ramp fixes f1 m_eff/|gamma2| alone: m_eff and gamma2, as from step responses, make it f1",)
     if attached and carried == 0.0:
-        statements += (
-            "what the spring carries where the actuator rests counts as friction or load: k and gamma2 take it off",
-        )
+        carries = "what the spring carries where the actuator rests counts as friction or load"
+        statements += (f"{carries}: k and gamma2 take it off",)
     notes = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
     low, high = max(u - spread, 0.0), u + spread
     return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes, rises, units)
@@ -193,9 +192,8 @@ def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:
         if np.count_nonzero(kept[begin:end]) >= 20:
             found.append(_onset(recording, begin + np.flatnonzero(kept[begin:end]), x, u, spring))
     if not found:
-        raise recording.error_of(
-            "x1", "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
-        )
+        missing = "no ramp is found: the current must grow slowly from 0, in 20 samples at least"
+        raise recording.error_of("x1", missing, recording.line)
     return found
 
 
@@ -233,9 +231,7 @@ def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spr
     at = _least(cost, float(t[2]), float(t[seen]))
     freedom = max(count - (5 if spring else 4), 1)
     limit = cost(at) * (1.0 + student(0.5 + 0.5 * LEVEL, freedom) ** 2 / freedom)
-    low, high = (
-        _reach(cost, at, limit, end, float(np.median(np.diff(t)))) for end in (float(t[0]), float(t[last - 4]))
-    )
+    low, high = (_reach(cost, at, limit, end, np.median(np.diff(t))) for end in (float(t[0]), float(t[last - 4])))
     direction = 1 if float(x[last - 1]) > rest else -1
     cubic = np.polyfit(t[:last], u[:last], 3 if last > 50 else 1)
     wobble = float(np.std(u[:last] - np.polyval(cubic, t[:last]))) / math.sqrt(max(last, 1))
@@ -377,9 +373,8 @@ def _least(cost: Callable[[float], float], low: float, high: float, places: int 
 
 def _between(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
     """Minimiser of a cost between a and b, to a width."""
-    return float(
-        of_scipy("optimize").minimize_scalar(cost, bounds=(a, b), method="bounded", options={"xatol": width}).x
-    )
+    found = of_scipy("optimize").minimize_scalar(cost, bounds=(a, b), method="bounded", options={"xatol": width})
+    return float(found.x)
 
 
 def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, step: float) -> float:

@@ -138,9 +138,7 @@ class Recording(Shown):
         return f"{name} [{SI[column.quantity]}] over time [s]", self.time, column.values
 
     def _arrays(self) -> Arrays:
-        columns = {
-            name: (("time",), each.values, {"units": SI.get(each.quantity, "")}) for name, each in self.columns.items()
-        }
+        columns = {name: (("time",), each.values, {"units": SI[each.quantity]}) for name, each in self.columns.items()}
         return {"time": (("time",), self.time), **columns}
 
     def position(self, of: str) -> Array:
@@ -208,9 +206,8 @@ class Recording(Shown):
                     raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
                 return column
         titles = ", ".join(column.title for column in self.columns.values())
-        raise self.error(
-            f"no column is {what}: one must be named {' or '.join(names)}, with its unit; there are {titles}", 1
-        )
+        wanted = f"one must be named {' or '.join(names)}, with its unit"
+        raise self.error(f"no column is {what}: {wanted}; there are {titles}", 1)
 
     def _check_position(self, column: Column) -> None:
         values = column.values
@@ -235,9 +232,8 @@ class Recording(Shown):
             raise self.error(message, self.line, column)
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
-            raise self.error(
-                f"does not move beyond its noise of {noise:.2g} {unit}: let it move further", self.line, column
-            )
+            message = f"does not move beyond its noise of {noise:.2g} {unit}: let it move further"
+            raise self.error(message, self.line, column)
 
 
 def _jump(values: Array) -> float:

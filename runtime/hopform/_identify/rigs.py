@@ -229,13 +229,12 @@ class Experiment:
         """
         sensor = self.sensor(values)
         at = in_recorded_time(self.letters(values), sensor.clock)
-        if self.kind == "threshold" or at["f2" if self.kind in ("attached", "ground") else "f1"] == 0.0:
+        alone = self.kind in ("attached", "ground")
+        if self.kind == "threshold" or at["f2" if alone else "f1"] == 0.0:
             return np.zeros((self.time.size, len(shares)))
         fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
         steps = delayed(self.steps, sensor.delay)
-        found = (self._response if self.kind in ("attached", "ground") else self._driven_response)(
-            at, steps, fine, shares
-        )
+        found = (self._response if alone else self._driven_response)(at, steps, fine, shares)
         return np.asarray(sensor.gain * found[::4])
 
     def _response(self, at: Values, steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
@@ -369,10 +368,8 @@ def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved,
     steps = tuple((t, u + at["offset"]) for t, u in steps)
     moved = _dropped(_leg_robot(of, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
     pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
-    stopped = at["v1"] == 0.0 and (
-        (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
-    )
-    first = 0.0 if stopped else _first_acceleration(pull, at["v1"], at["f1"])
+    onto_a_stop = (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
+    first = 0.0 if at["v1"] == 0.0 and onto_a_stop else _first_acceleration(pull, at["v1"], at["f1"])
     return _rows(of, moved, STATE.index(of.of), _OF_BODY), {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
 
 

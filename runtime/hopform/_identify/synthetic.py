@@ -65,9 +65,8 @@ def record(
     encoder = _Encoder(nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw)
     time, hertz = _times(duration, rate)
     if repeats * (time.size + hertz) > MOST_SAMPLES:
-        raise HopformError(
-            f"repeats must be at most {int(MOST_SAMPLES / (time.size + hertz))} for so many samples each, got {repeats}"
-        )
+        most = int(MOST_SAMPLES / (time.size + hertz))
+        raise HopformError(f"repeats must be at most {most} for so many samples each, got {repeats}")
     against = flag("spring", spring)
     still, mass = nonnegative("hold", hold, "s"), nonnegative("added_mass", added_mass, "kg")
     if not still <= time[-1]:

@@ -137,9 +137,8 @@ def _array(name: str, value: object, shape: tuple[int, ...], *, finite: bool = T
     if found.shape != shape:
         raise HopformError(f"{name} must be numbers of the shape {shape}, got {shown(value)}")
     made = array_of(name, found, "SI units") if found.size else found.astype(float)
-    refuse_any(
-        name, made, np.isfinite(made) if finite else ~np.isnan(made), lambda bad: f"must be a number, got {bad!r}"
-    )
+    allowed = np.isfinite(made) if finite else ~np.isnan(made)
+    refuse_any(name, made, allowed, lambda bad: f"must be a number, got {bad!r}")
     return made.astype(float)
 
 
@@ -214,9 +213,7 @@ class Robot(CheckedRobot):
             raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
         number = whole("count", count, 1, MOST_SAMPLES)
         draw = np.random.default_rng() if seed is None else seeded(seed)
-        kept = {
-            name for name, value in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == value
-        }
+        kept = {name for name, own in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == own}
         drawn = [{name: each[name] for name in kept} for each in self.fit.draw(number, draw)]
         return tuple(replace(self, **each, fit=None) for each in drawn)  # type: ignore[arg-type]
 
@@ -273,7 +270,7 @@ def robot_from_toml(text: str, source: str = "TOML") -> Robot:
                 raise HopformError(f"fit must be a table [fit], got {shown(value)} {where}")
             table[key] = provenance_from(value, where)  # pyright: ignore[reportUnknownArgumentType]
         elif key not in known:
-            raise HopformError(f"unknown parameter {shown(key)}{_nearest(key, [*known, 'name'])} {where}")
+            raise HopformError(f"unknown parameter {shown(key)}{nearest(key, [*known, 'name'])} {where}")
         else:
             try:
                 _checked(known[key], value)
@@ -305,7 +302,8 @@ def _line_of(key: str, text: str) -> int:
     return next((number for number, line in enumerate(text.splitlines(), 1) if pattern.match(line)), 1)
 
 
-def _nearest(word: str, known: list[str]) -> str:
+def nearest(word: str, known: list[str]) -> str:
+    """A question about the known word that is nearest to one, nothing where none is near."""
     close = difflib.get_close_matches(word, known, 1, 0.5)
     return f", did you mean {close[0]!r}?" if close else ""
 
@@ -313,8 +311,8 @@ def _nearest(word: str, known: list[str]) -> str:
 def _no_such_robot(name: str) -> NoReturn:
     if "/" in name or "\\" in name or name.endswith(".toml"):
         raise HopformError(f"there is no file {shown(name)}")
-    nearest, known = _nearest(name, list(ROBOTS)), f"{', '.join(ROBOTS)}, or a TOML file"
-    raise HopformError(f"there is no robot {shown(name)}{f'{nearest} Known' if nearest else '; known'}: {known}")
+    close, known = nearest(name, list(ROBOTS)), f"{', '.join(ROBOTS)}, or a TOML file"
+    raise HopformError(f"there is no robot {shown(name)}{f'{close} Known' if close else '; known'}: {known}")
 
 
 assert {field.name for field in fields(Robot)} == {field.name for field in FIELDS} | {

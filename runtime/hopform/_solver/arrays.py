@@ -1,6 +1,6 @@
 """The NumPy back end: the vectorised solver of a package, seen as the C back end shows it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -140,10 +140,8 @@ class OnArrays:
         self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
-        found: tuple[float, float, int, int] = self.package.control.choose(
-            parameters, start, target, max_phases, dtype.type
-        )
-        return found
+        choose: Callable[..., tuple[float, float, int, int]] = self.package.control.choose
+        return choose(parameters, start, target, max_phases, dtype.type)
 
     def apexes(
         self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float,

@@ -134,9 +134,8 @@ def layout(structure: Any) -> struct.Struct:
     """The layout of a struct of numbers, as `struct` packs and unpacks it."""
 
     def letters(structure: Any) -> str:
-        return "".join(
-            letters(kind) if issubclass(kind, ctypes.Structure) else kind._type_ for _, kind in structure._fields_
-        )
+        kinds = (kind for _, kind in structure._fields_)
+        return "".join(letters(kind) if issubclass(kind, ctypes.Structure) else kind._type_ for kind in kinds)
 
     return struct.Struct(f"{letters(structure)}0{'d' if ctypes.alignment(structure) == 8 else 'f'}")
 
@@ -226,11 +225,9 @@ class Solved:
     def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""
         of = self.buffers.library.package.records
-        energies = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
+        energy = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
         work, losses = np.empty((t.size, len(of.Work._fields)), dtype=t.dtype), np.empty_like(t)
-        self._call(
-            "stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), pointer(work), pointer(losses)
-        )
+        self._call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energy), pointer(work), pointer(losses))
         return cast("records.Ledger", of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses))
 
     def compression_max(self) -> float:
@@ -259,9 +256,8 @@ class Solved:
         return LegState(*states.T), tangents
 
     def _call(self, name: str, *arguments: Any) -> int:
-        return self.buffers.library.call(
-            name, self.buffers.types, self.plan, self.steps, self.phases, self.stance, *arguments
-        )
+        of = self.buffers
+        return of.library.call(name, of.types, self.plan, self.steps, self.phases, self.stance, *arguments)
 
 
 _Bytes = ctypes.c_char * 0
