@@ -58,10 +58,8 @@ def check(wanted: Wanted) -> None:
     if wanted.system not in SYSTEMS:
         raise HopformError(f"--for must be one of {', '.join(SYSTEMS)}, got {shown(wanted.system)}")
     if not _PREFIX.fullmatch(wanted.prefix):
-        raise HopformError(
-            f"--prefix must be a lower-case identifier of C of up to {records.LONGEST_PREFIX} characters, got "
-            f"{shown(wanted.prefix)}"
-        )
+        most = f"of up to {records.LONGEST_PREFIX} characters"
+        raise HopformError(f"--prefix must be a lower-case identifier of C {most}, got {shown(wanted.prefix)}")
     if not wanted.precisions or not set(wanted.precisions) <= set(PRECISIONS):
         raise HopformError(f"precisions must be among {', '.join(PRECISIONS)}, got {wanted.precisions}")
 

@@ -124,10 +124,8 @@ class Flight(Motion):
         }  # fmt: skip
 
     def _arrays(self) -> Arrays:
-        return {
-            **events_of(self.events),
-            **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "apex_time", "impact_loss")},
-        }
+        names = ("status", "duration", "apex", "apex_time", "impact_loss")
+        return events_of(self.events) | {name: ((), getattr(self, name)) for name in names}
 
     def _energies(self, t: ArrayLike, which: int) -> list[Real]:
         times = self._times(t)

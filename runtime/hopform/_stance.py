@@ -273,11 +273,8 @@ class Stance(Motion):
         }  # fmt: skip
 
     def _arrays(self) -> Arrays:
-        return {
-            **events_of(self.events),
-            **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "aed")},
-            "compression_max": ((), self.compression_max, {"units": "m"}),
-        }
+        names = ("status", "duration", "apex", "aed", "compression_max")
+        return events_of(self.events) | {name: ((), getattr(self, name)) for name in names}
 
     def _solver_state(self, t: ArrayLike) -> records.LegState:
         return self._solved.state_at(self._times(t))

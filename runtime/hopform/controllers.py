@@ -372,8 +372,6 @@ def check_set_points(
     for index, ground in enumerate(grounds):
         wanted = set_point(asked, index)
         if wanted < ground:
-            raise HopformError(
-                f"h_des must not lie below the ground: got {wanted!r} m at hop {index}, where the ground is at "
-                f"{ground!r} m"
-            )
+            where = f"at hop {index}, where the ground is at {ground!r} m"
+            raise HopformError(f"h_des must not lie below the ground: got {wanted!r} m {where}")
     checked_target(robot, set_point(asked, 0), -grounds[0], stop_margin, horizon)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import hopform
 from hopform._checks import MEMORY
-from hopform._cli.output import Record, number
+from hopform._cli.output import Record, interval
 from hopform._errors import HopformError
 from hopform._files import name_of
 from hopform._progress import progress_bar
@@ -40,7 +40,7 @@ class Band(NamedTuple):
 
 def text_of(band: Band, scale: float = 100.0, form: str = ".4g") -> str:
     """A band in a table, with the share of the robots if that is not all."""
-    ends = f"{number(band.low, form, scale)} .. {number(band.high, form, scale)}"
+    ends = interval(band.low, band.high, form, scale)
     return ends if band.share == 1.0 else f"{ends} ({100.0 * band.share:.3g} % of robots)"
 
 
@@ -92,10 +92,8 @@ class Draws:
         """What was drawn, and what was not."""
         known = {*self.fit.names, *self.fit.known}
         others = ", ".join(each.name for each in hopform.Robot.fields() if each.name not in known)
-        return (
-            f"Bands hold 95 % of {len(self.robots)} robots drawn from the fit of {', '.join(self.fit.names)}. Not "
-            f"identified, so alike in all: {others}."
-        )
+        whose = f"drawn from the fit of {', '.join(self.fit.names)}"
+        return f"Bands hold 95 % of {len(self.robots)} robots {whose}. Not identified, so alike in all: {others}."
 
     def warnings(self) -> tuple[str, ...]:
         """A warning about a fit that misses something."""
@@ -108,10 +106,8 @@ class Draws:
         start: x1, v1, v2, x2 at touchdown. After a drop from a height [m] each robot has its own v2; if x2 is given all
         are compressed as the model is.
         """
-        columns: Record = {
-            field.name: np.array([[getattr(each, field.name)] for each in self.robots])
-            for field in hopform.Robot.fields()
-        }
+        names = [field.name for field in hopform.Robot.fields()]
+        columns: Record = {name: np.array([[getattr(each, name)] for each in self.robots]) for name in names}
         own = dict(start)
         if height is not None:
             own["v2"] = np.array([[hopform.touchdown_velocity(each, height)] for each in self.robots])

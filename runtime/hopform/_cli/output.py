@@ -63,6 +63,11 @@ def number(value: float, form: str = ".5g", scale: float = 1.0) -> str:
     return "-" if math.isnan(value) else format(scale * value, form)
 
 
+def interval(low: float, high: float, form: str = ".5g", scale: float = 1.0) -> str:
+    """An interval of a table."""
+    return f"{number(low, form, scale)} .. {number(high, form, scale)}"
+
+
 def to_json(**record: Any) -> str:
     """Strict JSON with the version of hopform: records as objects, and null for what is no number or has no limit."""
     return json_module.dumps(plain({"hopform": __version__, **record}), indent=2, allow_nan=False)

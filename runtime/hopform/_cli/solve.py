@@ -154,9 +154,9 @@ def control(
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
     with progress_bar("solving"):
         found = hopform.choose_current(hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=dtype)
+        forms = tables.PRINTED.items() if printed else ()
         others = [
-            (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
-            for words, form in (tables.PRINTED.items() if printed else ())
+            (name, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how)) for name, form in forms
         ]
 
     def bands(drawn: Draws, u: Any) -> Bands:

@@ -177,12 +177,9 @@ def ledger(solved: Stance) -> Table:
 
 def sensitivities(solved: Stance) -> Table:
     """Derivatives of the take-off: a row per input, a column per result, "-" where there is no derivative."""
-    derivatives = solved.sensitivities
-    heads = ("", *(f"{row} [{UNITS[row]}]" for row in derivatives.rows))
-    rows = (
-        (f"{column} [{UNITS[column]}]", *(number(derivatives[row, column] + 0.0) for row in derivatives.rows))
-        for column in derivatives.columns
-    )
+    by = solved.sensitivities
+    heads = ("", *(f"{row} [{UNITS[row]}]" for row in by.rows))
+    rows = ((f"{name} [{UNITS[name]}]", *(number(by[row, name] + 0.0) for row in by.rows)) for name in by.columns)
     return table("Sensitivities: change of the take-off per unit of", heads, rows, ("",))
 
 

@@ -54,10 +54,8 @@ def compression_cycles(robot: Robot) -> Drawn:
     run, shown = simulate(robot, flat(30), robot.u_max, height=0.2 * scale(robot)), 4
     completed(run)
     first = run.hops[-shown]
-    t = np.union1d(
-        np.linspace(first.touchdown_time - 0.03, run.hops[-1].takeoff_time + 0.1, 1500),
-        [time for hop in run.hops[-shown:] for time in (hop.touchdown_time, hop.takeoff_time)],
-    )
+    corners = [time for hop in run.hops[-shown:] for time in (hop.touchdown_time, hop.takeoff_time)]
+    t = np.union1d(np.linspace(first.touchdown_time - 0.03, run.hops[-1].takeoff_time + 0.1, 1500), corners)
     state = run.at(t)
     takeoffs = np.array([hop.takeoff_time for hop in run.hops[-shown:]])
     x1, v1 = (np.array([float(getattr(hop.stance.end, name)) for hop in run.hops[-shown:]]) for name in ("x1", "v1"))

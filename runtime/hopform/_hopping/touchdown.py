@@ -114,10 +114,8 @@ class TouchdownDetector:
         number, draw = count("trials", trials, _EACH), seeded(seed)
         mean = self._samples(deviation, height)
         if mean < math.inf and number * mean > MOST_DRAWN:
-            raise HopformError(
-                f"trials must be at most {int(MOST_DRAWN / mean)} where a detection takes {mean:.3g} samples on "
-                f"average, got {number}"
-            )
+            where = f"where a detection takes {mean:.3g} samples on average"
+            raise HopformError(f"trials must be at most {int(MOST_DRAWN / mean)} {where}, got {number}")
         delays, run = draw.uniform(0.0, self.dt, number), np.zeros(number, dtype=np.int64)
         waiting = np.arange(number)
         for _ in range(1000 + 100 * math.ceil(mean) if mean < math.inf else 0):

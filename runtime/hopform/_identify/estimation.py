@@ -159,10 +159,8 @@ class _Coordinates:
         return np.asarray(np.minimum(np.maximum(z, self.low + inside), self.high - inside))
 
     def out(self, z: Array) -> dict[str, float]:
-        return {
-            p.name: math.exp(min(value, 300.0)) if p.kind == "positive" else float(value) * p.scale
-            for p, value in zip(self.parameters, z.tolist(), strict=True)
-        }
+        pairs = zip(self.parameters, z.tolist(), strict=True)
+        return {p.name: math.exp(min(x, 300.0)) if p.kind == "positive" else x * p.scale for p, x in pairs}
 
     def slopes(self, values: Values) -> Array:
         """d parameter / d coordinate."""
@@ -532,10 +530,8 @@ def moved(solution: Solution, name: str, errors: float) -> list[Parameter]:
     rows, size = seen[:, own], math.sqrt(seen[own, own])
     if not 0.0 < size < math.inf:
         return started(solution)
-    return [
-        p._replace(start=clip(p, p.start + errors * float(row) / size))
-        for p, row in zip(started(solution), rows, strict=True)
-    ]
+    pairs = zip(started(solution), rows, strict=True)
+    return [p._replace(start=clip(p, p.start + errors * float(row) / size)) for p, row in pairs]
 
 
 def expected_decrease(solution: Solution) -> float:

@@ -211,11 +211,8 @@ def blind(spread: estimation.Spread) -> list[str]:
 
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
-    return [
-        f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip()
-        for each in estimates
-        if each.method.endswith("at 0")
-    ]
+    some = [each for each in estimates if each.method.endswith("at 0")]
+    return [f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip() for each in some]
 
 
 _MISSED, _NO_FIT = 0.1, 0.2

@@ -127,10 +127,8 @@ def expected(problem: Problem, at: Values) -> tuple[tuple[Estimate, ...], estima
     sigma = [each.noise or noise_level(each.measured) for each in problem.experiments]
     _, rows = estimation.residuals(problem.experiments, problem.parameters, values)
     # Residuals of one standard deviation, so that the covariance is that of the noise.
-    rest = tuple(
-        np.full(each.time.size, size * math.sqrt(1.0 - len(problem.parameters) / max(rows.shape[0], 1)))
-        for each, size in zip(problem.experiments, sigma, strict=True)
-    )
+    share = math.sqrt(1.0 - len(problem.parameters) / max(rows.shape[0], 1))
+    rest = tuple(np.full(each.time.size, size * share) for each, size in zip(problem.experiments, sigma, strict=True))
     solution = Solution(problem.parameters, values, rest, tuple(sigma), rows, float(rows.shape[0]), 1)
     return estimation.estimates(solution, profiles=False)
 

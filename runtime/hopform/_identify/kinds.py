@@ -267,10 +267,8 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         for p in problem.parameters:
             by = factors[p.name]
             parameters.setdefault(p.name, p._replace(start=p.start * by, scale=max(p.scale * by, 1e-12)))
-        new = [
-            {name: value * factors[name] for name, value in each.items() if name not in first}
-            for each in problem.starts or (own,)
-        ]
+        starts = problem.starts or (own,)
+        new = [{name: value * factors[name] for name, value in each.items() if name not in first} for each in starts]
         others += [each for each in new[1:] if each != new[0]]
         first |= new[0]
         known |= problem.known

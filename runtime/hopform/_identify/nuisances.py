@@ -359,10 +359,9 @@ def _said(each: Repeat) -> str:
     values = ", ".join(f"{value:.4g}" for value in each.values)
     low, high = (each.low, each.high) if each.quote == "spread" else (each.fitted_low, each.fitted_high)
     which = "their mean" if each.quote == "spread" else "the fit"
-    return (
-        f"{each.name} of each recording alone: {values} {each.unit}".rstrip() + "; they differ by more than noise "
-        f"explains: quote {low:.4g} .. {high:.4g}, the interval of {which}, which is the wider one"
-    )
+    quote = f"quote {low:.4g} .. {high:.4g}, the interval of {which}, which is the wider one"
+    alone = f"{each.name} of each recording alone: {values} {each.unit}".rstrip()
+    return f"{alone}; they differ by more than noise explains: {quote}"
 
 
 _TRADED = 0.9

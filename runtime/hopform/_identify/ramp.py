@@ -121,10 +121,8 @@ def friction_threshold(
     units = units_of(several, "x1", driven=True)
     for name, number in numbers.items():
         if number == 0.0 or (name != "gamma2" and number < 0.0):
-            raise HopformError(
-                f"{name} must be {'a number but 0 in' if name == 'gamma2' else '> 0'} {units.of(UNITS[name])}, got "
-                f"{number!r}"
-            )
+            allowed = "a number but 0 in" if name == "gamma2" else "> 0"
+            raise HopformError(f"{name} must be {allowed} {units.of(UNITS[name])}, got {number!r}")
     attached = flag("spring", spring) or k is not None
     robust = checked({"loss": loss}).loss != "linear"
     rises = tuple(rise for each in several for rise in _onsets(each, attached, robust))
@@ -176,11 +174,8 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
     if len(means) == 2:
         half = 0.5 * math.hypot(*halves)
         return 0.5 * (means[0] - means[1]), half, 0.5 * (means[0] + means[1]), ()
-    statement = (
-        "one direction alone: a constant load (gravity, a preloaded spring) counts as friction; "
-        "record a ramp the other way"
-    )
-    return abs(means[0]), halves[0], math.nan, (statement,)
+    alone = "one direction alone: a constant load (gravity, a preloaded spring) counts as friction"
+    return abs(means[0]), halves[0], math.nan, (f"{alone}; record a ramp the other way",)
 
 
 def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:

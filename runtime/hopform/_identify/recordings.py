@@ -452,10 +452,8 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     gaps = gaps_of(time)
     if gaps:
         begin, length = max(gaps, key=lambda gap: gap[1])
-        notes.append(
-            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, the longest of {length:.4g} s after "
-            f"{begin - time[0]:.4g} s"
-        )
+        longest = f"the longest of {length:.4g} s after {begin - time[0]:.4g} s"
+        notes.append(f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, {longest}")
     steps = np.diff(time)
     if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
         notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")

@@ -63,10 +63,8 @@ def by_clock(at: Values, by: Mapping[str, Array], clock: float) -> dict[str, Arr
     """Derivatives by the letters in true time, and by the clock, from those by letters in recorded time."""
     powers = {name: power for name, power in _POWERS.items() if name in by and name in at}
     found = {name: rows * clock ** powers.get(name, 0) for name, rows in by.items()}
-    found["clock"] = sum(
-        (power * at[name] * clock ** (power - 1) * by[name] for name, power in powers.items()),
-        np.zeros_like(next(iter(by.values()))),
-    )
+    slopes = (power * at[name] * clock ** (power - 1) * by[name] for name, power in powers.items())
+    found["clock"] = sum(slopes, np.zeros_like(next(iter(by.values()))))
     return found
 
 
@@ -191,10 +189,8 @@ class Experiment:
 
     def letters(self, values: Values) -> dict[str, float]:
         """The letters of the rig under values of the parameters."""
-        return {
-            letter: values[self.names[letter]] if letter in self.names else self.constants[letter]
-            for letter in LETTERS[self.kind]
-        }
+        names, known = self.names, self.constants
+        return {letter: values[names[letter]] if letter in names else known[letter] for letter in LETTERS[self.kind]}
 
     def sensor(self, values: Values) -> Sensor:
         """The letters of sensor, clock and logger under values of the parameters."""

@@ -46,10 +46,8 @@ def exported(fit: Fit, form: str) -> str:
     needs.
     """
     if not fit.scale:
-        raise HopformError(
-            "--export needs forces in N or N m, and motion fixes them only up to a factor: give --known gamma2, k or a "
-            "mass"
-        )
+        scale = "give --known gamma2, k or a mass"
+        raise HopformError(f"--export needs forces in N or N m, and motion fixes them only up to a factor: {scale}")
     return _FORMATS[form](fit, quantities(fit))
 
 
