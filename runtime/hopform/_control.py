@@ -24,7 +24,7 @@ from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
-from hopform._solver.package import COMMANDS, MAX_PHASES, formulas, records
+from hopform._solver.package import COMMANDS, MAX_PHASES, Target, formulas, records
 from hopform._stance import precision_of, solve_stance, start_of
 
 TRIED = 601
@@ -36,7 +36,7 @@ class Question(NamedTuple):
 
     robot: Robot
     start: records.LegState
-    target: tuple[float, float, float, float]
+    target: Target
     backend: str
 
 
@@ -126,9 +126,7 @@ def limit_of(robot: Robot, margin: float) -> float:
     return robot.x1_max - margin if robot.x1_min < robot.x1_max else math.inf
 
 
-def checked_target(
-    robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object
-) -> tuple[float, float, float, float]:
+def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object) -> Target:
     """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.g!r}")
@@ -350,6 +348,7 @@ def _bounds(choose: Callable[..., Command], height: float, apex: Array) -> tuple
 
 
 _Hop = Callable[[float, float], tuple[float, list[FixedPoint]]]
+_HopFrom = Callable[[float], tuple[float, list[FixedPoint]]]
 
 
 def _fixed_points(hop: _Hop, heights: Array, currents: Array, apex: Array) -> tuple[FixedPoint, ...]:
@@ -366,9 +365,7 @@ def _fixed_points(hop: _Hop, heights: Array, currents: Array, apex: Array) -> tu
     return tuple(found)
 
 
-def _fixed_point(
-    hop: Callable[[float], tuple[float, list[FixedPoint]]], low: float, at_low: float, high: float, at_high: float
-) -> list[FixedPoint]:
+def _fixed_point(hop: _HopFrom, low: float, at_low: float, high: float, at_high: float) -> list[FixedPoint]:
     """The fixed point in a bracket, by the slope kept inside it; none where it closes on a jump."""
     height = low + (high - low) * at_low / (at_low - at_high)
     gain, points = at_low, list[FixedPoint]()

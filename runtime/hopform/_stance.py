@@ -378,7 +378,7 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
 
 
 def _stance(
-    robot: Robot, u: Steps, backend: Backend, dtype: np.dtype[Any], solved: SolvedStance, x2_is_given: bool
+    robot: Robot, u: Steps, backend: Backend, dtype: np.dtype[Any], solved: SolvedStance, given: bool
 ) -> Stance:
     """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
@@ -388,7 +388,7 @@ def _stance(
     vars(stance).update(
         robot=robot, u=u, backend=backend, dtype=dtype, status=status, duration=duration, end=end,
         takeoff=end if lifts else None, apex=apex if lifts and robot.g > 0.0 else math.nan, aed=aed, _solved=solved,
-        _x2_is_given=x2_is_given,
+        _x2_is_given=given,
     )  # fmt: skip
     return stance
 

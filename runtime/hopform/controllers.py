@@ -253,8 +253,8 @@ def measured(robot: Robot, heights: Array, currents: Array, horizon: float) -> R
     for _ in range(SETTLING):
         v2 = _fallen(robot, heights, x1)
         for row in np.flatnonzero(v2 < v1):  # where the foot is above the ground
-            start = {"x1": x1[row], "v1": v1[row], "v2": v2[row], "u": crossing(currents, apex[row] - heights[row])}
-            stance = solve_stance(robot, **start, horizon=horizon)
+            u = crossing(currents, apex[row] - heights[row])
+            stance = solve_stance(robot, x1=x1[row], v1=v1[row], v2=v2[row], u=u, horizon=horizon)
             if stance.takeoff is not None:
                 flight = solve_flight(robot, **stance.takeoff._asdict())
                 x1[row], v1[row] = flight.end.x1, flight.end.v1
@@ -362,9 +362,7 @@ def target_of(h_des: SetPoints, touchdown: Touchdown) -> dict[str, float]:
     return {"h_des": max(set_point(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
 
 
-def check_set_points(
-    robot: Robot, h_des: SetPoints, terrain: tuple[float, ...], stop_margin: float, horizon: float
-) -> None:
+def check_set_points(robot: Robot, h_des: SetPoints, terrain: tuple[float, ...], margin: float, horizon: float) -> None:
     """HopformError if a set point lies below its ground, or there are too few."""
     asked, grounds = set_points(h_des), heights_of(terrain)
     if isinstance(asked, tuple) and len(asked) < len(grounds):
@@ -374,4 +372,4 @@ def check_set_points(
         if wanted < ground:
             where = f"at hop {index}, where the ground is at {ground!r} m"
             raise HopformError(f"h_des must not lie below the ground: got {wanted!r} m {where}")
-    checked_target(robot, set_point(asked, 0), -grounds[0], stop_margin, horizon)
+    checked_target(robot, set_point(asked, 0), -grounds[0], margin, horizon)

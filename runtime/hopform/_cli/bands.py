@@ -21,7 +21,7 @@ from hopform._cli.output import Record, interval
 from hopform._errors import HopformError
 from hopform._files import name_of
 from hopform._progress import progress_bar
-from hopform._robots import Provenance
+from hopform._robots import Provenance, Robot
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -79,9 +79,9 @@ def legend(axes: "Axes", shown: "Sequence[Artist]") -> None:
 class Draws:
     """Robots drawn from the fit of an identified one, the model; the seed draws them again."""
 
-    model: hopform.Robot
+    model: Robot
     fit: Provenance
-    robots: tuple[hopform.Robot, ...]
+    robots: tuple[Robot, ...]
     seed: int
 
     def record(self) -> Record:
@@ -91,7 +91,7 @@ class Draws:
     def said(self) -> str:
         """What was drawn, and what was not."""
         known = {*self.fit.names, *self.fit.known}
-        others = ", ".join(each.name for each in hopform.Robot.fields() if each.name not in known)
+        others = ", ".join(each.name for each in Robot.fields() if each.name not in known)
         whose = f"drawn from the fit of {', '.join(self.fit.names)}"
         return f"Bands hold 95 % of {len(self.robots)} robots {whose}. Not identified, so alike in all: {others}."
 
@@ -106,7 +106,7 @@ class Draws:
         start: x1, v1, v2, x2 at touchdown. After a drop from a height [m] each robot has its own v2; if x2 is given all
         are compressed as the model is.
         """
-        names = [field.name for field in hopform.Robot.fields()]
+        names = [field.name for field in Robot.fields()]
         columns: Record = {name: np.array([[getattr(each, name)] for each in self.robots]) for name in names}
         own = dict(start)
         if height is not None:
@@ -133,7 +133,7 @@ class Draws:
         names = ("apex", "lowest", "highest", "hold")
         return {name: bands_of(np.array([getattr(each, name) for each in found])) for name in names}
 
-    def _counted(self) -> Iterator[hopform.Robot]:
+    def _counted(self) -> Iterator[Robot]:
         """The robots one by one, with a bar that shows how many are done."""
         with progress_bar(f"{len(self.robots)} robots") as step:
             for done, each in enumerate(self.robots):
@@ -141,21 +141,19 @@ class Draws:
                 yield each
 
 
-def robot_and_draws(
-    name: str, from_fit: Path | None, count: int, seed: int, cells: int = 1
-) -> tuple[hopform.Robot, Draws | None]:
+def robot_and_draws(name: str, file: Path | None, count: int, seed: int, cells: int = 1) -> tuple[Robot, Draws | None]:
     """The robot that a command is about, and those drawn from its fit where that is asked for; cells: values of each
     robot's answer.
     """
-    if from_fit is None:
+    if file is None:
         return hopform.load_robot(name), None
     if name != "hopper_c":
         raise HopformError("--robot and --from-fit exclude each other: both name the robot")
     if count * cells > MEMORY // 128:
         raise HopformError(f"--draws must be at most {MEMORY // 128 // cells} for so large an answer, got {count}")
-    robot = hopform.load_robot(from_fit)
+    robot = hopform.load_robot(file)
     if robot.fit is None:
-        raise HopformError(f"--from-fit takes a robot that `identify --out` wrote; {name_of(from_fit)} has no fit")
+        raise HopformError(f"--from-fit takes a robot that `identify --out` wrote; {name_of(file)} has no fit")
     return robot, Draws(robot, robot.fit, robot.sample(count, seed), seed)
 
 

@@ -23,7 +23,7 @@ from hopform._errors import HopformError
 from hopform._export import PRECISIONS, System, Wanted
 from hopform._export import selftest as digest
 from hopform._figures import DRAWN, draw
-from hopform._files import check_files, check_folder, name_of, read_text, write_folder
+from hopform._files import Named, check_files, check_folder, name_of, read_text, write_folder
 from hopform._hopping.run import Run
 from hopform._progress import progress_bar
 from hopform._robots import Robot, load_robot
@@ -38,6 +38,8 @@ CAPTIONS = "captions.md"
 CAPTIONED = ("image", "tex", "none")
 FORMATS = ("svg", "png", "pdf")
 ROLES = ("drop", "step", "ramp")
+What = int | str
+"""A figure by its number, or the animation."""
 WIDTHS = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.27}
 """Units of a width in inches; a point is that of TeX."""
 
@@ -82,7 +84,7 @@ def figures(
         show([*titles, f"wrote {len(files)} files to {name_of(folder)}"])
 
 
-def asked_for(only: str | None) -> tuple[int | str, ...]:
+def asked_for(only: str | None) -> tuple[What, ...]:
     """The figures that `--only` names, in the paper's order; HopformError for one that does not exist."""
     known = {str(number): number for number in DRAWN} | {ANIMATION: ANIMATION}
     words = list(known) if only is None else listed("--only", only, known)
@@ -132,19 +134,17 @@ def style_of(path: Path | None) -> dict[str, Any]:
     return found
 
 
-def names_of(what: int | str, formats: Iterable[str]) -> tuple[str, ...]:
+def names_of(what: What, formats: Iterable[str]) -> tuple[str, ...]:
     """The files of a figure, or of the animation."""
     return (f"{what}.gif",) if isinstance(what, str) else tuple(f"fig_{what:02d}.{end}" for end in (*formats, "csv"))
 
 
-def called(what: int | str) -> str:
+def called(what: What) -> str:
     """How a figure is called, or the animation."""
     return what if isinstance(what, str) else f"Fig. {what}"
 
 
-def check(
-    folder: Path, wanted: Iterable[int | str], formats: list[str], reads: Iterable[tuple[str, Any]], texts: list[str]
-) -> None:
+def check(folder: Path, wanted: Iterable[What], formats: list[str], reads: Iterable[Named], texts: list[str]) -> None:
     """HopformError, before anything is drawn, if it cannot be written there, or would replace what is read."""
     check_folder(folder)
     files = [(called(what), folder / name) for what in wanted for name in names_of(what, formats)]
@@ -152,7 +152,7 @@ def check(
 
 
 def drawn(
-    wanted: Sequence[int | str], robot: Robot | None, sources: Mapping[str, str], formats: list[str], look: "Look"
+    wanted: Sequence[What], robot: Robot | None, sources: Mapping[str, str], formats: list[str], look: "Look"
 ) -> "tuple[dict[str, bytes], list[Picture], list[str]]":
     """The files, by their names, the pictures, and what was left out and why."""
     plots = renderer()

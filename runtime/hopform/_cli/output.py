@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Record = dict[str, Any]
+Readable = Callable[[], Iterable[RenderableType]]
 Files = Sequence[tuple[Path, bytes]]
 """Files to be written, each with what is in it."""
 Rows = Iterable[Sequence[str]]
@@ -130,7 +131,7 @@ def check_outputs(
 
 
 def emit(
-    answer: Shown, record: Callable[[], Record], readable: Callable[[], Iterable[RenderableType]],
+    answer: Shown, record: Callable[[], Record], readable: Readable,
     warnings: Iterable[str], *, json: bool, plot: Path | None, over: Callable[["Axes"], None] | None = None,
     csv: str | None = None, columns: Callable[[], str] = str,
     more: Iterable[tuple[Path | None, Callable[[], bytes]]] = (),
@@ -150,9 +151,7 @@ def emit(
     deliver(files, warnings, printed, readable)
 
 
-def deliver(
-    files: Files, warnings: Iterable[str], printed: str, readable: Callable[[], Iterable[RenderableType]]
-) -> None:
+def deliver(files: Files, warnings: Iterable[str], printed: str, readable: Readable) -> None:
     """Write the files, then print: the text if there is one, else the tables and which files were written."""
     shown = [] if printed else [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
     write(files)

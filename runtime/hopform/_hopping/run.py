@@ -621,7 +621,8 @@ def _mean(stance: Stance) -> float:
 def motion_of(run: Run, t: Array) -> dict[str, Any]:
     """t, x1, v1, x2, v2, ground, foot, u, E, H, AED at times [s]."""
     short = {"body_energy": "E", "total_energy": "H", "predicted_energy": "AED"}
-    return {"t": t} | {short.get(name, name): values for name, values in run._over(t).items()}
+    moving = run._over(t)  # pyright: ignore[reportPrivateUsage]
+    return {"t": t} | {short.get(name, name): values for name, values in moving.items()}
 
 
 def csv_of(table: NDArray[Any]) -> str:

@@ -21,7 +21,7 @@ from hopform._identify import segments
 from hopform._identify.estimation import Parameter
 from hopform._identify.fits import Fit, Options, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings
-from hopform._identify.motion import Array, Values
+from hopform._identify.motion import Array, Known, Values
 from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.segments import CUTOFFS, filtered_part, moving_rows
@@ -92,7 +92,7 @@ def fit_drop_test(
     *,
     attached: bool = False,
     free: bool = False,
-    known: Values | None = None,
+    known: Known = None,
     **options: Unpack[Options],
 ) -> Fit:
     """Spring, mass and friction of a body from recordings of x2, by least squares on exact motions.

@@ -55,6 +55,10 @@ class Parameter(NamedTuple):
     """of a real one: where it must be"""
 
 
+Experiments = Sequence[Experiment]
+Parameters = Sequence[Parameter]
+
+
 class Estimate(NamedTuple):
     """A parameter as the data have it."""
 
@@ -81,7 +85,7 @@ class Solution:
     cost: float
     evaluations: int
     loss: str = "linear"
-    experiments: Sequence[Experiment] = ()
+    experiments: Experiments = ()
 
     @property
     def count(self) -> int:
@@ -145,7 +149,7 @@ def _ends(p: Parameter) -> tuple[float, float]:
 class _Coordinates:
     """Between parameters and the numbers that the optimiser moves."""
 
-    def __init__(self, parameters: Sequence[Parameter]) -> None:
+    def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
         ends = [_ends(p) for p in parameters]
         self.low, self.high = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
@@ -171,8 +175,8 @@ Progress = Callable[[str], None]
 
 
 def solve(
-    experiments: Sequence[Experiment],
-    parameters: Sequence[Parameter],
+    experiments: Experiments,
+    parameters: Parameters,
     *,
     sigma: Sequence[float] | None = None,
     fixed: Values | None = None,
@@ -197,11 +201,14 @@ def solve(
         scaled = rows * coordinates.slopes(values) / per_sample[:, np.newaxis]
         return _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
 
+    def part(name: str) -> Callable[[Array], Array]:
+        return lambda z: getattr(at(z.tobytes()), name)
+
     start = coordinates.into({p.name: p.start for p in parameters})
     if parameters:
         start = optimize.least_squares(
-            lambda z: at(z.tobytes()).seen, start, lambda z: at(z.tobytes()).slopes,
-            bounds=(coordinates.low, coordinates.high), max_nfev=most, ftol=precision, xtol=precision, gtol=1e-12,
+            part("seen"), start, part("slopes"), bounds=(coordinates.low, coordinates.high), max_nfev=most,
+            ftol=precision, xtol=precision, gtol=1e-12,
         ).x  # fmt: skip
     end = at(start.tobytes())
     return Solution(
@@ -259,9 +266,7 @@ def triangle(matrix: Array) -> Array:
     return found
 
 
-def residuals(
-    experiments: Sequence[Experiment], parameters: Sequence[Parameter], values: Values
-) -> tuple[list[Array], Array]:
+def residuals(experiments: Experiments, parameters: Parameters, values: Values) -> tuple[list[Array], Array]:
     """Predicted less measured [m] per experiment, and the derivatives of all of them by the parameters."""
     parts, rows = list[Array](), list[Array]()
     for experiment in experiments:
@@ -280,21 +285,19 @@ def best(solutions: Sequence[Solution]) -> Solution:
     return min(solutions, key=lambda each: each.cost)
 
 
-def again(
-    solution: Solution, experiments: Sequence[Experiment], start: Sequence[Parameter] | None = None, **how: Any
-) -> Solution:
+def again(solution: Solution, experiments: Experiments, start: Parameters | None = None, **how: Any) -> Solution:
     """The least squares of experiments from a start, or from where a solution came to, under its noise and loss."""
     how = {"sigma": solution.sigma, "loss": solution.loss} | how
     return solve(experiments, started(solution) if start is None else start, **how)
 
 
-def better(first: Solution, other: Solution, experiments: Sequence[Experiment]) -> Solution:
+def better(first: Solution, other: Solution, experiments: Experiments) -> Solution:
     """The one whose parameters cost less under the smaller standard deviations of the noise."""
     noise = [min(pair) for pair in zip(first.sigma, other.sigma, strict=True)]
     return min(first, other, key=lambda each: again(each, experiments, sigma=noise, most=1).cost)
 
 
-def deviations(solution: Solution, experiments: Sequence[Experiment]) -> tuple[float, ...]:
+def deviations(solution: Solution, experiments: Experiments) -> tuple[float, ...]:
     """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known
     noise.
 

@@ -290,7 +290,7 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     old = _old(problem, solution) if asked.compare and usable and problem.coulomb else {}
     asked.stage("hold-out")
     left_out = _holdout(problem, solution) if asked.holdout and usable else [math.nan] * len(solution.sigma)
-    repeats, differing = nuisances.repeats_of(problem, solution, estimates) if usable else ((), ())
+    repeats, differing = nuisances.repeats_of(problem, solution, estimates) if usable else ([], [])
     traces = _traces(problem, solution, old, left_out)
     odd = [*_outlying(traces, solution.inliers), *_coloured(traces, inflation)]
     return Fit(
@@ -298,7 +298,7 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
         statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
         warnings=(*problem.warnings, *odd, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
-        covariance=spread.covariance * inflation, repeats=repeats, units=problem.units, scale=problem.scale,
+        covariance=spread.covariance * inflation, repeats=tuple(repeats), units=problem.units, scale=problem.scale,
     )  # fmt: skip
 
 
@@ -326,16 +326,14 @@ def checked(options: Options) -> Asked:
     return Asked(loss, compare, holdout, further, wanted, options.get("backend"), stage)
 
 
-def _traces(
-    problem: Problem, solution: Solution, old: Mapping[int, Array], left_out: Sequence[float]
-) -> tuple[Trace, ...]:
+def _traces(problem: Problem, solution: Solution, old: dict[int, Array], holdout: Sequence[float]) -> tuple[Trace, ...]:
     tests, inliers = solution.tests, solution.inliers
     return tuple(
         Trace(
             each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
             each.measured + residual,
             each.measured + old[n] if n in old else None, tests[n],
-            estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan, left_out[n],
+            estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan, holdout[n],
         )
         for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
     )  # fmt: skip

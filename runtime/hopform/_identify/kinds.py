@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hopform._checks import items, mapping, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter
-from hopform._identify.motion import Array, Values
+from hopform._identify.motion import Array, Known, Values
 from hopform._identify.recordings import HOPPER, Recording, Units, independent, mended, read_recording, units_of
 from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
@@ -176,16 +176,14 @@ def read_some(recordings: Recordings) -> tuple[Recording, ...]:
     return several
 
 
-def check(
-    recordings: Mapping[Kind, Sequence[Recording]], known: Values | None = None, loss: str = "linear"
-) -> list[Group]:
+def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: str = "linear") -> list[Group]:
     """Each kind with its units, with what is known of it, and with what fixes its scale. A spring that a body shows
     gives the scale of step responses against it.
     """
-    allowed = tuple(dict.fromkeys(letter for kind in recordings for letter in (*kind.letters, *kind.given)))
-    some = {kind: several for kind, several in recordings.items() if several}
+    allowed = tuple(dict.fromkeys(letter for kind in given for letter in (*kind.letters, *kind.given)))
+    some = {kind: several for kind, several in given.items() if several}
     if all(kind.rig == "threshold" for kind in some):
-        of = " of a drop, a decay or a step; a ramp alone gives a threshold" if len(recordings) > 1 else ", got none"
+        of = " of a drop, a decay or a step; a ramp alone gives a threshold" if len(given) > 1 else ", got none"
         raise HopformError(f"a fit needs at least one recording{of}")
     shared = any("k" in kind.letters and kind.position == "x2" for kind in some) or "k" in (known or {})
     scaled = shared and any(kind.rig == "held" for kind in some)
@@ -205,7 +203,7 @@ def _motions(groups: Sequence[Group]) -> int:
 
 
 def problem_of(
-    given: Mapping[Kind, Recordings], known: Values | None = None, backend: str | None = None, loss: str = "linear"
+    given: Mapping[Kind, Recordings], known: Known = None, backend: str | None = None, loss: str = "linear"
 ) -> Problem:
     """The least-squares problem of recordings by their kind: read, checked, cut into motions, with the starts that
     these show; of several kinds that of a robot.
@@ -306,7 +304,7 @@ def _missing(names: Iterable[str], known: Values) -> list[str]:
     return statements
 
 
-def checked_known(known: Values | None, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
+def checked_known(known: Known, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
     """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
     values = dict[str, float]()
     for name, value in mapping("known", known).items():

@@ -45,6 +45,10 @@ _SHAPES: Mapping[str, Parameter] = {
 }
 
 
+Parts = Sequence[Array]
+"""Residuals of each recording."""
+
+
 class Diagnosis(NamedTuple):
     """What one cause would bring: values of its parameters, rms of all positions [m] before and after, the decrease of
     the sum of squares in variances of what is left, and the option that takes it into account.
@@ -200,16 +204,14 @@ def _fitted(problem: Problem, solution: Solution, letter: str) -> list[Diagnosis
     return _worth(letter, {name: again.values[name] for name in new}, solution, again.residuals)
 
 
-def _worth(name: str, values: Values, solution: Solution, after: Sequence[Array]) -> list[Diagnosis]:
+def _worth(name: str, values: Values, solution: Solution, after: Parts) -> list[Diagnosis]:
     """A diagnosis, if it explains more than noise would, of the samples that are no outliers after it."""
     chosen = [estimation.bulk(part, solution.loss) for part in after]
     old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in (solution.residuals, after))
     return brought(name, values, old, new, solution.sigma, len(solution.parameters))
 
 
-def brought(
-    name: str, values: Values, old: Sequence[Array], new: Sequence[Array], sigma: Sequence[float], free: int
-) -> list[Diagnosis]:
+def brought(name: str, values: Values, old: Parts, new: Parts, sigma: Sequence[float], free: int) -> list[Diagnosis]:
     """A diagnosis by the residuals of each recording without a cause and with it, if it explains more than noise would;
     sigma: the noise of each; free: how many parameters the fit without it has.
     """
@@ -297,9 +299,7 @@ class Repeat(NamedTuple):
     differ: bool
 
 
-def repeats_of(
-    problem: Problem, solution: Solution, estimates: Sequence[Estimate]
-) -> tuple[tuple[Repeat, ...], tuple[str, ...]]:
+def repeats_of(problem: Problem, solution: Solution, estimates: Sequence[Estimate]) -> tuple[list[Repeat], list[str]]:
     """The parameters that each of several recordings of one rig identifies alone, and statements about them."""
     found, statements = list[Repeat](), list[str]()
     for group in _groups(problem):
@@ -309,7 +309,7 @@ def repeats_of(
         found += some
         differing = [each for each in some if each.differ]
         statements += [*map(_said, differing), *_traded(differing)]
-    return tuple(found), tuple(statements)
+    return found, statements
 
 
 def _groups(problem: Problem) -> list[list[list[int]]]:

@@ -342,12 +342,12 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
         """Over rates and springs, from where the last beginning had them, and from a guess where that is not enough."""
         nonlocal near, smallest
 
-        def settled(start: Array) -> Any:
-            return least_squares(lambda logs: missed(begin, *map(math.exp, logs)) / size, start, **how)
+        def share(logs: Array) -> Array:
+            return missed(begin, *map(math.exp, logs)) / size
 
-        tried = [settled(near)]
+        tried = [least_squares(share, near, **how)]
         if tried[0].cost > smallest * (1.0 + 4.0 / t.size) or not math.isfinite(smallest):
-            tried.append(settled(first))
+            tried.append(least_squares(share, first, **how))
         smallest = min(smallest, *(float(each.cost) for each in tried))
         near = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=float)
         return found(begin, *map(math.exp, near))

@@ -24,7 +24,7 @@ from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.fits import Fit, Options, Trace, checked, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
-from hopform._identify.motion import Array, Values
+from hopform._identify.motion import Array, Known, Values
 from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
 from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import UNITS
@@ -33,7 +33,7 @@ from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, movi
 
 
 def fit_step_response(
-    recordings: Recordings, *, spring: bool = True, known: Values | None = None, **options: Unpack[Options]
+    recordings: Recordings, *, spring: bool = True, known: Known = None, **options: Unpack[Options]
 ) -> Fit:
     """Mass, friction and force constant of an actuator from recordings of x1 and the current.
 

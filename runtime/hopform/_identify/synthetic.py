@@ -131,17 +131,17 @@ def _current(test: str, time: Array, still: float, most: float) -> Array:
 
 
 def _body(
-    robot: Robot, test: str, time: Array, height: float, still: float, added: float, u: Array
+    robot: Robot, test: str, time: Array, fall: float, hold: float, added: float, u: Array
 ) -> tuple[Array, Array]:
     """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the oscillation."""
     values = robot.parameters._asdict() | {"v": 0.0, "length": robot.L0 + robot.c}
     if test == "decay":
-        values |= {"g": 0.0, "rest": 0.0, "x": -height}
+        values |= {"g": 0.0, "rest": 0.0, "x": -fall}
         return _of("attached", values, time, added), np.zeros(time.size)
-    values["x"] = values["length"] + height
-    falls = time >= still
+    values["x"] = values["length"] + fall
+    falls = time >= hold
     x, x1 = np.full(time.size, values["x"]), np.zeros(time.size)
-    since = time[falls] - still
+    since = time[falls] - hold
     if test == "drop":
         x[falls] = _of("ground", values, since, added)
         return x, x1

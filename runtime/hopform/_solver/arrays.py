@@ -1,6 +1,6 @@
 """The NumPy back end: the vectorised solver of a package, seen as the C back end shows it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -156,9 +156,7 @@ class OnArrays:
         apex = np.where(found.takes_off, found.apex, np.nan).astype(float)
         return apex.reshape(shape), found.largest_x1.astype(float).reshape(shape)
 
-    def solve_columns(
-        self, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool
-    ) -> package.Events:
+    def solve_columns(self, columns: Columns, results: Columns, max_phases: int, events: bool) -> package.Events:
         """Put the results of stances into arrays; their events."""
         real, size = results[1].dtype, results[0].size
         x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size) for column in columns)
@@ -183,9 +181,7 @@ class OnArrays:
         results[-1][...] = np.bincount(lane, minlength=size)
         return [(lane, t, kind)]
 
-    def read_columns(
-        self, name: str, columns: Columns, results: NDArray[Any], status: NDArray[Any], max_phases: int
-    ) -> None:
+    def read_columns(self, name: str, columns: Columns, results: Array, status: NDArray[Any], max_phases: int) -> None:
         """Put the `sensitivities`, rows times columns, or the largest `compressions` of stances into an array, NaN
         where there are none; `status` is that of `solve_columns`."""
         package = self.package

@@ -391,9 +391,7 @@ class NativeFlight:
         )  # fmt: skip
 
 
-def _flight_again(
-    source: str, dtype: Precision, parameters: records.Robot, phases: bytes, flight: bytes
-) -> NativeFlight:
+def _flight_again(source: str, dtype: Precision, parameters: Any, phases: bytes, flight: bytes) -> NativeFlight:
     """The flight of a pickle."""
     library = _library_of("flight", source)
     types = library.types(dtype)

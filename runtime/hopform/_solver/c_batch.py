@@ -2,7 +2,6 @@
 
 import ctypes
 import importlib
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -11,8 +10,10 @@ from numpy.typing import NDArray
 
 from hopform._solver import package
 from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Compiled, Library, pointer
-from hopform._solver.package import RESULTS, STATES, Columns
+from hopform._solver.package import RESULTS, STATES, Columns, Events
 
+Listed = tuple[NDArray[Any], NDArray[np.int8]]
+"""Times and kinds of events, a row for each stance."""
 _FIRST_EVENTS = 16
 _INDEX_IN_API = 31
 
@@ -47,9 +48,7 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
     )
 
 
-def solve_columns(
-    solver: Compiled, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool
-) -> package.Events:
+def solve_columns(solver: Compiled, columns: Columns, results: Columns, max_phases: int, events: bool) -> Events:
     """Put the results of stances into arrays; the events, if they are asked for."""
     if not events and max_phases == package.MAX_PHASES:
         _solve_by_ufunc(solver, columns, results)
@@ -90,7 +89,7 @@ def read_columns(
         lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
 
 
-def _solve_by_ufunc(solver: Compiled, columns: Columns, results: Sequence[NDArray[Any]]) -> None:
+def _solve_by_ufunc(solver: Compiled, columns: Columns, results: Columns) -> None:
     fields = columns[len(STATES) :]
     rows = np.empty((len(fields), *np.broadcast_shapes(*(field.shape for field in fields))), results[1].dtype)
     for n, field in enumerate(fields):
@@ -110,9 +109,7 @@ def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:
     return arguments
 
 
-def _call(
-    library: Library, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, room: int
-) -> tuple[NDArray[Any], NDArray[np.int8]]:
+def _call(library: Library, columns: Columns, results: Columns, max_phases: int, room: int) -> Listed:
     """Solve the columns; the first `room` events of each stance."""
     real = results[1].dtype
     types = library.types(real)
@@ -135,7 +132,7 @@ def _column(array: NDArray[Any]) -> tuple[int, int]:
 
 
 def _listed(
-    found: tuple[NDArray[Any], NDArray[np.int8]], lanes: NDArray[np.intp], complete: NDArray[np.bool_]
+    found: Listed, lanes: NDArray[np.intp], complete: NDArray[np.bool_]
 ) -> tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]:
     times, kinds = found
     row, place = np.nonzero((kinds != 0) & complete[:, np.newaxis])
