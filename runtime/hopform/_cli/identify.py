@@ -244,11 +244,8 @@ def identify(
         reports.check_suffix(report)
         figures()
         pages += zip(("--report", "the picture of --report"), reports.paths_of(report), strict=False)
-    check_outputs(
-        json, plot=plot,
-        reads=[("--robot", robot_file(robot)), *(("the recording", role_and_path(each)[1]) for each in files)],
-        more=[("--out", out), *pages],
-    )  # fmt: skip
+    read = (("the recording", role_and_path(each)[1]) for each in files)
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), *read], more=[("--out", out), *pages])
     if json and export and not out:
         raise HopformError("--json and --export both print; give --export a file by --out")
     base = hopform.load_robot(robot)

@@ -16,7 +16,7 @@ from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_d
 from hopform._cli.options import BackendName, ControllerName, Precision
 from hopform._cli.output import check_outputs, emit, pick, show, to_json
 from hopform._control import TRIED, check_map
-from hopform._files import name_of
+from hopform._files import Named, name_of
 from hopform._hopping.run import csv_of
 from hopform._progress import progress_bar
 from hopform._robots import file_of as robot_file
@@ -102,16 +102,10 @@ def hop(
     constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper
     B's first one).
     """
-    check_outputs(
-        json, csv, plot,
-        reads=[
-            ("--robot", robot_file(robot)),
-            ("--from-fit", from_fit),
-            ("--model", None if model is None else robot_file(model)),
-            ("--terrain", None if terrain in hopform.terrain.NAMES else terrain),
-        ],
-        more=[("--hops-csv", hops_csv), ("--npz", npz)],
-    )  # fmt: skip
+    reads: list[Named] = [("--robot", robot_file(robot)), ("--from-fit", from_fit)]
+    reads.append(("--model", None if model is None else robot_file(model)))
+    reads.append(("--terrain", None if terrain in hopform.terrain.NAMES else terrain))
+    check_outputs(json, csv, plot, reads, [("--hops-csv", hops_csv), ("--npz", npz)])
     ground = terrain_of(terrain, size, hops, seed)
     hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, len(ground))
     asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)

@@ -1,11 +1,10 @@
 """What the commands that solve print: tables for people, records for JSON, which `output` writes."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -400,7 +399,7 @@ def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None
 
 def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
-    t = times(solved.duration, samples, (phase.start for phase in solved.phases))
+    t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
     force, energy = solved.robot.k * np.asarray(solved.compression(t)), solved.energy(t).body
     return to_csv({"t": t, **solved.at(t)._asdict(), "F": force, "E": energy, "AED": aed_at(solved, t)})
 
@@ -409,8 +408,3 @@ def run_csv(solved: Run, samples: int) -> str:
     """A run over time: uniform times, and those of touchdowns and take-offs."""
     columns = motion_of(solved, solved.times(samples))
     return to_csv(columns | {"AED": columns["AED"] - columns["AED"][0]})
-
-
-def times(duration: float, samples: int, events: Iterable[float]) -> NDArray[np.float64]:
-    """`samples` uniform times over [0, duration] and the given ones, in order, each once."""
-    return np.union1d(np.linspace(0.0, duration, samples), np.fromiter(events, float))

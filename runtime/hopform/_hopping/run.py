@@ -248,7 +248,12 @@ class Hop(_Legs):
     @property
     def u(self) -> float:
         """The current [A]; its mean over the stance where it has steps."""
-        return _mean(self.stance)
+        stance = self.stance
+        if len(stance.u) == 1 or stance.duration == 0.0:
+            return stance.u[0][1]
+        t, u = (np.array(column) for column in zip(*stance.u, strict=True))
+        lengths = np.diff(np.minimum([*t, stance.duration], stance.duration), append=stance.duration)[: u.size]
+        return float(lengths @ u / stance.duration)
 
     @property
     def takeoff_time(self) -> float:
@@ -607,15 +612,6 @@ def _row(hop: Hop) -> tuple[Any, ...]:
         stance.status, stance.duration, *takeoff, hop.apex, stance.aed, gained, hop.energy_lost_at_impact,
         hop.hits_stop, hop.bottoms_out,
     )  # fmt: skip
-
-
-def _mean(stance: Stance) -> float:
-    """The current of a stance [A], its mean where it has steps."""
-    if len(stance.u) == 1 or stance.duration == 0.0:
-        return stance.u[0][1]
-    t, u = (np.array(column) for column in zip(*stance.u, strict=True))
-    lengths = np.diff(np.minimum([*t, stance.duration], stance.duration), append=stance.duration)[: u.size]
-    return float(lengths @ u / stance.duration)
 
 
 def motion_of(run: Run, t: Array) -> dict[str, Any]:

@@ -457,12 +457,7 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
     seen = spread(solution).covariance
     own = solution.parameters.index(parameter)
     slopes = (seen[index, own] / max(seen[own, own], 1e-300)).tolist()
-    ways: list[Callable[[float], tuple[list[Parameter], int]]] = [
-        lambda trial: (
-            [p._replace(start=clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slopes, strict=True)], 6,
-        ),
-        lambda _: (rest, 20),
-    ]  # fmt: skip
+    ways = [(slopes, 6), ([0.0] * len(rest), 20)]
 
     def growth(trial: float) -> float:
         """How much the sum of squares grows, in variances, if the parameter is held at a value.
@@ -472,9 +467,9 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
         """
         unit, expected = influence(solution).unit * inflation, ((trial - value) / stderr) ** 2
         grown = list[float]()
-        for way in tuple(ways):
-            start, most = way(trial)
-            fixed = {parameter.name: trial}
+        for tilt, most in tuple(ways):
+            pairs, fixed = zip(rest, tilt, strict=True), {parameter.name: trial}
+            start = [p._replace(start=clip(p, p.start + s * (trial - value))) for p, s in pairs]
             held = again(solution, solution.experiments, start, fixed=fixed, most=most, precision=1e-4)
             grown.append((held.cost - solution.cost) / unit)
             if grown[-1] <= 4.0 * expected + 1.0:

@@ -20,7 +20,7 @@ Q = sum (value - mean)^2/stderr^2 exceeds what chance allows.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
@@ -204,17 +204,20 @@ def _fitted(problem: Problem, solution: Solution, letter: str) -> list[Diagnosis
     return _worth(letter, {name: again.values[name] for name in new}, solution, again.residuals)
 
 
-def _worth(name: str, values: Values, solution: Solution, after: Parts) -> list[Diagnosis]:
-    """A diagnosis, if it explains more than noise would, of the samples that are no outliers after it."""
-    chosen = [estimation.bulk(part, solution.loss) for part in after]
-    old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in (solution.residuals, after))
-    return brought(name, values, old, new, solution.sigma, len(solution.parameters))
+def _worth(name: str, values: Values, of: Solution, after: Parts) -> list[Diagnosis]:
+    """A diagnosis of a fit, if it explains more than noise would."""
+    return brought(name, values, (of.residuals, after), of.sigma, len(of.parameters), of.loss)
 
 
-def brought(name: str, values: Values, old: Parts, new: Parts, sigma: Sequence[float], free: int) -> list[Diagnosis]:
-    """A diagnosis by the residuals of each recording without a cause and with it, if it explains more than noise would;
-    sigma: the noise of each; free: how many parameters the fit without it has.
+def brought(
+    name: str, values: Values, residuals: tuple[Parts, Parts], sigma: Sequence[float], free: int, loss: str
+) -> list[Diagnosis]:
+    """A diagnosis by the residuals of each recording without a cause and with it, of the samples that are no outliers
+    after it, if it explains more than noise would; sigma: the noise of each; free: how many parameters the fit without
+    it has.
     """
+    chosen = [estimation.bulk(part, loss) for part in residuals[1]]
+    old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in residuals)
     before, left = (
         sum(_power(part) / size**2 for part, size in zip(parts, sigma, strict=True)) for parts in (old, new)
     )
@@ -231,7 +234,7 @@ def _power(residual: Array) -> float:
 
 
 _OPTIONS = {each: f"--{each}" for each in NUISANCES}
-WORTH = 0.97
+_WORTH = 0.97
 """Share of the rms that friction higher at rest must leave: below it, an encoder's quantum looks like it."""
 SPEEDS = (0.02, 0.06, 0.2)
 """Stribeck velocities that are tried, as shares of the largest velocity."""
@@ -240,8 +243,12 @@ SPEEDS = (0.02, 0.06, 0.2)
 def _stribeck(problem: Problem, solution: Solution) -> list[Diagnosis]:
     """The score of friction that is higher at rest; over a free actuator of its own friction, not of the body's."""
     response = np.concatenate([each.response_to_stribeck(solution.values, SPEEDS) for each in problem.experiments])
-    tried = [each for column in response.T if column.any() for each in _stribeck_at(solution, column)]
-    found = [each for each in tried if each.values["level"] > 0.0 and each.after < WORTH * each.before]
+    return stiffest(each for column in response.T if column.any() for each in _stribeck_at(solution, column))
+
+
+def stiffest(tried: Iterable[Diagnosis]) -> list[Diagnosis]:
+    """Of friction that is higher at rest what explains most, if it explains enough."""
+    found = [each for each in tried if each.values["level"] > 0.0 and each.after < _WORTH * each.before]
     return [max(found, key=lambda each: each.decrease)] if found else []
 
 

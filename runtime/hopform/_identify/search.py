@@ -189,14 +189,12 @@ def _limit(experiment: Experiment) -> float:
 
 def _apart(found: Sequence[Solution], share: float) -> list[Solution]:
     """The best, and those of the others that came to another place: two starts that agree are followed as one."""
-    others = [
-        each for each in found[1:]
-        if any(
-            abs(each.values[p.name] - found[0].values[p.name]) > share * max(p.scale, abs(found[0].values[p.name]))
-            for p in found[0].parameters
-        )
-    ]  # fmt: skip
-    return [*found[:1], *others]
+    near = {p.name: share * max(p.scale, abs(best.values[p.name])) for best in found[:1] for p in best.parameters}
+
+    def elsewhere(each: Solution) -> bool:
+        return any(abs(each.values[name] - found[0].values[name]) > size for name, size in near.items())
+
+    return [*found[:1], *filter(elsewhere, found[1:])]
 
 
 _SAME, _ALIKE = 1e-3, 1e-2

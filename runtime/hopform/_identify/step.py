@@ -25,7 +25,7 @@ from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.fits import Fit, Options, Trace, checked, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
 from hopform._identify.motion import Array, Known, Values
-from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
+from hopform._identify.nuisances import SPEEDS, Diagnosis, brought, said, stiffest
 from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import follow
@@ -262,22 +262,17 @@ def _causes(equation: _Equation, loss: str, step: float) -> tuple[Diagnosis, ...
         of_time = name == "delay"
         further = equation._replace(names=[*names, "late"])
         value = further.late(found) if of_time else found[-1] / equation.of("coulomb", found)
-        chosen = [estimation.bulk(part, loss) for part in after]
-        old, new = ([part[some] for part, some in zip(rest, chosen, strict=True)] for rest in (before, after))
-        return brought(name, {"delay" if of_time else "level": value}, old, new, sigma, len(names))
+        values = {"delay" if of_time else "level": value}
+        return brought(name, values, (before, after), sigma, len(names), loss)
 
     rows = joined(equation.parts)
     side, v, rate = rows.side, rows.v, rows.rate
     # Between samples a current may be held or not, which is half a sample: no delay within one is named.
     late = [] if "late" in names else with_it("delay", rate)
     late = [each for each in late if abs(each.values["delay"]) > step]
-    stiff = [
-        each for share in SPEEDS
-        for each in with_it("Stribeck", side * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2)))
-        if each.values["level"] > 0.0 and each.after < WORTH * each.before
-    ]  # fmt: skip
-    best = [max(stiff, key=lambda each: each.decrease)] if stiff else []
-    return tuple(sorted([*late, *best], key=lambda each: -each.decrease))
+    shapes = (side * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2)) for share in SPEEDS)
+    stiff = stiffest(each for shape in shapes for each in with_it("Stribeck", shape))
+    return tuple(sorted([*late, *stiff], key=lambda each: -each.decrease))
 
 
 def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
