@@ -11,9 +11,10 @@ each time. The extra `plot` brings matplotlib.
 
 import io
 import re
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
+from itertools import groupby
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -213,17 +214,9 @@ def name_axis(axes: Axes, label: str, least: float = 0.5) -> None:
 
 def shade(axes: Axes, phases: Sequence[Phase], modes: Sequence[str], scale: float) -> None:
     """The mode of a mass behind its curve; neighbours of one mode are one shade."""
-    for start, end, word in spans(phases, modes):
-        axes.axvspan(start * scale, end * scale, zorder=0, linewidth=0.0, **SHADES[word])
-
-
-def spans(phases: Sequence[Phase], modes: Sequence[str]) -> Iterator[tuple[float, float, str]]:
-    """Stretches of one mode: start, end, mode."""
-    start = 0
-    for index in range(1, len(phases) + 1):
-        if index == len(phases) or modes[index] != modes[start]:
-            yield phases[start].start, phases[index - 1].end, modes[start]
-            start = index
+    for word, stretch in groupby(zip(phases, modes, strict=True), key=lambda pair: pair[1]):
+        some = [phase for phase, _ in stretch]
+        axes.axvspan(some[0].start * scale, some[-1].end * scale, zorder=0, linewidth=0.0, **SHADES[word])
 
 
 def mark_phases(axes: Axes, phases: Sequence[Phase], scale: float) -> None:

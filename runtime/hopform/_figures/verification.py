@@ -105,17 +105,11 @@ def fit(robot: Robot, u: float, seed: int) -> Robot:
     """The robot without dry friction, b1 and b2 fitted to its recordings with noise, each to the one that shows
     it."""
     measured, smooth = measure(robot, u, seed), replace(robot, f1=0.0, f2=0.0)
-
-    def cost_2(b2: float) -> float:
-        return misfit(measured.x2, drop(replace(smooth, b2=b2)))
-
     some = 1e-3 * np.sqrt(robot.k * robot.m_s)  # where there is hardly any to begin with
-    smooth = replace(smooth, b2=least(cost_2, max(robot.b2, some), 8.0 * max(robot.b2, some)))
-
-    def cost_1(b1: float) -> float:
-        return misfit(measured.x1, step(replace(smooth, b1=b1), u))
-
-    return replace(smooth, b1=least(cost_1, max(robot.b1, some), 8.0 * max(robot.b1, some)))
+    b1, b2 = max(robot.b1, some), max(robot.b2, some)
+    b2 = least(lambda b: misfit(measured.x2, drop(replace(smooth, b2=b))), b2, 8.0 * b2)
+    b1 = least(lambda b: misfit(measured.x1, step(replace(smooth, b1=b, b2=b2), u)), b1, 8.0 * b1)
+    return replace(smooth, b1=b1, b2=b2)
 
 
 def misfit(measured: Array, model: Array) -> float:

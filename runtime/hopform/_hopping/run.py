@@ -241,9 +241,7 @@ class Hop(_Legs):
     @property
     def touchdown(self) -> State:
         """The state after the impact, with which the stance begins; x2 over the ground under the foot."""
-        state = self.flight.touchdown
-        assert state is not None
-        return state
+        return cast(State, self.flight.touchdown)
 
     @property
     def u(self) -> float:
@@ -343,9 +341,7 @@ class Run(_Legs):
         return np.union1d(uniform, np.minimum(corners, self.duration))
 
     def _first_flight(self) -> Flight:
-        first = self.hops[0].flight if self.hops else self.last
-        assert first is not None
-        return first
+        return cast(Flight, self.hops[0].flight if self.hops else self.last)
 
     def _chain(self) -> list[_Leg]:
         """Flight, stance, flight, ...; the energies are those of Figs. 13, 14: start, impact, AED, spring coordinate,
@@ -535,9 +531,7 @@ def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) ->
 
 
 def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -> Touchdown:
-    state = flight.touchdown
-    assert state is not None
-    x1, v1, v2 = float(state.x1), float(state.v1), float(state.v2)
+    x1, v1, _, v2 = map(float, cast(State, flight.touchdown))
     ground, errors, model = task.grounds[index], task.errors, task.model
     if errors is not NONE:
         noise = task.draw.standard_normal(5).tolist()
@@ -548,8 +542,7 @@ def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -
 
 
 def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Flight) -> Stance:
-    state, wait = flight.touchdown, _wait(task.errors, time)
-    assert state is not None
+    state, wait = cast(State, flight.touchdown), _wait(task.errors, time)
     if isinstance(answer, Sampled):
         u: Any = _sampled(task, answer, ground, wait, state)
     else:  # none flows before the touchdown is seen

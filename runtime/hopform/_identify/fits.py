@@ -361,11 +361,9 @@ def _old(problem: Problem, solution: Solution) -> dict[int, Array]:
     """
     inliers = solution.inliers
     numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
-    viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
+    viscous, at = [p for p in problem.parameters if p.name[:1] == "b"], solution.values
     starts = tuple(
-        solution.values
-        | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
-        for more in (1.0, 1.6, 3.0)
+        at | {p.name: more * at[p.name] + 0.02 * (more - 1.0) * p.scale for p in viscous} for more in (1.0, 1.6, 3.0)
     )
     whole, fixed = [problem.experiments[n] for n in numbers], dict.fromkeys(problem.coulomb, 0.0)
     some = selected(whole, [inliers[n] for n in numbers])

@@ -100,20 +100,12 @@ class _Filter:
     """The response of lag y' + y = x to cubics between samples."""
 
     def __init__(self, time: Array, lag: float) -> None:
+        from scipy.special import hyp1f1
+
         self.lag, self.step = lag, np.diff(time)
         h = self.step / max(lag, 1e-300)
-        decay = np.exp(-h)
-        # Moments m_n = int_0^1 s^n e^(-h (1 - s)) h ds of the cubic's powers: m_0 = 1 - e^-h, m_n = 1 - n m_(n-1)/h;
-        # by their series where h is small and the recursion would lose digits.
-        moments = [1.0 - decay]
-        small = h < 0.1
-        for n in (1, 2, 3):
-            series, term = np.zeros_like(h), np.where(small, h, 0.0) / (n + 1)
-            for k in range(1, 12):
-                series = series + term
-                term = -term * np.where(small, h, 0.0) / (n + 1 + k)
-            moments.append(np.where(small, series, 1.0 - n * moments[-1] / np.where(small, 1.0, h)))
-        self.decay, self.moments = decay, moments
+        # Moments of the cubic's powers, int_0^1 s^n e^(-h (1 - s)) h ds = h/(n + 1) 1F1(1; n + 2; -h) (DLMF 13.4.1).
+        self.decay, self.moments = np.exp(-h), [h / (n + 1) * hyp1f1(1, n + 2, -h) for n in range(4)]
 
     def __call__(self, x: Array, v: Array, first: float | None = None) -> Array:
         """y at the samples; from `first`, or from the steady state of a motion without acceleration."""
