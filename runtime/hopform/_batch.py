@@ -94,10 +94,9 @@ class Batch(Shown):
     def _arrays(self) -> Arrays:
         dims, coords = self.labels or Labels(tuple(f"dim_{n}" for n in range(self.status.ndim)), {})
         arrays: dict[str, Any] = {name: ((name,), values) for name, values in coords.items()}
-        arrays["status"] = (dims, self.words)
+        arrays |= {"status": (dims, self.words)}
         arrays |= {name: (dims, getattr(self, name)) for name in ("duration", "apex", "aed", "event_count")}
-        for name, values in self.end._asdict().items():
-            arrays[f"end_{name}"] = (dims, values, {"units": UNITS[name]})
+        arrays |= {f"end_{name}": (dims, x, {"units": UNITS[name]}) for name, x in self.end._asdict().items()}
         if self.event_kind is not None:
             event = (*dims, "event")
             arrays |= {"event_time": (event, self.event_time), "event_kind": (event, self.event_words)}
@@ -147,8 +146,7 @@ def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]
     return np.asarray(np.array([words.get(code, "") for code in range(first, max(words) + 1)])[codes - first])
 
 
-@dataclass(frozen=True)
-class _Job:
+class _Job(NamedTuple):
     """Checked inputs and where the results go, flat; `columns` are the states, u, horizon, then the robot's fields."""
 
     columns: tuple[NDArray[Any], ...]

@@ -8,7 +8,7 @@ A controller has the fitted robot, the one that hops is drawn. A band goes from 
 
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import hopform
 from hopform._checks import MEMORY
-from hopform._cli.output import Record, interval
+from hopform._cli.output import Record, ends
 from hopform._errors import HopformError
 from hopform._files import name_of
 from hopform._progress import progress_bar
@@ -40,8 +40,8 @@ class Band(NamedTuple):
 
 def text_of(band: Band, scale: float = 100.0, form: str = ".4g") -> str:
     """A band in a table, with the share of the robots if that is not all."""
-    ends = interval(band.low, band.high, form, scale)
-    return ends if band.share == 1.0 else f"{ends} ({100.0 * band.share:.3g} % of robots)"
+    text = ends(band.low, band.high, form, scale)
+    return text if band.share == 1.0 else f"{text} ({100.0 * band.share:.3g} % of robots)"
 
 
 class Bands(NamedTuple):
@@ -75,8 +75,7 @@ def legend(axes: "Axes", shown: "Sequence[Artist]") -> None:
         axes.legend(handles=list(shown))
 
 
-@dataclass(frozen=True)
-class Draws:
+class Draws(NamedTuple):
     """Robots drawn from the fit of an identified one, the model; the seed draws them again."""
 
     model: Robot

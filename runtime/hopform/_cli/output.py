@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,10 +24,9 @@ from hopform._files import Named, check_files, name_of, write
 from hopform._progress import progress_bar
 from hopform._show import Shown, drawing
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 Record = dict[str, Any]
+Over = Callable[[Any], None]
+"""What draws more on axes of matplotlib."""
 Readable = Callable[[], Iterable[RenderableType]]
 Files = Sequence[tuple[Path, bytes]]
 """Files to be written, each with what is in it."""
@@ -64,7 +63,7 @@ def number(value: float, form: str = ".5g", scale: float = 1.0) -> str:
     return "-" if math.isnan(value) else format(scale * value, form)
 
 
-def interval(low: float, high: float, form: str = ".5g", scale: float = 1.0) -> str:
+def ends(low: float, high: float, form: str = ".5g", scale: float = 1.0) -> str:
     """An interval of a table."""
     return f"{number(low, form, scale)} .. {number(high, form, scale)}"
 
@@ -107,7 +106,7 @@ def figures() -> ModuleType:
     return cast("ModuleType", drawing("plots"))
 
 
-def picture(path: Path, answer: Shown, over: Callable[["Axes"], None] | None = None) -> bytes:
+def picture(path: Path, answer: Shown, over: Over | None = None) -> bytes:
     """The picture of an answer, in the format that the file's name asks for; `over` draws more on its first axes."""
     figure = drawing("results").figure_of(answer)
     if over is not None:
@@ -132,7 +131,7 @@ def check_outputs(
 
 def emit(
     answer: Shown, record: Callable[[], Record], readable: Readable,
-    warnings: Iterable[str], *, json: bool, plot: Path | None, over: Callable[["Axes"], None] | None = None,
+    warnings: Iterable[str], *, json: bool, plot: Path | None, over: Over | None = None,
     csv: str | None = None, columns: Callable[[], str] = str,
     more: Iterable[tuple[Path | None, Callable[[], bytes]]] = (),
 ) -> None:  # fmt: skip

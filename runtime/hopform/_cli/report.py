@@ -12,7 +12,7 @@ from urllib.parse import quote
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli.output import interval, number, pick, table
+from hopform._cli.output import ends, number, pick, table
 from hopform._errors import HopformError, printable
 from hopform._identify.fits import NEW, OLD, TITLES, Fit
 from hopform._identify.joint import Check
@@ -33,9 +33,7 @@ class Section(NamedTuple):
 
 def fit_sections(fit: Fit) -> list[Section]:
     """Parameters with what was known last; recordings; causes that would explain the residuals better; repeats."""
-    parameters = [
-        (e.name, number(e.value, ".6g"), e.unit, interval(e.low, e.high, ".6g"), e.method) for e in fit.estimates
-    ]
+    parameters = [(e.name, number(e.value, ".6g"), e.unit, ends(e.low, e.high, ".6g"), e.method) for e in fit.estimates]
     parameters += [(name, number(value, ".6g"), "", "", "known") for name, value in fit.known.items()]
     recordings = list[Sequence[str]]()
     for trace in fit.traces:
@@ -52,7 +50,7 @@ def fit_sections(fit: Fit) -> list[Section]:
     ]  # fmt: skip
     repeats = [
         (each.name, ", ".join(number(value, ".4g") for value in each.values), each.unit,
-         interval(each.low, each.high, ".4g"), interval(each.fitted_low, each.fitted_high, ".4g"), each.quote)
+         ends(each.low, each.high, ".4g"), ends(each.fitted_low, each.fitted_high, ".4g"), each.quote)
         for each in fit.repeats
     ]  # fmt: skip
     found = [
@@ -72,7 +70,7 @@ def threshold_sections(threshold: Threshold) -> list[Section]:
     """The onsets of motion."""
     head = ("recording", "direction of x1", "t [s]", f"u [{threshold.units.drive}]", "95 % interval")
     found = threshold.onsets
-    rows = [(o.source, f"{o.direction:+d}", number(o.time), number(o.u), interval(o.u_low, o.u_high)) for o in found]
+    rows = [(o.source, f"{o.direction:+d}", number(o.time), number(o.u), ends(o.u_low, o.u_high)) for o in found]
     return [Section("Onsets of motion", head, rows, ("recording",))]
 
 
@@ -91,10 +89,10 @@ def check_sections(check: Check) -> list[Section]:
         ) for one in check.recordings
     ]  # fmt: skip
     some = [each for each in check.expected if not each.own]
-    ends = [(e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method) for e in some]
+    expected = [(e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method) for e in some]
     return [
         Section("Recordings", head, rows, ("recording", "role", drive)),
-        Section("Intervals to expect", ("parameter", "about", "unit", "95 % +-", "by"), ends,
+        Section("Intervals to expect", ("parameter", "about", "unit", "95 % +-", "by"), expected,
                 ("parameter", "unit", "by")),
     ]  # fmt: skip
 

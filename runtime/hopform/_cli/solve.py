@@ -5,7 +5,7 @@ draws.
 import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from hopform._files import Named, name_of
 from hopform._hopping.run import csv_of
 from hopform._progress import progress_bar
 from hopform._robots import file_of as robot_file
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 def robots(name: str | None = None, json: bool = False, toml: bool = False, c: Precision | None = None) -> None:
@@ -119,7 +116,7 @@ def hop(
         run = hopform.simulate(hopper, ground, asked, **how, progress=progress)
     bands = bands_of(drawn.runs(ground, asked, how)) if drawn else None
 
-    def over(axes: "Axes") -> None:
+    def over(axes: Any) -> None:
         apexes = [hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops]
         if bands:
             legend(axes, [draw(bands, axes, np.array(apexes), one_each=True)])
@@ -148,15 +145,13 @@ def control(
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
     with progress_bar("solving"):
         found = hopform.choose_current(hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=dtype)
-        forms = tables.PRINTED.items() if printed else ()
-        others = [
-            (name, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how)) for name, form in forms
-        ]
+        choose, forms = hopform.choose_current_as_printed, tables.PRINTED.items() if printed else ()
+        others = [(name, choose(hopper, **start, **asked, **form, **how)) for name, form in forms]
 
     def bands(drawn: Draws, u: Any) -> Bands:
         return bands_of(drawn.apexes(start, height, u, how) - datum)
 
-    def over(axes: "Axes") -> None:
+    def over(axes: Any) -> None:
         if drawn:
             u, _ = found.curve()
             draw(bands(drawn, u), axes, u)
@@ -193,7 +188,7 @@ def reach(
         found = hopform.reachability(hopper, range_of_h, range_of_u, **how, progress=advance)
     bands = drawn.maps(range_of_h, range_of_u, how) if drawn else None
 
-    def over(axes: "Axes") -> None:
+    def over(axes: Any) -> None:
         if bands:
             ends = [draw(bands[name], axes, 100.0 * range_of_h) for name in ("lowest", "highest")]
             legend(axes, ends[:1])

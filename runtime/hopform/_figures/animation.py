@@ -5,7 +5,7 @@
 import math
 import tempfile
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.animation import PillowWriter
@@ -98,12 +98,11 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
     (trace,) = axes.plot([], [], color=BLUE, linewidth=0.9, label="body")
     (spring,) = axes.plot([], [], color=BLACK, linewidth=1.4)
     (rod,) = axes.plot([], [], color=GREEN, linewidth=3.0)
-    body = Rectangle((0.0, 0.0), *BODY, facecolor=BLUE, edgecolor=BLACK, linewidth=0.8, zorder=3)
-    actuator = Rectangle(
-        (0.0, 0.0), *ACTUATOR, facecolor=ORANGE, edgecolor=BLACK, linewidth=0.8, zorder=3, label="actuator"
-    )
-    for box in (body, actuator):
-        axes.add_patch(box)
+    box: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.8, "zorder": 3}
+    body = Rectangle((0.0, 0.0), *BODY, facecolor=BLUE, **box)
+    actuator = Rectangle((0.0, 0.0), *ACTUATOR, facecolor=ORANGE, label="actuator", **box)
+    for each in (body, actuator):
+        axes.add_patch(each)
     (foot,) = axes.plot([], [], "_", color=BLACK, markersize=14.0, markeredgewidth=3.0, label="foot")
     said = axes.text(0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", family="monospace", fontsize=8)
     axes.set(ylim=(low, high), ylabel="height [m]", xticks=[], aspect="equal")

@@ -6,8 +6,7 @@
 import re
 import textwrap
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,8 +26,7 @@ _COLUMNS = 115  # of a caption's line at its size
 _LINE = 0.132  # [in]
 
 
-@dataclass(frozen=True)
-class Picture:
+class Picture(NamedTuple):
     """A figure of the paper, redrawn. number: the paper's. paper: what it shows there. ours: what it shows here.
 
     robot: from whose parameters it is drawn. data: what is drawn, by name, SI units and A.

@@ -143,8 +143,7 @@ class _Body(Kind):
             oscillations = [_guess(cut, self.rig, known["g"], rounds) for cut in cuts]
             shared = _shared_starts(known, oscillations, group.masses, self.rig)
             first = [
-                each | _own_starts(cut, oscillation, known["g"] * (each["m_s"] + cut.recording.added_mass) / each["k"])
-                for each, cut, oscillation in zip(shared, cuts, oscillations, strict=True)
+                _with_own(each, cut, one, known["g"]) for each, cut, one in zip(shared, cuts, oscillations, strict=True)
             ]
             driven = [
                 _driven_start(cut, cut.x1, oscillation, known, cutoff)
@@ -178,10 +177,8 @@ def _scale(known: Values, units: Units) -> tuple[Guess, list[str]]:
     forces = {"m_eff", "gamma2"} & set(known)
     if forces:
         return {}, [f"the scale of all forces is that of the known {' and '.join(sorted(forces))}"]
-    return {"m_s": 1.0}, [
-        f"motion alone fixes k/m_s and b2/m_s: k and b2 are per {units.of('kg')} of m_s; weigh the body (known m_s), "
-        "or record again with a weighed mass added"
-    ]
+    per = f"motion alone fixes k/m_s and b2/m_s: k and b2 are per {units.of('kg')} of m_s"
+    return {"m_s": 1.0}, [f"{per}; weigh the body (known m_s), or record again with a weighed mass added"]
 
 
 def _driven(cuts: Sequence[Cut]) -> tuple[Guess, list[str]]:
@@ -362,10 +359,11 @@ def _driven_start(cut: Cut, x1: Array, guess: Oscillation, known: Values, cutoff
     }  # fmt: skip
 
 
-def _own_starts(cut: Cut, guess: Oscillation, sag: float) -> Guess:
-    """Where a motion begins: its rest without gravity, place and velocity of the body, and of the actuator."""
+def _with_own(shared: Guess, cut: Cut, guess: Oscillation, g: float) -> Guess:
+    """Where a motion begins too: its rest without gravity, place and velocity of the body, and of the actuator."""
+    rest = guess.rest + g * (shared["m_s"] + cut.recording.added_mass) / shared["k"]
     lines = [np.polyfit(cut.time[:5], each[:5], 1) for each in (cut.x, cut.x1) if each is not None]
-    return {"rest": guess.rest + sag} | dict(zip(("v", "x", "v1", "x1"), np.ravel(lines).tolist(), strict=False))
+    return shared | {"rest": rest} | dict(zip(("v", "x", "v1", "x1"), np.ravel(lines).tolist(), strict=False))
 
 
 def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:

@@ -430,20 +430,18 @@ def estimates(
     for index, parameter in enumerate(solution.parameters):
         value = solution.values[parameter.name]
         stderr = math.sqrt(seen.covariance[index, index] * inflation)
-        if parameter.name in seen.weak:
-            unknown = (math.inf, -math.inf, math.inf, "not identifiable")
-            found.append(Estimate(parameter.name, parameter.unit, value, *unknown, parameter.own))
-            continue
         low, high, method = value - t * stderr, value + t * stderr, "t"
-        if parameter.kind == "positive":
+        if parameter.name in seen.weak:
+            stderr, low, high, method = math.inf, -math.inf, math.inf, "not identifiable"
+        elif parameter.profiled and profiles:
+            if progress:
+                progress(f"interval of {parameter.name}")
+            low, high, method = _profile(solution, parameter, stderr, inflation)
+        elif parameter.kind == "positive":
             factor = math.exp(min(t * stderr / value, 300.0))
             low, high = value / factor, value * factor
         elif parameter.kind in ("nonnegative", "fraction"):
             low = max(low, 0.0)
-        if parameter.profiled and profiles:
-            if progress:
-                progress(f"interval of {parameter.name}")
-            low, high, method = _profile(solution, parameter, stderr, inflation)
         found.append(Estimate(parameter.name, parameter.unit, value, stderr, low, high, method, parameter.own))
     return tuple(found), seen
 

@@ -218,9 +218,7 @@ def brought(
     """
     chosen = [estimation.bulk(part, loss) for part in residuals[1]]
     old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in residuals)
-    before, left = (
-        sum(_power(part) / size**2 for part, size in zip(parts, sigma, strict=True)) for parts in (old, new)
-    )
+    before, left = (sum(_power(one) / size**2 for one, size in zip(parts, sigma, strict=True)) for parts in (old, new))
     count = sum(part.size for part in new)
     inflation = max(estimation.tests_of(part).inflation for part in new if part.size > 3)
     unit = max(left, 1e-300) / max(count - free - len(values), 1) * inflation

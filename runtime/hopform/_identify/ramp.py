@@ -182,10 +182,8 @@ def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:
     """The onset in each ramp of a recording: ramps begin where the current leaves 0, and go on while its sign stays."""
     x, u = recording.position("x1"), recording.driving_current()
     kept = ~of_recordings.outliers(x) if robust else np.full(x.size, True)
-    found = list[Rise]()
-    for begin, end in _ramps(u):
-        if np.count_nonzero(kept[begin:end]) >= 20:
-            found.append(_onset(recording, begin + np.flatnonzero(kept[begin:end]), x, u, spring))
+    ramps = [begin + np.flatnonzero(kept[begin:end]) for begin, end in _ramps(u)]
+    found = [_onset(recording, ramp, x, u, spring) for ramp in ramps if ramp.size >= 20]
     if not found:
         missing = "no ramp is found: the current must grow slowly from 0, in 20 samples at least"
         raise recording.error_of("x1", missing, recording.line)

@@ -148,15 +148,12 @@ def _from(problem: Problem, held: Values, starts: Sequence[Values], sigma: Seque
             one = settled(part, estimation.started(one))
         return one
 
-    def explains(one: Solution) -> bool:
-        return not held and is_noise(problem, one)
-
     begun, ends = list[Solution](), list[Solution]()
     for start in tried:
         begun.append(settled(first, start))
-        if explains(begun[-1]):
+        if not held and is_noise(problem, begun[-1]):
             ends.append(followed(begun.pop()))
-            if explains(ends[-1]):
+            if not held and is_noise(problem, ends[-1]):
                 break
     else:
         rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, NoReturn
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -247,7 +247,11 @@ def load_robot(name_or_path: str | Path) -> Robot:
         text = resources.files("hopform._robots").joinpath(f"{name_or_path}.toml").read_text("utf-8")
         return robot_from_toml(text, f"{name_or_path}.toml")
     if not os.path.exists(path):
-        _no_such_robot(str(name_or_path))
+        name = str(name_or_path)
+        if "/" in name or "\\" in name or name.endswith(".toml"):
+            raise HopformError(f"there is no file {shown(name)}")
+        close, known = nearest(name, list(ROBOTS)), f"{', '.join(ROBOTS)}, or a TOML file"
+        raise HopformError(f"there is no robot {shown(name)}{f'{close} Known' if close else '; known'}: {known}")
     return robot_from_toml(read_text(path, LARGEST_TOML), name_of(path))
 
 
@@ -306,13 +310,6 @@ def nearest(word: str, known: list[str]) -> str:
     """A question about the known word that is nearest to one, nothing where none is near."""
     close = difflib.get_close_matches(word, known, 1, 0.5)
     return f", did you mean {close[0]!r}?" if close else ""
-
-
-def _no_such_robot(name: str) -> NoReturn:
-    if "/" in name or "\\" in name or name.endswith(".toml"):
-        raise HopformError(f"there is no file {shown(name)}")
-    close, known = nearest(name, list(ROBOTS)), f"{', '.join(ROBOTS)}, or a TOML file"
-    raise HopformError(f"there is no robot {shown(name)}{f'{close} Known' if close else '; known'}: {known}")
 
 
 assert {field.name for field in fields(Robot)} == {field.name for field in FIELDS} | {

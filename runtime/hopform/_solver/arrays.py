@@ -1,8 +1,7 @@
 """The NumPy back end: the vectorised solver of a package, seen as the C back end shows it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,7 @@ from hopform._solver.library import Backend
 from hopform._solver.package import Array, Columns, FlightRow, LegState, Package, Precision, Steps, Target, records
 
 
-@dataclass(frozen=True)
-class Solved:
+class Solved(NamedTuple):
     """A stance solved on arrays of length one."""
 
     package: Package
@@ -76,8 +74,7 @@ class Solved:
         return self.state_at(t), self.package.sensitivity.tangents_of(self.solution, t)
 
 
-@dataclass(frozen=True)
-class ArrayFlight:
+class ArrayFlight(NamedTuple):
     """A flight solved with NumPy."""
 
     package: Package

@@ -6,11 +6,10 @@ A library that was built from other sources than the package is refused by name,
 import ctypes
 import struct
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,6 +123,7 @@ class Buffers:
         self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else _packed_floats
         self.one_state, self.one_energy = (ctypes.c_char * each.size for each in (self.state, self.energy))
         self.free: list[tuple[Any, Any]] = []
+        self.searches: list[Any] = []
 
     def memory(self, capacity: int = FIRST_CAPACITY) -> tuple[Any, Any]:
         """Room for a stance and its phases."""
@@ -341,8 +341,7 @@ def solve_stance(
 _CAPACITY = 32
 
 
-@dataclass(frozen=True)
-class NativeFlight:
+class NativeFlight(NamedTuple):
     """A flight solved by the library; it can be pickled, as parameters and the bytes of its structs."""
 
     library: Library

@@ -1,7 +1,6 @@
 """The controller's search by the compiled library."""
 
 import ctypes
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,10 +18,9 @@ def choose_current(
     target: h_des, datum, stop_margin [m], horizon [s].
     """
     library = solver.library
-    types = library.types(dtype)
+    types, free = library.types(dtype), library.buffers(dtype).searches
     plan = plan_of(library, types, parameters)
     capacity = min(FIRST_CAPACITY, max_phases)
-    free = _free(types)
     try:
         memory = free.pop()
     except IndexError:
@@ -44,15 +42,10 @@ def choose_current(
 
 
 class _Memory:
-    """Room for one search; taken from `_free` and put back, so that no two searches are ever in the same."""
+    """Room for one search; taken from the library's and put back, so that no two searches are ever in the same."""
 
     def __init__(self, types: Types, capacity: int) -> None:
         self.command, self.search, self.phases = types.Command(), types.Search(), (types.Phase * capacity)()
-
-
-@cache
-def _free(types: Types) -> list[_Memory]:
-    return []
 
 
 def try_currents(
