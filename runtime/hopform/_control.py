@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform._batch import solve_stances
-from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers, positive, shown, whole
+from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
@@ -249,12 +249,10 @@ def next_apex(
     check_map(size, 1)
     heights, currents = np.broadcast_arrays(heights, currents)
     longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
-    starts = _drops(robot, heights.reshape(-1))
-    found = np.empty(heights.size)
-    back_end = robot.solver.back_end(backend)
-    for n, (start, value) in enumerate(zip(starts, currents.reshape(-1).tolist(), strict=True)):
-        found[n] = back_end.apexes(robot.parameters, [start], np.array([value]), longest, MAX_PHASES)[0][0, 0]
-    return float(found[0]) if heights.shape == () else found.reshape(heights.shape)
+    starts, values = _drops(robot, heights.reshape(-1)), currents.reshape(-1, 1)
+    apexes = partial(robot.solver.back_end(backend).apexes, robot.parameters)
+    found = [apexes([at], u, longest, MAX_PHASES)[0][0, 0] for at, u in zip(starts, values, strict=True)]
+    return shaped(found, heights)
 
 
 def reachability(

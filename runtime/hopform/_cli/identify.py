@@ -119,14 +119,12 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformE
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
     unstopped = {"x1", "x2"} <= own.columns.keys() and not {"x1_min", "x1_max"} & fit.known.keys()
     asked += ["does x1 reach a stop, which --known x1_min=... or x1_max=... gives"] if unstopped else []
-    causes = said(fit.diagnoses, fit.shown)
+    asked += ["is it of this rig?", *said(fit.diagnoses, fit.shown)]
     what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
-    return own.error(
-        f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
-        f"{abs(left[at]):.3g} {unit}: {', '.join([*asked, 'is it of this rig?', *causes])}",
-        own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9)),
-        drives if force else position,
-    )
+    explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
+    message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {', '.join(asked)}"
+    line = own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9))
+    return own.error(message, line, drives if force else position)
 
 
 def _fitted(

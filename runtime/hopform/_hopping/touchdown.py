@@ -133,14 +133,11 @@ class TouchdownDetector:
     def _samples(self, noise: float, level: float) -> float:
         """Mean number of samples up to a detection, infinite where there is none."""
         reaches, stays = _above(self.high, level, noise), _above(self.low, level, noise)
-        whole = stays ** (self.count - 1)
+        more, falls = self.count - 1, _above(-self.low, -level, noise)
+        whole = stays**more
         if not (reaches > 0.0 and whole > 0.0):
             return math.inf
-        falls = _above(-self.low, -level, noise)
-        if 0.0 < falls < 1.0:
-            row = -math.expm1((self.count - 1) * math.log1p(-falls)) / falls
-        else:
-            row = 1.0 if falls else self.count - 1.0
+        row = -math.expm1(more * math.log1p(-falls)) / falls if 0.0 < falls < 1.0 else 1.0 if falls else more
         return (1.0 / reaches + row) / whole
 
 

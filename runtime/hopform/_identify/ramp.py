@@ -230,10 +230,8 @@ def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spr
     wobble = float(np.std(u[:last] - np.polyval(cubic, t[:last]))) / math.sqrt(max(last, 1))
     currents = [float(np.polyval(cubic, each)) for each in (low, at, high)]
     around = student(0.5 + 0.5 * LEVEL, freedom) * 2.0 * wobble
-    half = math.hypot(max(abs(currents[1] - currents[0]), abs(currents[2] - currents[1])), around)
-    onset = Onset(
-        recording.source, direction, at, low, high, currents[1], currents[1] - half, currents[1] + half, noise, rest,
-    )  # fmt: skip
+    half, current = math.hypot(float(np.abs(np.diff(currents)).max()), around), currents[1]
+    onset = Onset(recording.source, direction, at, low, high, current, current - half, current + half, noise, rest)
     return Rise(onset, t[:last], x[:last], best(at).at(t[:last]), u[:last])
 
 

@@ -136,11 +136,12 @@ def drops(recording: Recording, values: Array, driven: bool = False) -> list[Spa
     first = _fall(recording, values, 0, values.size, noise)
     size = float(np.ptp(calm(values[slice(*first)])))
     lifts = _lifts(recording.time, values, noise, size)
-    found, begin = [first] if not lifts else [_fall(recording, values, 0, lifts[0][0], noise)], 0
-    for n, (_, held) in enumerate(lifts):
-        begin, end = held, lifts[n + 1][0] if n + 1 < len(lifts) else values.size
+    found, ends = [first], [*(taken for taken, _ in lifts), values.size]
+    if lifts:
+        found = [_fall(recording, values, 0, ends[0], noise)]
+    for (_, held), end in zip(lifts, ends[1:], strict=True):
         try:
-            other = _fall(recording, values, begin, end, noise)
+            other = _fall(recording, values, held, end, noise)
         except HopformError:  # lifted, and held to the end
             continue
         if float(np.ptp(calm(values[slice(*other)]))) >= _LEAST_REACH * size:

@@ -112,14 +112,11 @@ def _xml(lines: list[str]) -> list[str]:
     return [f"  <!-- {printable(each).replace('--', '- -')} -->" for each in lines]
 
 
-def _attributes(found: Mapping[str, Quantity], *words: str) -> str:
-    return "".join(f' {word}="{found[word].value!r}"' for word in words if word in found)
-
-
 def _mjcf(fit: Fit, found: Mapping[str, Quantity]) -> str:
     """A body on its joint. `angle` is set, since springref would be in degrees without; the bias acts through gear."""
     kind = "slide" if fit.units.position == "m" else "hinge"
-    words = _attributes(found, "armature", "damping", "frictionloss", "stiffness", "springref")
+    attributes = [word for word in ("armature", "damping", "frictionloss", "stiffness", "springref") if word in found]
+    words = "".join(f' {word}="{found[word].value!r}"' for word in attributes)
     lines = [
         f'<mujoco model="{NAME}">', *_xml(_head(fit, found)), '  <compiler angle="radian"/>', "  <worldbody>",
         f'    <body name="{NAME}">', f'      <joint name="{NAME}" type="{kind}" axis="0 0 1"{words}/>',

@@ -124,10 +124,12 @@ def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
 
 
 def _current(test: str, time: Array, still: float, most: float) -> Array:
-    """The current over a test; 0 where there is none."""
-    if test in _PATTERNS:
-        return _pulses(time, still, most, _PATTERNS[test])
-    return _ramps(time, still, most) if test == "ramp" else np.zeros(time.size)
+    """The current over a test, 0 where there is none: after stillness pulses of both signs, or ramps."""
+    if test not in _PATTERNS:
+        return _ramps(time, still, most) if test == "ramp" else np.zeros(time.size)
+    pattern = np.array(_PATTERNS[test])
+    part = np.floor(pattern.size * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
+    return np.where(time < still, 0.0, pattern[np.clip(part, 0, pattern.size - 1)] * most)
 
 
 def _body(
@@ -173,12 +175,6 @@ def _of(kind: rigs.Kind, values: dict[str, float], time: Array, added: float = 0
 
 _PATTERNS = dict.fromkeys(("step", "air"), (1.0, -1.0, 0.5, -0.5)) | {"free": (0.7, -0.35, 1.0, -0.7, 0.35)}
 """Shares of the largest current, held as long each."""
-
-
-def _pulses(time: Array, still: float, most: float, pattern: tuple[float, ...]) -> Array:
-    """Currents of both signs and of several sizes after stillness."""
-    part = np.floor(len(pattern) * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
-    return np.where(time < still, 0.0, np.array(pattern)[np.clip(part, 0, len(pattern) - 1)] * most)
 
 
 def _ramps(time: Array, still: float, most: float) -> Array:
