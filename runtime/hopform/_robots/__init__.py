@@ -10,7 +10,6 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
@@ -91,10 +90,12 @@ def toml_string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
 
 
-def provenance_from(table: Mapping[str, Any], where: str) -> Provenance:
+def provenance_from(table: Any) -> Provenance:
     """The provenance in a table `[fit]`; HopformError for one that is none."""
-    if set(table) != set(Provenance._fields):
-        raise HopformError(f"[fit] must have {', '.join(Provenance._fields)}, got {shown(list(table))} {where}")
+    if not isinstance(table, dict):
+        raise HopformError(f"fit must be a table [fit], got {shown(table)}")
+    if table.keys() != set(Provenance._fields):
+        raise HopformError(f"[fit] must have {', '.join(Provenance._fields)}, got {shown([*table])}")
     try:
         names, known = (_fields_in(name, table[name]) for name in ("names", "known"))
         count = len(names)
@@ -109,7 +110,7 @@ def provenance_from(table: Mapping[str, Any], where: str) -> Provenance:
             known, table["base"], flag("white", table["white"]),
         )  # fmt: skip
     except HopformError as error:
-        raise HopformError(f"[fit] {error} {where}") from None
+        raise HopformError(f"[fit] {error}") from None
 
 
 def _fields_in(name: str, value: object) -> tuple[str, ...]:
@@ -180,13 +181,7 @@ class Robot(CheckedRobot):
         except ValueError as error:
             raise HopformError(str(error)) from None
         for key in ("name", "description"):
-            text: object = getattr(self, key)
-            if not isinstance(text, str):
-                raise HopformError(f"{key} must be a text, got {shown(text)}")
-            try:
-                text.encode()
-            except UnicodeEncodeError:
-                raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
+            _check_text(key, getattr(self, key))
 
     @staticmethod
     def fields() -> tuple[records.Field, ...]:
@@ -216,6 +211,16 @@ class Robot(CheckedRobot):
         kept = {name for name, own in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == own}
         drawn = [{name: each[name] for name in kept} for each in self.fit.draw(number, draw)]
         return tuple(replace(self, **each, fit=None) for each in drawn)  # type: ignore[arg-type]
+
+
+def _check_text(key: str, text: object) -> None:
+    """HopformError for what is no text, or none that a file can hold."""
+    if not isinstance(text, str):
+        raise HopformError(f"{key} must be a text, got {shown(text)}")
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
 
 
 def _checked(field: records.Field, value: object) -> float:
@@ -266,20 +271,17 @@ def robot_from_toml(text: str, source: str = "TOML") -> Robot:
     known = {field.name: field for field in FIELDS}
     for key, value in table.items():
         where = f"({source}, line {_line_of(key, text)})"
-        if key in ("name", "description"):
-            if not isinstance(value, str):
-                raise HopformError(f"{key} must be a text, got {shown(value)} {where}")
-        elif key == "fit":
-            if not isinstance(value, dict):
-                raise HopformError(f"fit must be a table [fit], got {shown(value)} {where}")
-            table[key] = provenance_from(value, where)  # pyright: ignore[reportUnknownArgumentType]
-        elif key not in known:
-            raise HopformError(f"unknown parameter {shown(key)}{nearest(key, [*known, 'name'])} {where}")
-        else:
-            try:
+        try:
+            if key in ("name", "description"):
+                _check_text(key, value)
+            elif key == "fit":
+                table[key] = provenance_from(value)
+            elif key in known:
                 _checked(known[key], value)
-            except HopformError as error:
-                raise HopformError(f"{error} {where}") from None
+            else:
+                raise HopformError(f"unknown parameter {shown(key)}{nearest(key, [*known, 'name'])}")
+        except HopformError as error:
+            raise HopformError(f"{error} {where}") from None
     missing = [field.name for field in records.ROBOT_FIELDS if field.default is None and field.name not in table]
     if missing:
         raise HopformError(f"{source} lacks {', '.join(missing)}")
