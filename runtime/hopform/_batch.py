@@ -237,10 +237,9 @@ def solve_stances(
 
     derivatives = None if matrices is None else of_matrix(ManySensitivities, shaped(matrices), x2 is not None)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
-    return Batch(
-        of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"], shaped(times), shaped(kinds),
-        back_end.name, derivatives, shaped(compressions), labels,
-    )  # fmt: skip
+    found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
+    lists = shaped(times), shaped(kinds), back_end.name, derivatives, shaped(compressions), labels
+    return Batch(*found, *lists)
 
 
 # ---- chunk by chunk ----

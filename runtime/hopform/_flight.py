@@ -118,10 +118,8 @@ class Flight(Motion):
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
         energy = self.energy(t)
-        return {
-            **self.at(t)._asdict(), "foot": self.foot(t), "u": self.current(t),
-            "body_energy": energy.body, "total_energy": energy.total,
-        }  # fmt: skip
+        motion = {**self.at(t)._asdict(), "foot": self.foot(t), "u": self.current(t)}
+        return motion | {"body_energy": energy.body, "total_energy": energy.total}
 
     def _arrays(self) -> Arrays:
         names = ("status", "duration", "apex", "apex_time", "impact_loss")
@@ -178,10 +176,9 @@ def solve_flight(
     state = solved.end
     end = State(state.x1, state.v1, float(body_height(robot, precision, state.x1, state.y)), state.v2)
     after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
-    return Flight(
-        robot, back_end.name, precision, status, float(flight.duration), end, after, solved.gains,
-        float(flight.apex), float(flight.apex_time), float(flight.impact_loss), solved,
-    )  # fmt: skip
+    apex = float(flight.apex), float(flight.apex_time), float(flight.impact_loss)
+    duration, gains = float(flight.duration), solved.gains
+    return Flight(robot, back_end.name, precision, status, duration, end, after, gains, *apex, solved)
 
 
 def design_return(robot: Robot, time: SupportsFloat) -> Gains:

@@ -267,10 +267,8 @@ class Stance(Motion):
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
         energy, compression = self.energy(t), np.asarray(self.compression(t))
-        return {
-            **self.at(t)._asdict(), "compression": compression, "force": self.robot.k * compression,
-            "u": self.current(t), "body_energy": energy.body, "total_energy": energy.total,
-        }  # fmt: skip
+        motion = {**self.at(t)._asdict(), "compression": compression, "force": self.robot.k * compression}
+        return motion | {"u": self.current(t), "body_energy": energy.body, "total_energy": energy.total}
 
     def _arrays(self) -> Arrays:
         names = ("status", "duration", "apex", "aed", "compression_max")

@@ -116,10 +116,8 @@ class FeedForward:
     backend: str | None = None
 
     def __post_init__(self) -> None:
-        keep(
-            self, h_des=set_points(self.h_des), stop_margin=nonnegative("stop_margin", self.stop_margin, "m"),
-            horizon=positive("horizon", self.horizon, "s"),
-        )  # fmt: skip
+        h_des, margin = set_points(self.h_des), nonnegative("stop_margin", self.stop_margin, "m")
+        keep(self, h_des=h_des, stop_margin=margin, horizon=positive("horizon", self.horizon, "s"))
 
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "FeedForward":
         """Itself, if every set point is above its ground; HopformError if not."""

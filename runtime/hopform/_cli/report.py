@@ -39,10 +39,8 @@ def fit_sections(fit: Fit) -> list[Section]:
     for trace in fit.traces:
         unit, factor = fit.units.shown(trace.quantity)
         lengths = (trace.tests.rms, trace.old_rms, trace.holdout, trace.quantum or math.nan)
-        recordings.append((
-            trace.label, str(trace.time.size), *(number(factor * value, ".4g") for value in lengths), unit,
-            f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no",
-        ))  # fmt: skip
+        row = (trace.label, str(trace.time.size), *(number(factor * value, ".4g") for value in lengths), unit)
+        recordings.append((*row, f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no"))
     unit, factor = fit.shown
     causes = [
         (each.cause(), number(factor * each.before, ".4g"), number(factor * each.after, ".4g"),
@@ -90,11 +88,9 @@ def check_sections(check: Check) -> list[Section]:
     ]  # fmt: skip
     some = [each for each in check.expected if not each.own]
     expected = [(e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method) for e in some]
-    return [
-        Section("Recordings", head, rows, ("recording", "role", drive)),
-        Section("Intervals to expect", ("parameter", "about", "unit", "95 % +-", "by"), expected,
-                ("parameter", "unit", "by")),
-    ]  # fmt: skip
+    about = ("parameter", "about", "unit", "95 % +-", "by")
+    sampled = Section("Recordings", head, rows, ("recording", "role", drive))
+    return [sampled, Section("Intervals to expect", about, expected, ("parameter", "unit", "by"))]
 
 
 def threshold_said(threshold: Threshold) -> Iterator[str]:

@@ -92,8 +92,7 @@ def set_under(figure: Figure, caption: str) -> None:
 def legend(axes: Axes, columns: int = 3, **how: Any) -> None:
     """The legend above its panel, where it hides no curve."""
     columns = max(1, min(columns, int(LOOK.get().width / 2.1)))
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, columnspacing=1.4,
-                **how)  # fmt: skip
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, columnspacing=1.4, **how)
 
 
 def standing(robot: Robot) -> float:

@@ -116,10 +116,8 @@ def _with_intervals(fit: Fit) -> list[Estimate]:
     """Estimates whose interval is shown as a share of the value: none that may have either sign, none of one
     recording.
     """
-    return [
-        each for each in fit.estimates
-        if not each.own and math.isfinite(each.high - each.low) and each.high - each.low < 2.0 * abs(each.value)
-    ]  # fmt: skip
+    known = [each for each in fit.estimates if not each.own and math.isfinite(each.high - each.low)]
+    return [each for each in known if each.high - each.low < 2.0 * abs(each.value)]
 
 
 def _draw_intervals(axes: Axes, shown: Sequence[Estimate]) -> None:

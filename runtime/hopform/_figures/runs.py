@@ -357,9 +357,8 @@ def bounds_of_map(robot: Robot) -> Drawn:
     least, most = (np.array([measured(robot, each, high, margin) for each in drops]) for high in (False, True))
     seen = drops + noise * draw.standard_normal(drops.size)
     least, most = (values + noise * draw.standard_normal(drops.size) for values in (least, most))
-    misses = np.concatenate([
-        least - np.interp(seen, reach.heights, reach.apex[:, 0]), most - np.interp(seen, reach.heights, reach.highest)
-    ])  # fmt: skip
+    idle = np.interp(seen, reach.heights, reach.apex[:, 0])
+    misses = np.concatenate([least - idle, most - np.interp(seen, reach.heights, reach.highest)])
     figure, (axes,) = panels(1, 4.3)
     shade(axes, reach, "reachable")
     axes.plot(100 * reach.heights, 100 * reach.highest, color=BLUE, label="highest, within the stroke's margin")

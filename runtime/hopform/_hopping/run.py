@@ -170,11 +170,9 @@ class _Legs(Motion):
         return self._from_legs(t, lambda leg, times: leg.motion.current(times))[0]
 
     def _over(self, t: Array) -> dict[str, ArrayLike]:
-        energy = self.energy(t)
-        return {
-            **self.at(t)._asdict(), "ground": self._ground(t), "foot": self.foot(t), "u": self.current(t),
-            "body_energy": energy.body, "total_energy": energy.total, "predicted_energy": self.aed(t),
-        }  # fmt: skip
+        motion = {**self.at(t)._asdict(), "ground": self._ground(t), "foot": self.foot(t), "u": self.current(t)}
+        body, total = self.energy(t)
+        return motion | {"body_energy": body, "total_energy": total, "predicted_energy": self.aed(t)}
 
     def _from_legs(self, t: ArrayLike, values: Callable[[_Leg, Array], Any], count: int = 1) -> list[Real]:
         """Values, `count` each, at times in the flights and stances that they fall into; a touchdown is in its
@@ -425,10 +423,8 @@ def simulate(
     prepared: Any = asked.prepare(model, grounds) if getattr_static(asked, "prepare", None) else asked
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
-    task = _Task(
-        plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest,
-        max_phases, backend, progress,
-    )  # fmt: skip
+    how = {"max_phases": max_phases, "backend": backend}
+    task = _Task(plant, model, grounds, prepared, gains, errors, draw, longest, how, progress)
     return replace(_run(task, first), h_des=_set_points(controller, len(grounds)))
 
 
@@ -450,8 +446,7 @@ class _Task(NamedTuple):
     errors: Errors
     draw: "np.random.Generator"
     horizon: float
-    max_phases: int
-    backend: str | None
+    how: dict[str, Any]
     progress: Progress | None
 
 
@@ -497,10 +492,8 @@ def _flight(task: _Task, start: State, step: float | None) -> Flight:
     robot = task.plant
     below = x2 if step is None else x2 - step
     fall = 2.0 * (abs(v2) + math.sqrt(v2 * v2 + 2.0 * robot.g * (1.0 + abs(below)))) / robot.g
-    return solve_flight(
-        robot, x1=x1, v1=v1, x2=None if step is None else below, v2=v2, gains=_gains(task, x1, v2), horizon=10.0 + fall,
-        max_phases=task.max_phases, backend=task.backend,
-    )  # fmt: skip
+    gains, height = _gains(task, x1, v2), None if step is None else below
+    return solve_flight(robot, x1=x1, v1=v1, x2=height, v2=v2, gains=gains, horizon=10.0 + fall, **task.how)
 
 
 def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFloat] | None:
@@ -547,10 +540,7 @@ def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Fli
         u: Any = _sampled(task, answer, ground, wait, state)
     else:  # none flows before the touchdown is seen
         u = [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))] if wait else answer
-    return solve_stance(
-        task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u,
-        horizon=task.horizon, max_phases=task.max_phases, backend=task.backend,
-    )  # fmt: skip
+    return solve_stance(task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u, horizon=task.horizon, **task.how)
 
 
 def _wait(errors: Errors, time: float) -> float:
@@ -575,10 +565,8 @@ def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: St
             length = period
         else:
             length = wait
-        piece = solve_stance(
-            task.plant, x1=at.x1, v1=at.v1, x2=None if begin else at.x2, v2=at.v2, u=steps[-1][1], horizon=length,
-            max_phases=task.max_phases, backend=task.backend,
-        )  # fmt: skip
+        start = {"x1": at.x1, "v1": at.v1, "x2": None if begin else at.x2, "v2": at.v2}
+        piece = solve_stance(task.plant, **start, u=steps[-1][1], horizon=length, **task.how)
         if piece.status != "horizon" and not (piece.status == "rest" and t + length < task.horizon):
             break
         at, begin = piece.end, False

@@ -348,15 +348,11 @@ def _driven_start(cut: Cut, x1: Array, guess: Oscillation, known: Values, cutoff
     rows, pressed = (filtered_part(cut.time, x1, by, step, cutoff) for by in (u, np.maximum(x1 - cut.x + length, 0.0)))
     b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u], robust=True)
     stiffness = known.get("k", guess.omega**2 * (known.get("m_s", 1.0) + cut.recording.added_mass))
-    masses = (
-        known.get("m_eff"), known["gamma2"] / gamma if "gamma2" in known and gamma else None,
-        stiffness / k if k else None
-    )  # fmt: skip
+    by_force = known["gamma2"] / gamma if "gamma2" in known and gamma else None
+    masses = (known.get("m_eff"), by_force, stiffness / k if k else None)
     mass = next((each for each in masses if each is not None and each > 0.0), 5.0 * known.get("m_s", 1.0))
-    return {
-        "m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass,
-        "offset": -constant / gamma if gamma else 0.0,
-    }  # fmt: skip
+    start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass}
+    return start | {"offset": -constant / gamma if gamma else 0.0}
 
 
 def _with_own(shared: Guess, cut: Cut, guess: Oscillation, g: float) -> Guess:

@@ -155,10 +155,8 @@ class _Coordinates:
         self.low, self.high = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
 
     def into(self, values: Values) -> Array:
-        z = np.array([
-            math.log(max(values[p.name], 1e-9 * p.scale)) if p.kind == "positive" else values[p.name] / p.scale
-            for p in self.parameters
-        ])  # fmt: skip
+        at = [(values[p.name], p) for p in self.parameters]
+        z = np.array([math.log(max(x, 1e-9 * p.scale)) if p.kind == "positive" else x / p.scale for x, p in at])
         inside = 1e-10
         return np.asarray(np.minimum(np.maximum(z, self.low + inside), self.high - inside))
 

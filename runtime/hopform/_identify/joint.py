@@ -29,8 +29,13 @@ from hopform._identify.search import Problem, follow
 from hopform._identify.step import AIR, HELD
 
 KINDS: Mapping[str, Kind] = {
-    "drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE, "ramp": RAMP,
-}  # fmt: skip
+    "drop": GROUND,
+    "decay": ATTACHED,
+    "step": HELD,
+    "air": AIR,
+    "free": FREE,
+    "ramp": RAMP,
+}
 """Of each role its kind; a free drop comes late, since it shows least about its starts."""
 LETTERS = tuple(dict.fromkeys(letter for kind in (GROUND, FREE) for letter in (*kind.letters, *kind.given)))
 

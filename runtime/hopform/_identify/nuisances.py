@@ -336,10 +336,8 @@ def _alone(problem: Problem, solution: Solution, numbers: Sequence[int]) -> dict
     found = estimation.again(solution, motion, start, sigma=sigma, most=30, precision=1e-7)
     spread = estimation.spread(found)
     errors = np.sqrt(np.diag(spread.covariance) * found.inflation).tolist()
-    return {
-        p.name: (found.values[p.name], error) for p, error in zip(start, errors, strict=True)
-        if p.name not in spread.weak
-    }  # fmt: skip
+    pairs = zip(start, errors, strict=True)
+    return {p.name: (found.values[p.name], error) for p, error in pairs if p.name not in spread.weak}
 
 
 _CHANCE = 0.999
@@ -355,9 +353,7 @@ def _repeat(each: Estimate, alone: Sequence[tuple[float, float]]) -> Repeat:
     mean = float(weights @ np.array(values)) / float(weights.sum())
     q = float(weights @ (np.array(values) - mean) ** 2)
     differ = q > float(estimation.of_scipy("special").chdtri(count - 1, 1.0 - _CHANCE))
-    return Repeat(
-        each.name, each.unit, tuple(values), middle - half, middle + half, each.low, each.high, quote, differ
-    )  # fmt: skip
+    return Repeat(each.name, each.unit, tuple(values), middle - half, middle + half, each.low, each.high, quote, differ)
 
 
 def _said(each: Repeat) -> str:

@@ -319,10 +319,9 @@ def _rows(of: Experiment, moved: motion.Motion, place: int, names: Mapping[str, 
 
 def _attached(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     mass, preload = at["m_s"] + of.added_mass, of.preload + at["m_s"] * at["g"] / at["k"]
-    robot = _robot(
-        m_s=mass, k=at["k"], b2=at["b2"], f2=at["f2"], L0=at["rest"], c=preload, g=at["g"] + at["k"] * preload / mass,
-        x1_min=0.0, x1_max=0.0,
-    )  # fmt: skip
+    gravity = at["g"] + at["k"] * preload / mass
+    sprung = {"m_s": mass, "k": at["k"], "b2": at["b2"], "f2": at["f2"], "L0": at["rest"], "c": preload, "g": gravity}
+    robot = _robot(**sprung, x1_min=0.0, x1_max=0.0)
     moved = motion.stance(robot, (0.0, 0.0, at["x"], at["v"]), steps, time, of.backend)
     states, by = _rows(of, moved, 2, _OF_BODY)
     by["rest"] = moved.by[:, 2:4, AT["L0"]]

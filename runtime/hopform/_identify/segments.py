@@ -114,10 +114,8 @@ def _pace(recording: Recording, values: Array, span: Span) -> float:
     time, part = recording.time[slice(*span)], calm(values[slice(*span)])
     left = part - rest_of(part)
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1]))
-    large = [
-        n for n, (a, b) in enumerate(zip(crossings[:-1], crossings[1:], strict=True))
-        if float(np.abs(left[a : b + 1]).max()) > 0.1 * abs(float(left[0]))
-    ]  # fmt: skip
+    pairs = enumerate(zip(crossings[:-1], crossings[1:], strict=True))
+    large = [n for n, (a, b) in pairs if float(np.abs(left[a : b + 1]).max()) > 0.1 * abs(float(left[0]))]
     if len(large) < 3:
         return math.nan
     share = left[crossings] / (left[crossings] - left[crossings + 1])

@@ -173,10 +173,8 @@ def fit_force(
         )
         for each, part, rest, worse, error in each_part
     )  # fmt: skip
-    force = Fit(
-        "force", estimates, values, {}, traces, (), tuple(said(diagnoses, units.shown("force"))), 1, 0.0,
-        covariance=spread, units=units, diagnoses=diagnoses,
-    )  # fmt: skip
+    notes = tuple(said(diagnoses, units.shown("force")))
+    force = Fit("force", estimates, values, {}, traces, (), notes, 1, 0.0, None, diagnoses, spread, units=units)
     if position:
         asked.stage("fit in position")
         force = replace(force, statements=_beside(several, force, loss))

@@ -147,10 +147,8 @@ def _body(
     if test == "drop":
         x[falls] = _of("ground", values, since, added)
         return x, x1
-    values |= {
-        "offset": -robot.k * robot.c / robot.gamma2, "x1": 0.0, "v1": 0.0,
-        "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0),
-    }  # fmt: skip
+    values |= {"offset": -robot.k * robot.c / robot.gamma2, "x1": 0.0, "v1": 0.0}
+    values |= {"x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0)}
     # A sample holds until the next.
     steps = ((0.0, 0.0), *((since[0] + t, each) for t, each in current_steps(since, u[falls])))
     x[falls], x1[falls] = (_of("free", values, since, added, steps=steps, of=which) for which in ("x2", "x1"))

@@ -315,5 +315,7 @@ def nearest(word: str, known: list[str]) -> str:
 
 
 assert {field.name for field in fields(Robot)} == {field.name for field in FIELDS} | {
-    "name", "description", "fit",
-}  # fmt: skip
+    "name",
+    "description",
+    "fit",
+}

@@ -168,10 +168,8 @@ class Solved:
         self.phases: bytes = phases[: answer[-2] * buffers.phase.size]
 
     def __reduce__(self) -> Any:
-        buffers = self.buffers
-        return _solved_again, (
-            buffers.library.source, np.dtype(buffers.types.real), self.plan, self.steps, self.phases, self.stance,
-        )  # fmt: skip
+        source, dtype = self.buffers.library.source, np.dtype(self.buffers.types.real)
+        return _solved_again, (source, dtype, self.plan, self.steps, self.phases, self.stance)
 
     def outcome(self) -> tuple[int, float, LegState, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
@@ -384,10 +382,8 @@ class NativeFlight(NamedTuple):
         return records.Energy(*energy.T), records.FlightLedger(**entries, stop_loss=losses)
 
     def _call(self, name: str, t: Array, *out: Array) -> None:
-        self.library.call(
-            name, self.types, self.plan, self.phases, ctypes.byref(self.flight),
-            pointer(t), ctypes.c_int32(t.size), *map(pointer, out),
-        )  # fmt: skip
+        of = self.plan, self.phases, ctypes.byref(self.flight)
+        self.library.call(name, self.types, *of, pointer(t), ctypes.c_int32(t.size), *map(pointer, out))
 
 
 def _flight_again(source: str, dtype: Precision, parameters: Any, phases: bytes, flight: bytes) -> NativeFlight:

@@ -81,10 +81,8 @@ def read_columns(
         state = np.empty(lanes.size, np.int32)
         types = solver.library.types(results.dtype)
         phases = (types.Phase * room)()
-        solver.library.call(
-            f"stances_{name}", types, ctypes.c_int64(lanes.size),
-            ctypes.byref(_arguments(types, chosen, max_phases)), phases, room, pointer(found), pointer(state),
-        )  # fmt: skip
+        asked, count = ctypes.byref(_arguments(types, chosen, max_phases)), ctypes.c_int64(lanes.size)
+        solver.library.call(f"stances_{name}", types, count, asked, phases, room, pointer(found), pointer(state))
         results[lanes] = found
         lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
 
