@@ -75,11 +75,9 @@ class Command(Shown):
 
     def _arrays(self) -> Arrays:
         u, apex = self.curve()
-        return {
-            "u": (("u",), u), "apex": (("u",), apex), "h_des": ((), self.question.target[0]),
-            "chosen_u": ((), self.u, {"units": "A"}), "chosen_apex": ((), self.apex, {"units": "m"}),
-            "status": ((), self.status),
-        }  # fmt: skip
+        arrays: dict[str, Any] = {"u": (("u",), u), "apex": (("u",), apex), "h_des": ((), self.question.target[0])}
+        arrays |= {"chosen_u": ((), self.u, {"units": "A"}), "chosen_apex": ((), self.apex, {"units": "m"})}
+        return arrays | {"status": ((), self.status)}
 
 
 def choose_current(

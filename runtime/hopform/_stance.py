@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
@@ -209,11 +209,9 @@ class Stance(Motion):
             raise HopformError(f"a flight needs a take-off, but the stance has the ending {self.status!r}")
         rise = finite("step", step, "m")
         x1, v1, x2, v2 = map(float, self.takeoff)
-        flight: Flight = import_module("hopform._flight").solve_flight(
-            self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, gains=gains, horizon=horizon,
-            backend=self.backend, dtype=self.dtype,
-        )  # fmt: skip
-        return flight
+        solve: Callable[..., Flight] = import_module("hopform._flight").solve_flight
+        how = {"gains": gains, "horizon": horizon, "backend": self.backend, "dtype": self.dtype}
+        return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, **how)
 
     def compression(self, t: ArrayLike) -> Real:
         """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times

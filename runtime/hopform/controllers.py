@@ -9,7 +9,7 @@ controller may use; what it returns is then asked in its place.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, SupportsFloat, runtime_checkable
+from typing import Any, NamedTuple, Protocol, SupportsFloat, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,10 +133,8 @@ class FeedForward:
             robot = touchdown.robot
             back_end = robot.solver.back_end(self.backend)
             return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, DOUBLE)[0]
-        return choose_current(
-            touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
-            stop_margin=self.stop_margin, horizon=self.horizon, backend=self.backend,
-        ).u  # fmt: skip
+        options = {name: getattr(self, name) for name in ("stop_margin", "horizon", "backend")}
+        return choose_current(touchdown.robot, **target_of(self.h_des, touchdown), **options).u
 
 
 @dataclass(frozen=True)
@@ -166,11 +164,9 @@ class AsPrinted:
 
     def __call__(self, touchdown: Touchdown) -> float:
         check_touchdown(touchdown)
-        return choose_current_as_printed(
-            touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
-            grid=self.grid, half=self.half, signed=self.signed, spring_coordinate=self.spring_coordinate,
-            horizon=self.horizon, backend=self.backend,
-        ).u  # fmt: skip
+        names = ("grid", "half", "signed", "spring_coordinate", "horizon", "backend")
+        options = {name: getattr(self, name) for name in names}
+        return choose_current_as_printed(touchdown.robot, **target_of(self.h_des, touchdown), **options).u
 
 
 @dataclass(frozen=True)
@@ -355,9 +351,10 @@ def set_points(h_des: SetPoints) -> Heights:
     return tuple(finite(f"h_des[{number}]", value, "m") for number, value in enumerate(each))
 
 
-def target_of(h_des: SetPoints, touchdown: Touchdown) -> dict[str, float]:
-    """The set point as `choose_current` takes it: never below the ground, where a sensor may have put it."""
-    return {"h_des": max(set_point(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
+def target_of(h_des: SetPoints, touchdown: Touchdown) -> dict[str, Any]:
+    """State and set point as `choose_current` takes them: never below the ground, where a sensor may have put it."""
+    wanted = {"h_des": max(set_point(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
+    return wanted | {"x1": touchdown.x1, "v1": touchdown.v1, "v2": touchdown.v2}
 
 
 def check_set_points(robot: Robot, h_des: SetPoints, terrain: tuple[float, ...], margin: float, horizon: float) -> None:

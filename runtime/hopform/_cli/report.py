@@ -75,10 +75,8 @@ def threshold_sections(threshold: Threshold) -> list[Section]:
 def check_sections(check: Check) -> list[Section]:
     """Recordings as they were sampled, and the intervals to expect."""
     unit, drive = check.units.shown("x1")[0], f"drive [{check.units.drive}]"
-    head = (
-        "recording", "role", "samples", "s", "Hz", f"noise [{unit}]", f"quantum [{unit}]", f"travel [{unit}]", drive,
-        "outliers",
-    )  # fmt: skip
+    sizes = (f"{name} [{unit}]" for name in ("noise", "quantum", "travel"))
+    head = ("recording", "role", "samples", "s", "Hz", *sizes, drive, "outliers")
     rows = [
         (
             one.source, one.role, str(one.samples), number(one.duration), number(one.rate),

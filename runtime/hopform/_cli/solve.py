@@ -73,10 +73,9 @@ def stance(
     if u and u_steps:
         raise hopform.HopformError("give either --u or --u-steps")
     hopper = hopform.load_robot(robot)
-    solved = hopform.solve_stance(
-        hopper, v2=velocity_after_impact(hopper, height, v2), x1=x1, v1=v1, x2=x2, u=u_steps or u, horizon=horizon,
-        max_phases=max_phases, backend=backend, dtype=np.dtype(str(dtype)),
-    )  # fmt: skip
+    how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
+    velocity = velocity_after_impact(hopper, height, v2)
+    solved = hopform.solve_stance(hopper, v2=velocity, x1=x1, v1=v1, x2=x2, u=u_steps or u, **how)
     emit(
         solved, lambda: tables.stance_record(solved, height), lambda: tables.stance(solved, sensitivities),
         solved.warnings, json=json, plot=plot, csv=csv, columns=lambda: tables.stance_csv(solved, samples),
@@ -192,10 +191,9 @@ def reach(
             ends = [draw(bands[name], axes, 100.0 * range_of_h) for name in ("lowest", "highest")]
             legend(axes, ends[:1])
 
-    emit(
-        found, lambda: tables.reach_record(found, drawn, bands), lambda: tables.reach(found, drawn, bands),
-        drawn.warnings() if drawn else (), json=json, plot=plot, over=over,
-    )  # fmt: skip
+    said = drawn.warnings() if drawn else ()
+    to: dict[str, Any] = {"json": json, "plot": plot, "over": over}
+    emit(found, lambda: tables.reach_record(found, drawn, bands), lambda: tables.reach(found, drawn, bands), said, **to)
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:

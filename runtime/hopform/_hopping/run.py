@@ -588,11 +588,9 @@ def _row(hop: Hop) -> tuple[Any, ...]:
     end = stance.takeoff
     takeoff = (math.nan,) * 4 if end is None else (end.x1, end.v1, float(end.x2) + hop.ground, end.v2)
     gained = float(stance.energy(stance.duration).body) - float(stance.energy(0.0).body)
-    return (
-        hop.index, hop.ground, hop.height, hop.touchdown_time, start.x1, start.v1, start.v2, hop.u,
-        stance.status, stance.duration, *takeoff, hop.apex, stance.aed, gained, hop.energy_lost_at_impact,
-        hop.hits_stop, hop.bottoms_out,
-    )  # fmt: skip
+    begin = (hop.index, hop.ground, hop.height, hop.touchdown_time, start.x1, start.v1, start.v2, hop.u)
+    after = (stance.status, stance.duration, *takeoff, hop.apex, stance.aed, gained)
+    return (*begin, *after, hop.energy_lost_at_impact, hop.hits_stop, hop.bottoms_out)
 
 
 def motion_of(run: Run, t: Array) -> dict[str, Any]:

@@ -145,11 +145,9 @@ class _Body(Kind):
             first = [
                 _with_own(each, cut, one, known["g"]) for each, cut, one in zip(shared, cuts, oscillations, strict=True)
             ]
-            driven = [
-                _driven_start(cut, cut.x1, oscillation, known, cutoff)
-                for cut, oscillation in zip(cuts, oscillations, strict=True) if cut.x1 is not None
-                for cutoff in sorted(CUTOFFS, reverse=True)  # hits of a stop are short
-            ]  # fmt: skip
+            seen = [(cut, cut.x1, one) for cut, one in zip(cuts, oscillations, strict=True) if cut.x1 is not None]
+            cutoffs = sorted(CUTOFFS, reverse=True)  # hits of a stop are short
+            driven = [_driven_start(*each, known, cutoff) for each in seen for cutoff in cutoffs]
             tries += [first, *([each | other for each in first] for other in driven)]
         return tries
 

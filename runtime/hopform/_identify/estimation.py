@@ -204,15 +204,11 @@ def solve(
 
     start = coordinates.into({p.name: p.start for p in parameters})
     if parameters:
-        start = optimize.least_squares(
-            part("seen"), start, part("slopes"), bounds=(coordinates.low, coordinates.high), max_nfev=most,
-            ftol=precision, xtol=precision, gtol=1e-12,
-        ).x  # fmt: skip
+        how = {"bounds": (coordinates.low, coordinates.high), "ftol": precision, "xtol": precision, "gtol": 1e-12}
+        start = optimize.least_squares(part("seen"), start, part("slopes"), max_nfev=most, **how).x
     end = at(start.tobytes())
-    return Solution(
-        tuple(parameters), coordinates.out(start) | held, tuple(end.parts), weights, end.rows,
-        float(end.seen @ end.seen), at.cache_info().misses, loss, experiments,
-    )  # fmt: skip
+    least = tuple(end.parts), weights, end.rows, float(end.seen @ end.seen)
+    return Solution(tuple(parameters), coordinates.out(start) | held, *least, at.cache_info().misses, loss, experiments)
 
 
 class _Place(NamedTuple):
@@ -404,10 +400,8 @@ def spread(solution: Solution) -> Spread:
     covariance[np.ix_(alive, alive)] = inside * effect.unit / effect.slope
     blind = np.abs(directions[unseen]) > 1e-3
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
-    weak |= {
-        p.name for p, variance in zip(solution.parameters, np.diag(covariance).tolist(), strict=True)
-        if p.kind == "positive" and math.sqrt(variance) > _NOT_IDENTIFIABLE * solution.values[p.name]
-    }  # fmt: skip
+    errors = zip(solution.parameters, np.sqrt(np.diag(covariance)).tolist(), strict=True)
+    weak |= {p.name for p, e in errors if p.kind == "positive" and e > _NOT_IDENTIFIABLE * solution.values[p.name]}
     together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
     for index, name in enumerate(names):
         if name in weak:

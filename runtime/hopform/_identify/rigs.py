@@ -186,10 +186,8 @@ class Experiment:
 
     def sensor(self, values: Values) -> Sensor:
         """The letters of sensor, clock and logger under values of the parameters."""
-        return Sensor(**{
-            name: values[self.names[name]] if name in self.names else self.constants.get(name, default)
-            for name, default in Sensor._field_defaults.items()
-        })  # fmt: skip
+        names, usual = self.names, Sensor._field_defaults | dict(self.constants)
+        return Sensor(**{each: values[names[each]] if each in names else usual[each] for each in Sensor._fields})
 
     def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
         """The predicted measurement, and its derivatives by the parameters."""
@@ -372,10 +370,8 @@ def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Mo
 
 
 def _actuator_robot(of: Experiment, at: Values) -> records.Robot:
-    return _robot(
-        m_eff=at["m_eff"], k=at.get("k", SOFT * at["m_eff"]), b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"],
-        L0=-at.get("rest", 0.0), c=of.preload, f2=motion.FIRM,
-    )  # fmt: skip
+    own = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}
+    return _robot(**own, k=at.get("k", SOFT * at["m_eff"]), L0=-at.get("rest", 0.0), c=of.preload, f2=motion.FIRM)
 
 
 def _threshold(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:

@@ -404,13 +404,11 @@ def solve_flight(
     types = library.types(dtype)
     plan = ctypes.byref(plan_of(library, types, parameters))
     flight, phases, capacity = types.Flight(), (types.FlightPhase * _CAPACITY)(), _CAPACITY
-    begin = ctypes.byref(types.State(*start))
     law = None if gains is None else ctypes.byref(types.Gains(*gains))
+    asked = plan, ctypes.byref(types.State(*start)), law, types.real(horizon), ctypes.c_int32(max_phases)
     while True:
-        status = library.call(
-            "solve_flight", types, plan, begin, law, types.real(horizon), ctypes.c_int32(max_phases),
-            phases, ctypes.c_int32(capacity), ctypes.byref(flight),
-        )  # fmt: skip
+        room = phases, ctypes.c_int32(capacity), ctypes.byref(flight)
+        status = library.call("solve_flight", types, *asked, *room)
         if status != PHASES_NOT_KEPT:
             return NativeFlight(library, types, parameters, plan, phases, flight)
         capacity = int(flight.phase_count)

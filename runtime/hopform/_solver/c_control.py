@@ -27,10 +27,9 @@ def choose_current(
         memory = _Memory(types, FIRST_CAPACITY)
     begin, wanted = types.State(*start), types.Target(*target)
     while True:
-        status = library.call(
-            "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin),
-            ctypes.byref(wanted), memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command),
-        )  # fmt: skip
+        asked = (ctypes.byref(each) for each in (memory.search, plan, begin, wanted))
+        room = memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command)
+        status = library.call("choose_current", types, *asked, *room)
         if status != PHASES_NOT_KEPT or capacity == max_phases:
             break
         capacity = min(8 * capacity, max_phases)
@@ -60,14 +59,11 @@ def try_currents(
     trials = np.zeros((len(starts), currents.size), np.dtype(types.Trial))
     states = (types.State * len(starts))(*(types.State(*start) for start in starts))
     values = np.ascontiguousarray(currents, dtype=np.float64)
+    given = (ctypes.byref(plan), states, ctypes.c_int32(len(starts)), pointer(values), ctypes.c_int32(values.size))
     capacity = min(FIRST_CAPACITY, max_phases)
     while True:
-        phases = (types.Phase * capacity)()
-        status = library.call(
-            "try_currents", types, ctypes.byref(plan), states, ctypes.c_int32(len(starts)),
-            pointer(values), ctypes.c_int32(values.size), types.real(horizon),
-            phases, ctypes.c_int32(capacity), pointer(trials),
-        )  # fmt: skip
+        room = (types.Phase * capacity)(), ctypes.c_int32(capacity), pointer(trials)
+        status = library.call("try_currents", types, *given, types.real(horizon), *room)
         if status != PHASES_NOT_KEPT or capacity == max_phases:
             return trials
         capacity = min(8 * capacity, max_phases)
