@@ -263,7 +263,7 @@ class Stance(Motion):
         title = f"Stance of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
         return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
 
-    def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
+    def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:
         energy, compression = self.energy(t), np.asarray(self.compression(t))
         motion = {**self.at(t)._asdict(), "compression": compression, "force": self.robot.k * compression}
         return motion | {"u": self.current(t), "body_energy": energy.body, "total_energy": energy.total}

@@ -14,7 +14,7 @@ from rich.console import RenderableType
 
 from hopform._cli.output import ends, number, pick, table
 from hopform._errors import HopformError, printable
-from hopform._identify.fits import NEW, OLD, TITLES, Fit
+from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
 from hopform._identify.joint import Check
 from hopform._identify.ramp import Threshold
 
@@ -126,23 +126,18 @@ def fit_record(fit: Fit) -> dict[str, Any]:
     """A fit for JSON; the covariance is that of what is identifiable."""
     seen = [n for n, each in enumerate(fit.estimates) if each.method != "not identifiable"]
     names = [fit.estimates[n].name for n in seen]
-    return {
-        "kind": fit.kind,
-        "parameters": fit.estimates,
-        "known": fit.known,
-        "covariance": {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()},
-        "correlations": [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()],
-        "diagnoses": fit.diagnoses,
-        "recordings": [
-            {
-                "source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms,
-                "rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest,
-                "quantum": trace.quantum, **pick(trace.tests, "autocorrelation", "runs_z", "white"),
-            }
-            for trace in fit.traces
-        ],
-        **pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds", "units"),
-    }  # fmt: skip
+    record: dict[str, Any] = {"kind": fit.kind, "parameters": fit.estimates, "known": fit.known}
+    record["covariance"] = {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()}
+    record["correlations"] = [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()]
+    record |= {"diagnoses": fit.diagnoses, "recordings": [trace_record(trace) for trace in fit.traces]}
+    return record | pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds", "units")
+
+
+def trace_record(trace: Trace) -> dict[str, Any]:
+    """A recording beside its fit, for JSON."""
+    record = {"source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms}
+    record |= {"rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest}
+    return record | {"quantum": trace.quantum} | pick(trace.tests, "autocorrelation", "runs_z", "white")
 
 
 def record_of(answer: Answer) -> dict[str, Any]:

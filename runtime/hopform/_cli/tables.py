@@ -62,15 +62,14 @@ PRINTED: dict[str, dict[str, Any]] = {
 def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[RenderableType]:
     """Robots side by side, a row per parameter."""
     meaning = ("meaning",) if with_meaning else ()
-    rows = (
-        (
-            field.name,
-            *("none" if math.isinf(each := getattr(robot, field.name)) else f"{each:.6g}" for robot in shown),
-            "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning),
-        )
-        for field in FIELDS
-    )  # fmt: skip
-    yield table("", ("parameter", *map(name_of, shown), "unit", *meaning), rows, ("parameter", "unit", "meaning"))
+
+    def row(field: records.Field) -> tuple[str, ...]:
+        values = (getattr(robot, field.name) for robot in shown)
+        words = ("none" if math.isinf(value) else f"{value:.6g}" for value in values)
+        return field.name, *words, "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning)
+
+    head = ("parameter", *map(name_of, shown), "unit", *meaning)
+    yield table("", head, map(row, FIELDS), ("parameter", "unit", "meaning"))
     yield ""
     for robot in shown:
         if robot.description:
@@ -121,13 +120,11 @@ def phases(solved: Stance) -> Table:
     """The chain of phases; what begins each one is its event."""
     scale, unit = unit_of_time(solved.duration)
     columns = (f"from [{unit}]", f"to [{unit}]", "begins with", "actuator", "body", "u [A]", "x1 [cm]")
-    rows = (
-        (
-            f"{phase.start * scale:.6g}", f"{phase.end * scale:.6g}", event, mode_of_actuator(phase, solved.robot),
-            mode(phase.mode_2), f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}",
-        )
-        for phase, event in zip(solved.phases, beginnings(solved), strict=True)
-    )  # fmt: skip
+    rows = list[tuple[str, ...]]()
+    for phase, event in zip(solved.phases, beginnings(solved), strict=True):
+        times, modes = (phase.start, phase.end), (mode_of_actuator(phase, solved.robot), mode(phase.mode_2))
+        ends = (f"{t * scale:.6g}" for t in times)
+        rows.append((*ends, event, *modes, f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}"))
     return table("Phases and events", columns, rows, columns[2:5])
 
 
@@ -262,24 +259,18 @@ def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] |
         yield drawn.said()
 
 
+BOUNDS = {"lowest": 100.0, "u_lowest": 1.0, "highest": 100.0, "u_highest": 1.0, "hold": 1.0}
+"""What is known of each height, and its factor in a table."""
 BANDS = {"lowest": "lowest, 95 % [cm]", "highest": "highest, 95 % [cm]", "hold": "held by, 95 % [A]"}
 """What has a band at each height, and its heading."""
 
 
 def _height_row(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> tuple[str, ...]:
     share = float(np.count_nonzero(found.limited[row])) / found.currents.size
-    shown = {name: each for name, each in (bands or {}).items() if name in BANDS}
-    return (
-        f"{100.0 * float(found.heights[row]):.5g}",
-        number(float(found.lowest[row]), scale=100.0),
-        number(float(found.u_lowest[row])),
-        number(float(found.highest[row]), scale=100.0),
-        number(float(found.u_highest[row])),
-        number(float(found.hold[row])),
-        ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row)) or "-",
-        f"{100.0 * share:.0f} %",
-        *(text_of(each.at(row), 1.0 if name == "hold" else 100.0) for name, each in shown.items()),
-    )
+    bounds = (number(float(getattr(found, name)[row]), scale=scale) for name, scale in BOUNDS.items())
+    gaps = ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row)) or "-"
+    shown = (text_of(each.at(row), BOUNDS[name]) for name, each in (bands or {}).items() if name in BANDS)
+    return f"{100.0 * float(found.heights[row]):.5g}", *bounds, gaps, f"{100.0 * share:.0f} %", *shown
 
 
 def _point_row(point: FixedPoint) -> tuple[str, ...]:
@@ -307,20 +298,13 @@ def robots_record(shown: Sequence[Robot]) -> Record:
 
 def stance_record(solved: Stance, height: float | None) -> Record:
     """A stance with the robot it was solved for; `height` is the drop, None if a velocity was given."""
-    by = solved.sensitivities
-    begin = {"robot": robot_record(solved.robot), "height": height, "u": steps_record(solved.u)}
-    return {
-        **begin,
-        **pick(solved, "backend"),
-        "dtype": str(solved.dtype),
-        **pick(solved, *ENDING, "compression_max"),
-        "start": solved.at(0.0),
-        **pick(solved, "end", "takeoff", "events", "phases"),
-        "energy": {"start": solved.energy(0.0), "end": solved.energy(solved.duration)},
-        "ledger": solved.ledger(solved.duration),
-        "sensitivities": {row: {column: by[row, column] for column in by.columns} for row in by.rows},
-        "warnings": solved.warnings,
-    }
+    by, end = solved.sensitivities, solved.duration
+    record: Record = {"robot": robot_record(solved.robot), "height": height, "u": steps_record(solved.u)}
+    record |= {"backend": solved.backend, "dtype": str(solved.dtype)} | pick(solved, *ENDING, "compression_max")
+    record |= {"start": solved.at(0.0)} | pick(solved, "end", "takeoff", "events", "phases")
+    record |= {"energy": {"start": solved.energy(0.0), "end": solved.energy(end)}, "ledger": solved.ledger(end)}
+    derivatives = {row: {column: by[row, column] for column in by.columns} for row in by.rows}
+    return record | {"sensitivities": derivatives, "warnings": solved.warnings}
 
 
 def steps_record(steps: Sequence[tuple[float, float]]) -> list[Record]:
@@ -330,68 +314,52 @@ def steps_record(steps: Sequence[tuple[float, float]]) -> list[Record]:
 
 def run_record(solved: Run, settings: Record, drawn: Draws | None, bands: Bands | None) -> Record:
     """A run with the settings that it was asked with; each hop with the ending of its stance, and its band."""
-    return {
-        "robot": robot_record(solved.robot),
-        **settings,
-        **pick(solved, "terrain", "backend", "status", "duration"),
-        "hops": [hop_record(hop) | {"band": bands and bands.at(hop.index)} for hop in solved.hops],
-        "draws": drawn and drawn.record(),
-        "warnings": [*solved.warnings, *(drawn.warnings() if drawn else ())],
-    }
+    record: Record = {"robot": robot_record(solved.robot), **settings}
+    record |= pick(solved, "terrain", "backend", "status", "duration")
+    hops = [hop_record(hop) | {"band": bands and bands.at(hop.index)} for hop in solved.hops]
+    warnings = [*solved.warnings, *(drawn.warnings() if drawn else ())]
+    return record | {"hops": hops, "draws": drawn and drawn.record(), "warnings": warnings}
 
 
 def hop_record(hop: Hop) -> Record:
     """A hop of a run."""
-    return {
-        **pick(hop, "index", "ground", "height", "touchdown_time"),
-        "gains": hop.flight.gains,
-        "touchdown": hop.touchdown,
-        "u": steps_record(hop.stance.u),
-        "takeoff_time": None if hop.stance.takeoff is None else hop.takeoff_time,
-        "takeoff": hop.stance.takeoff,
-        **pick(hop, "apex", "energy_lost_at_impact", "hits_stop", "bottoms_out"),
-        "stance": pick(hop.stance, *ENDING),
-    }
+    record = pick(hop, "index", "ground", "height", "touchdown_time") | {"gains": hop.flight.gains}
+    record |= {"touchdown": hop.touchdown, "u": steps_record(hop.stance.u)}
+    takeoff = hop.stance.takeoff
+    record |= {"takeoff_time": None if takeoff is None else hop.takeoff_time, "takeoff": takeoff}
+    record |= pick(hop, "apex", "energy_lost_at_impact", "hits_stop", "bottoms_out")
+    return record | {"stance": pick(hop.stance, *ENDING)}
 
 
 def command_record(
     robot: Robot, asked: Record, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
 ) -> Record:
     """The same for JSON."""
-    return {
-        "robot": robot_record(robot),
-        **asked,
-        **pick(found, "status", "u", "apex", "solved"),
-        "printed": [{"form": words, **pick(each, "u", "apex", "objective", "status")} for words, each in printed],
-        "band": band,
-        "draws": drawn and drawn.record(),
-    }
+    record: Record = {"robot": robot_record(robot), **asked, **pick(found, "status", "u", "apex", "solved")}
+    forms = [{"form": words, **pick(each, "u", "apex", "objective", "status")} for words, each in printed]
+    return record | {"printed": forms, "band": band, "draws": drawn and drawn.record()}
 
 
 def reach_record(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Record:
     """The same for JSON."""
     names = ("u", "height", "multiplier", "stable", "admissible")
-    return {
-        "robot": robot_record(found.robot),
-        "stop_margin": found.stop_margin,
-        "rows": [_row_record(found, row, bands) for row in range(found.heights.size)],
-        "fixed_points": [pick(point, *names) for point in found.fixed_points],
-        "draws": drawn and drawn.record(),
-    }
+    rows = [_row_record(found, row, bands) for row in range(found.heights.size)]
+    points = [pick(point, *names) for point in found.fixed_points]
+    record: Record = {"robot": robot_record(found.robot), "stop_margin": found.stop_margin, "rows": rows}
+    return record | {"fixed_points": points, "draws": drawn and drawn.record()}
 
 
 def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> Record:
-    cells = zip(found.currents, found.apex[row], found.admissible[row], strict=True)
-    return {
-        "height": float(found.heights[row]),
-        **{name: float(getattr(found, name)[row]) for name in ("lowest", "u_lowest", "highest", "u_highest", "hold")},
-        "gaps": [{"above": low, "below": high} for low, high in found.gaps(row)],
-        **{f"{name}_band": bands and bands[name].at(row) for name in BANDS},
-        "cells": [
-            {"u": float(u), "apex": float(apex), "admissible": bool(fine), "band": bands and bands["apex"].at(row, n)}
-            for n, (u, apex, fine) in enumerate(cells)
-        ],
-    }
+    record: Record = {"height": float(found.heights[row])}
+    record |= {name: float(getattr(found, name)[row]) for name in BOUNDS}
+    record |= {"gaps": [{"above": low, "below": high} for low, high in found.gaps(row)]}
+    record |= {f"{name}_band": bands and bands[name].at(row) for name in BANDS}
+    cells = enumerate(zip(found.currents, found.apex[row], found.admissible[row], strict=True))
+    record["cells"] = [
+        {"u": float(u), "apex": float(apex), "admissible": bool(fine), "band": bands and bands["apex"].at(row, n)}
+        for n, (u, apex, fine) in cells
+    ]
+    return record
 
 
 # ---- CSV ----

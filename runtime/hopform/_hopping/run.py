@@ -424,7 +424,7 @@ def simulate(
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     how = {"max_phases": max_phases, "backend": backend}
-    task = _Task(plant, model, grounds, prepared, gains, errors, draw, longest, how, progress)
+    task = _Task(plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest, how, progress)
     return replace(_run(task, first), h_des=_set_points(controller, len(grounds)))
 
 

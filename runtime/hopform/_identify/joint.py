@@ -21,21 +21,14 @@ from hopform._identify import estimation
 from hopform._identify.drop import ATTACHED, FREE, GROUND
 from hopform._identify.estimation import Estimate, Solution
 from hopform._identify.fits import Fit, Options, blind, fit
-from hopform._identify.kinds import Kind, Recordings, problem_of, read_several
+from hopform._identify.kinds import Recordings, problem_of, read_several
 from hopform._identify.motion import Array, Values
 from hopform._identify.ramp import RAMP
 from hopform._identify.recordings import HOPPER, Recording, Units, gaps_of, noise_of, outliers, quantum_of
 from hopform._identify.search import Problem, follow
 from hopform._identify.step import AIR, HELD
 
-KINDS: Mapping[str, Kind] = {
-    "drop": GROUND,
-    "decay": ATTACHED,
-    "step": HELD,
-    "air": AIR,
-    "free": FREE,
-    "ramp": RAMP,
-}
+KINDS = {"drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE, "ramp": RAMP}
 """Of each role its kind; a free drop comes late, since it shows least about its starts."""
 LETTERS = tuple(dict.fromkeys(letter for kind in (GROUND, FREE) for letter in (*kind.letters, *kind.given)))
 

@@ -165,16 +165,14 @@ def fit_force(
     viscous = b - kept @ np.linalg.lstsq(kept, b, rcond=None)[0] if asked.compare else np.full_like(b, np.nan)
     left_out = _left_out(equation) if asked.holdout else [math.nan] * len(parts)
     each_part = zip(several, parts, equation.split(residual), equation.split(viscous), left_out, strict=True)
-    traces = tuple(
-        Trace(
-            each.source, "force", part.time, scale * part.u, scale * part.u - rest,
-            None if np.isnan(worse).any() else scale * part.u - worse, estimation.tests_of(rest),
-            estimation.rms(worse), error,
-        )
-        for each, part, rest, worse, error in each_part
-    )  # fmt: skip
+    traces = list[Trace]()
+    for each, part, rest, worse, error in each_part:
+        force_of, tests = scale * part.u, estimation.tests_of(rest)
+        old = None if np.isnan(worse).any() else force_of - worse
+        fitted = force_of, force_of - rest, old, tests, estimation.rms(worse), error
+        traces.append(Trace(each.source, "force", part.time, *fitted))
     notes = tuple(said(diagnoses, units.shown("force")))
-    force = Fit("force", estimates, values, {}, traces, (), notes, 1, 0.0, None, diagnoses, spread, units=units)
+    force = Fit("force", estimates, values, {}, tuple(traces), (), notes, 1, 0.0, None, diagnoses, spread, units=units)
     if position:
         asked.stage("fit in position")
         force = replace(force, statements=_beside(several, force, loss))

@@ -13,7 +13,7 @@ import tomllib
 from dataclasses import dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,10 +90,11 @@ def toml_string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
 
 
-def provenance_from(table: Any) -> Provenance:
+def provenance_from(value: object) -> Provenance:
     """The provenance in a table `[fit]`; HopformError for one that is none."""
-    if not isinstance(table, dict):
-        raise HopformError(f"fit must be a table [fit], got {shown(table)}")
+    if not isinstance(value, dict):
+        raise HopformError(f"fit must be a table [fit], got {shown(value)}")
+    table = cast(dict[str, Any], value)
     if table.keys() != set(Provenance._fields):
         raise HopformError(f"[fit] must have {', '.join(Provenance._fields)}, got {shown([*table])}")
     try:
@@ -314,8 +315,4 @@ def nearest(word: str, known: list[str]) -> str:
     return f", did you mean {close[0]!r}?" if close else ""
 
 
-assert {field.name for field in fields(Robot)} == {field.name for field in FIELDS} | {
-    "name",
-    "description",
-    "fit",
-}
+assert {each.name for each in fields(Robot)} == {each.name for each in FIELDS} | {"name", "description", "fit"}
