@@ -208,13 +208,11 @@ class Reachability(Shown):
     def _arrays(self) -> Arrays:
         points = {name: [getattr(each, name) for each in self.fixed_points] for name in ("u", "height", "multiplier")}
         units = {"u": {"units": "A"}, "height": {"units": "m"}, "multiplier": dict[str, str]()}
-        return {
-            "height": (("height",), self.heights), "u": (("u",), self.currents),
-            **{name: (("height", "u"), getattr(self, name)) for name in ("apex", "admissible")},
-            **{name: (("height",), getattr(self, name))
-               for name in ("lowest", "u_lowest", "highest", "u_highest", "hold")},
-            **{f"fixed_{name}": (("fixed_point",), values, units[name]) for name, values in points.items()},
-        }  # fmt: skip
+        arrays: dict[str, Any] = {"height": (("height",), self.heights), "u": (("u",), self.currents)}
+        arrays |= {name: (("height", "u"), getattr(self, name)) for name in ("apex", "admissible")}
+        bounds = ("lowest", "u_lowest", "highest", "u_highest", "hold")
+        arrays |= {name: (("height",), getattr(self, name)) for name in bounds}
+        return arrays | {f"fixed_{name}": (("fixed_point",), values, units[name]) for name, values in points.items()}
 
     def gaps(self, row: int) -> tuple[tuple[float, float], ...]:
         """Ranges of currents of the map without take-off, between two that take off, at a height."""

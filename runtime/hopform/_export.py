@@ -144,10 +144,8 @@ def amalgamated(library: dict[Path, str], prefix: str) -> dict[str, str]:
     texts = {path.name: text for path, text in library.items() if path.suffix in (".h", ".c")}
     public = [f"{prefix}.h", *sorted(path.name for path in library if path.parts[0] == "include")]
     private = in_order([path.name for path in library if path.parts[0] == "src"], texts)
-    return {
-        f"{prefix}.h": joined(dict.fromkeys(public), texts),
-        f"{prefix}.c": f'#include "{prefix}.h"\n' + joined([name for name in private if name not in public], texts),
-    }
+    source = f'#include "{prefix}.h"\n' + joined([name for name in private if name not in public], texts)
+    return {f"{prefix}.h": joined(dict.fromkeys(public), texts), f"{prefix}.c": source}
 
 
 def joined(names: Iterable[str], texts: dict[str, str]) -> str:

@@ -154,15 +154,15 @@ def states(solved: Stance) -> Table:
 
 def ledger(solved: Stance) -> Table:
     """The ledger at the ending, with its sums."""
-    entries = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
+    of = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
     parts = (OF_ROBOT, records.LEDGER_OF_BODY)
+    words = LEDGER | {name: name.replace("_", " ") for name in of if name not in LEDGER}
     rows = [
-        (text, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
-        for name, text in (LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}).items()
+        (text, *(f"{of[name] + 0.0:+.6f}" if name in part else "" for part in parts)) for name, text in words.items()
     ]
     made = table("Energy ledger", ("", "whole robot [J]", "body [J]"), rows, ("",))
     made.add_section()
-    sums = [math.fsum(entries[name] for name in part) for part in parts]
+    sums = [math.fsum(of[name] for name in part) for part in parts]
     before, after = solved.energy(0.0), solved.energy(solved.duration)
     changes = [float(after.total) - float(before.total), float(after.body) - float(before.body)]
     made.add_row("sum", *(f"{each:+.6f}" for each in sums))

@@ -86,10 +86,9 @@ def friction_threshold(robot: Robot) -> Drawn:
     # On a rig: level, so that nothing weighs on the spring, which is as good as unloaded; and standing, as built.
     level = replace(robot, g=0.0)
     steps = [(float(t), float(rate * t)) for t in np.linspace(0.0, seconds, 1201)[:-1]]
-    runs = {
-        "spring unloaded": solve_stance(level, v2=0.0, x2=robot.L0 + robot.c - 1e-6, u=steps, horizon=seconds),
-        "standing": solve_stance(robot, v2=0.0, x2=standing(robot), u=steps, horizon=seconds),
-    }
+    loose = solve_stance(level, v2=0.0, x2=robot.L0 + robot.c - 1e-6, u=steps, horizon=seconds)
+    stands = solve_stance(robot, v2=0.0, x2=standing(robot), u=steps, horizon=seconds)
+    runs = {"spring unloaded": loose, "standing": stands}
     onset = {name: moves(stance, rate) for name, stance in runs.items()}
     found = onset["spring unloaded"] * abs(robot.gamma2) / robot.m_eff
     looks = {"spring unloaded": (BLUE, "-"), "standing": (GREEN, "--")}

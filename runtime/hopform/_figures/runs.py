@@ -184,10 +184,8 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
         "exact": (FeedForward, NONE), "printed": (AsPrinted, NONE), "5 % wrong": (FeedForward, Errors(model=wrong)),
         "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
     }  # fmt: skip
-    runs = {
-        name: simulate(robot, ground, kind(wanted), height=wanted[0], errors=errors, seed=seed)
-        for name, (kind, errors) in asked.items()
-    }
+    how: dict[str, Any] = {"height": wanted[0], "seed": seed}
+    runs = {name: simulate(robot, ground, kind(wanted), errors=errors, **how) for name, (kind, errors) in asked.items()}
     run = completed(runs["exact"])
     miss = {name: each.table["apex"] - np.array(wanted[: len(each.hops)]) for name, each in runs.items()}
     off = {name: f"{mm(rms(each))} rms, {mm(worst(each))} at most" for name, each in miss.items()}

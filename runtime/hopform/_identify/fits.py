@@ -197,11 +197,9 @@ def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
     """Outliers, which are left out of rms and tests."""
-    return [
-        f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them "
-        "out"
-        for trace, some in zip(traces, inliers, strict=True) if not some.all()
-    ]  # fmt: skip
+    words = "samples are outliers; rms and tests leave them out"
+    left = [(trace.label, some.size - int(some.sum()), some.size) for trace, some in zip(traces, inliers, strict=True)]
+    return [f"{label}: {off} of {size} {words}" for label, off, size in left if off]
 
 
 def blind(spread: estimation.Spread) -> list[str]:
@@ -328,15 +326,13 @@ def checked(options: Options) -> Asked:
 
 def _traces(problem: Problem, solution: Solution, old: dict[int, Array], holdout: Sequence[float]) -> tuple[Trace, ...]:
     tests, inliers = solution.tests, solution.inliers
-    return tuple(
-        Trace(
-            each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
-            each.measured + residual,
-            each.measured + old[n] if n in old else None, tests[n],
-            estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan, holdout[n],
-        )
-        for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
-    )  # fmt: skip
+    found = list[Trace]()
+    for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True)):
+        x, of = each.measured, each.of if each.kind == "free" else _QUANTITY[each.kind]
+        worse = x + old[n] if n in old else None
+        rms = estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan
+        found.append(Trace(each.label, of, each.time + each.begin, x, x + residual, worse, tests[n], rms, holdout[n]))
+    return tuple(found)
 
 
 def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution]:

@@ -153,11 +153,9 @@ def _urdf(fit: Fit, found: Mapping[str, Quantity]) -> str:
 
 def _isaac(fit: Fit, found: Mapping[str, Quantity]) -> str:
     """An actuator of Isaac Lab (from 2.3 on), whose friction is an effort, and whose units are those of the fit."""
-    numbers = {
-        "stiffness": found.get("stiffness", Quantity(0.0, math.nan, math.nan, "none")), "armature": found["armature"],
-        "friction": found["frictionloss"], "dynamic_friction": found["frictionloss"],
-        "viscous_friction": found["damping"],
-    }  # fmt: skip
+    friction, loose = found["frictionloss"], Quantity(0.0, math.nan, math.nan, "none")
+    numbers = {"stiffness": found.get("stiffness", loose), "armature": found["armature"]}
+    numbers |= {"friction": friction, "dynamic_friction": friction, "viscous_friction": found["damping"]}
     lines = [f"# {printable(each)}" for each in _head(fit, found)]
     lines += ["# the effort of the joint is GEAR (drive + BIAS); its spring has the position target SPRINGREF", ""]
     lines += ["from isaaclab.actuators import ImplicitActuatorCfg", ""]

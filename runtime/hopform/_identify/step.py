@@ -364,7 +364,6 @@ def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str
     return (
         f"the fit in position, by the same current without feedback, gives {found}, rms {factor * rms:.3g} {unit}",
         "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "
-        "1 % adds up "
-        "twice into position, unopposed: the fit in position bends the parameters after that drift, the one in force "
-        "does not",
+        "1 % adds up twice into position, unopposed: the fit in position bends the parameters after that drift, the "
+        "one in force does not",
     )

@@ -28,17 +28,12 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
     pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(("PyCapsule_GetPointer", api))
     capsule = importlib.import_module("numpy._core._multiarray_umath")._UFUNC_API
     table = ctypes.cast(pointer_of(capsule, None), ctypes.POINTER(ctypes.c_void_p))
-    integers = (ctypes.c_int,) * 4
-    prototype = ctypes.PYFUNCTYPE(
-        ctypes.py_object, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, *integers,
-        ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p,
-    )  # fmt: skip
+    pointers, integers, text = (ctypes.c_void_p,) * 3, (ctypes.c_int,) * 4, ctypes.c_char_p
+    prototype = ctypes.PYFUNCTYPE(ctypes.py_object, *pointers, *integers, text, text, ctypes.c_int, text)
     loops = (ctypes.c_void_p * 2)(*(library.address(f"stance_loop_{suffix}") for suffix in ("f32", "f64")))
-    types = bytes(
-        np.dtype(code).num
-        for real in (np.float32, np.float64)
-        for code in (*[real] * len(package.INPUTS), *(np.intc if name in package.CODES else real for name in RESULTS))
-    )
+    of_results = [np.intc if name in package.CODES else None for name in RESULTS]
+    codes = [*[None] * len(package.INPUTS), *of_results]
+    types = bytes(np.dtype(code or real).num for real in (np.float32, np.float64) for code in codes)
     type_numbers = (ctypes.c_char * len(types)).from_buffer_copy(types)
     data = (ctypes.c_void_p * 2)()
     texts = (b"stance", meaning.encode(), package.SIGNATURE.encode())
