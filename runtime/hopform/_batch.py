@@ -308,12 +308,11 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
         array = np.asarray(getattr(robot, name))
         if name in fields:
             array = array_of(name, fields[name], field.unit)
-            fits = np.asarray(checked.inside(field.domain, array))
 
             def reason(bad: float, name: str = name, field: records.Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
 
-            refuse_any(name, array, fits, reason)
+            refuse_any(name, array, np.asarray(checked.inside(field.domain, array)), reason)
         columns[name] = array
     return columns
 

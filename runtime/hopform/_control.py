@@ -202,8 +202,7 @@ class Reachability(Shown):
         held = span(self.heights[np.isfinite(self.hold)])
         found = [("lowest", span(self.lowest)), ("highest", span(self.highest)), ("heights held", f"{held} m"),
                  ("fixed points", len(self.fixed_points))]  # fmt: skip
-        title = f"Reachability of {name_of(self.robot)}: {shape}"
-        return Card(title, given, found)
+        return Card(f"Reachability of {name_of(self.robot)}: {shape}", given, found)
 
     def _arrays(self) -> Arrays:
         points = {name: [getattr(each, name) for each in self.fixed_points] for name in ("u", "height", "multiplier")}

@@ -20,7 +20,7 @@ from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
 from hopform._solver.choice import SolvedStance
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Steps, formulas, records
+from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps, formulas, records
 
 if TYPE_CHECKING:
     from hopform._flight import Flight
@@ -373,9 +373,7 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     return float(formulas.touchdown_velocity(checked_robot(robot).parameters, drop))
 
 
-def _stance(
-    robot: Robot, u: Steps, backend: Backend, dtype: np.dtype[Any], solved: SolvedStance, given: bool
-) -> Stance:
+def _stance(robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: SolvedStance, given: bool) -> Stance:
     """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == _TAKEOFF

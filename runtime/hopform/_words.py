@@ -14,9 +14,7 @@ ENDINGS = {
     "too_many_phases": "has had the allowed number of phases after",
     "uncertified": "is certified up to",
 }
-EVENTS: dict[str, str] = {
-    kind: kind.replace("x1_", "actuator ").replace("x2_", "body ").replace("_", " ") for kind in KINDS.values()
-}
+EVENTS = {str(k): k.replace("x1_", "actuator ").replace("x2_", "body ").replace("_", " ") for k in KINDS.values()}
 
 
 def name_of(robot: Robot) -> str:

@@ -105,9 +105,8 @@ def hop(
     ground = terrain_of(terrain, size, hops, seed)
     hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, len(ground))
     asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)
-    believed = None if model is None else hopform.load_robot(model)
     noise = (noise_x1, noise_v1, noise_x2, noise_v2, noise_ground)
-    errors = hopform.Errors(*noise, current_scale, quantum, delay, believed)
+    errors = hopform.Errors(*noise, current_scale, quantum, delay, None if model is None else hopform.load_robot(model))
     how: dict[str, Any] = {"height": height, "gains": gains, "errors": errors, "seed": seed}
     how |= {"horizon": horizon, "backend": backend}
     with progress_bar(f"{len(ground)} hops") as progress:

@@ -157,9 +157,7 @@ def ledger(solved: Stance) -> Table:
     of = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
     parts = (OF_ROBOT, records.LEDGER_OF_BODY)
     words = LEDGER | {name: name.replace("_", " ") for name in of if name not in LEDGER}
-    rows = [
-        (text, *(f"{of[name] + 0.0:+.6f}" if name in part else "" for part in parts)) for name, text in words.items()
-    ]
+    rows = [(text, *(f"{of[key] + 0.0:+.6f}" if key in part else "" for part in parts)) for key, text in words.items()]
     made = table("Energy ledger", ("", "whole robot [J]", "body [J]"), rows, ("",))
     made.add_section()
     sums = [math.fsum(of[name] for name in part) for part in parts]
@@ -354,10 +352,9 @@ def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None
     record |= {name: float(getattr(found, name)[row]) for name in BOUNDS}
     record |= {"gaps": [{"above": low, "below": high} for low, high in found.gaps(row)]}
     record |= {f"{name}_band": bands and bands[name].at(row) for name in BANDS}
-    cells = enumerate(zip(found.currents, found.apex[row], found.admissible[row], strict=True))
     record["cells"] = [
         {"u": float(u), "apex": float(apex), "admissible": bool(fine), "band": bands and bands["apex"].at(row, n)}
-        for n, (u, apex, fine) in cells
+        for n, (u, apex, fine) in enumerate(zip(found.currents, found.apex[row], found.admissible[row], strict=True))
     ]
     return record
 

@@ -84,9 +84,8 @@ def friction_threshold(robot: Robot) -> Drawn:
     seconds, onset_expected = 6.0, (robot.f1 * robot.m_eff + robot.m_s * robot.g) / abs(robot.gamma2)
     rate = round(1.6 * onset_expected / seconds, 3)
     # On a rig: level, so that nothing weighs on the spring, which is as good as unloaded; and standing, as built.
-    level = replace(robot, g=0.0)
     steps = [(float(t), float(rate * t)) for t in np.linspace(0.0, seconds, 1201)[:-1]]
-    loose = solve_stance(level, v2=0.0, x2=robot.L0 + robot.c - 1e-6, u=steps, horizon=seconds)
+    loose = solve_stance(replace(robot, g=0.0), v2=0.0, x2=robot.L0 + robot.c - 1e-6, u=steps, horizon=seconds)
     stands = solve_stance(robot, v2=0.0, x2=standing(robot), u=steps, horizon=seconds)
     runs = {"spring unloaded": loose, "standing": stands}
     onset = {name: moves(stance, rate) for name, stance in runs.items()}

@@ -155,9 +155,8 @@ def stance_panel(axes: Axes, stance: Stance) -> None:
 
 def stance_times(stance: Stance) -> Curve:
     """Uniform times, and just before and at every event, where curves have their corners."""
-    uniform = np.linspace(0.0, stance.duration, SAMPLES)
     corners = np.array([phase.start for phase in stance.phases])
-    t = np.union1d(uniform, np.concatenate([corners, corners * (1.0 - 1e-6)]))
+    t = np.union1d(np.linspace(0.0, stance.duration, SAMPLES), np.concatenate([corners, corners * (1.0 - 1e-6)]))
     return np.asarray(np.minimum(t, stance.duration))
 
 

@@ -120,8 +120,7 @@ class TouchdownDetector:
         waiting = np.arange(number)
         for _ in range(1000 + 100 * math.ceil(mean) if mean < math.inf else 0):
             sample = height + deviation * draw.standard_normal(waiting.size)
-            above = sample >= np.where(run > 0, self.low, self.high)
-            run = np.where(above, run + 1, 0)
+            run = np.where(sample >= np.where(run > 0, self.low, self.high), run + 1, 0)
             still = run < self.count
             waiting, run = waiting[still], run[still]
             if not waiting.size:

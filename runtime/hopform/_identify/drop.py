@@ -142,9 +142,8 @@ class _Body(Kind):
         for rounds in (1, _REFINED) if any(cut.x1 is not None for cut in cuts) else (1,):
             oscillations = [_guess(cut, self.rig, known["g"], rounds) for cut in cuts]
             shared = _shared_starts(known, oscillations, group.masses, self.rig)
-            first = [
-                _with_own(each, cut, one, known["g"]) for each, cut, one in zip(shared, cuts, oscillations, strict=True)
-            ]
+            starts = zip(shared, cuts, oscillations, strict=True)
+            first = [_with_own(*each, known["g"]) for each in starts]
             seen = [(cut, cut.x1, one) for cut, one in zip(cuts, oscillations, strict=True) if cut.x1 is not None]
             cutoffs = sorted(CUTOFFS, reverse=True)  # hits of a stop are short
             driven = [_driven_start(*each, known, cutoff) for each in seen for cutoff in cutoffs]

@@ -355,12 +355,10 @@ def _old(problem: Problem, solution: Solution) -> dict[int, Array]:
     It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more
     and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
     """
-    inliers = solution.inliers
+    inliers, shares = solution.inliers, (1.0, 1.6, 3.0)
     numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
     viscous, at = [p for p in problem.parameters if p.name[:1] == "b"], solution.values
-    starts = tuple(
-        at | {p.name: more * at[p.name] + 0.02 * (more - 1.0) * p.scale for p in viscous} for more in (1.0, 1.6, 3.0)
-    )
+    starts = tuple(at | {p.name: more * at[p.name] + 0.02 * (more - 1.0) * p.scale for p in viscous} for more in shares)
     whole, fixed = [problem.experiments[n] for n in numbers], dict.fromkeys(problem.coulomb, 0.0)
     some = selected(whole, [inliers[n] for n in numbers])
     found = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)

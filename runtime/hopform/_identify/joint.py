@@ -98,7 +98,7 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
     problem = problem_of({kind: of.get(role, ()) for role, kind in KINDS.items()}, known)
     telemetry = tuple(_telemetry(each, role) for role, some in of.items() for each in some)
     found, spread = expected(problem, at if at is not None else follow(problem).values)
-    letters = [name.partition("@")[0] for name in spread.weak]
+    letters = (name.partition("@")[0] for name in spread.weak)
     helps = dict.fromkeys(_HELPS[letter] for letter in letters if letter in _HELPS)
     warnings = (*problem.warnings, *(each for one in telemetry for each in _odd(one)))
     return Check(telemetry, found, (*problem.statements, *blind(spread), *helps), warnings, problem.units)

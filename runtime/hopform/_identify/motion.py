@@ -122,8 +122,7 @@ def stance_piece(
     found = solved(robot, LegState(x1, v1, v2, compression), steps, horizon, backend)
     ending, duration, last, *_ = found.outcome()
     at, rows = found.tangents(np.ascontiguousarray(times if ENDINGS[ending] == "rest" else times[times <= duration]))
-    by = _of_height(rows, given)
-    motion = Motion(np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1), by)
+    motion = Motion(np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1), _of_height(rows, given))
     if ENDINGS[ending] != "takeoff":
         return Piece(motion, duration, None, None, None)
     ends = in_height(found.sensitivities(), given)
@@ -262,8 +261,7 @@ def _actuator(rig: _Rig, run: _Run, longest: float) -> SolvedStance | None:
         return None
     x1, v1 = run.state[:2].tolist()
     alone = rig.robot._replace(k=_NO_SPRING, L0=0.0, c=_FAR, b2=0.0, f2=FIRM, g=0.0)
-    state = LegState(x1, v1, 0.0, x1 + _FAR)
-    return solved(alone, state, _steps_from(rig.steps, run.begin), longest, rig.backend)
+    return solved(alone, LegState(x1, v1, 0.0, x1 + _FAR), _steps_from(rig.steps, run.begin), longest, rig.backend)
 
 
 def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:

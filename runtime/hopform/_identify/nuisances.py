@@ -268,8 +268,7 @@ def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
     if all(mask.all() for mask in masks):
         return []
     again = estimation.again(solution, selected(problem.experiments, masks), most=25, precision=1e-6)
-    whole = estimation.again(again, problem.experiments, most=1)
-    pairs = zip(whole.residuals, again.residuals, strict=True)
+    pairs = zip(estimation.again(again, problem.experiments, most=1).residuals, again.residuals, strict=True)
     off = sum(int((np.abs(part) > _OFF * estimation.rms(kept)).sum()) for part, kept in pairs)
     if not off:
         return []
@@ -335,8 +334,7 @@ def _alone(problem: Problem, solution: Solution, numbers: Sequence[int]) -> dict
     sigma = [solution.sigma[n] for n in numbers]
     found = estimation.again(solution, motion, start, sigma=sigma, most=30, precision=1e-7)
     spread = estimation.spread(found)
-    errors = np.sqrt(np.diag(spread.covariance) * found.inflation).tolist()
-    pairs = zip(start, errors, strict=True)
+    pairs = zip(start, np.sqrt(np.diag(spread.covariance) * found.inflation).tolist(), strict=True)
     return {p.name: (found.values[p.name], error) for p, error in pairs if p.name not in spread.weak}
 
 

@@ -33,8 +33,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import motion
-from hopform._identify.motion import AT, STATE, Array, Values
-from hopform._solver.package import Steps, records
+from hopform._identify.motion import AT, STATE, Array, Motion, Robot, Values
+from hopform._solver.package import Steps
 
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
@@ -100,12 +100,9 @@ class _Filter:
     """The response of lag y' + y = x to cubics between samples."""
 
     def __init__(self, time: Array, lag: float) -> None:
-        from scipy.special import hyp1f1
-
         self.lag, self.step = lag, np.diff(time)
         h = self.step / max(lag, 1e-300)
-        # Moments of the cubic's powers, int_0^1 s^n e^(-h (1 - s)) h ds = h/(n + 1) 1F1(1; n + 2; -h) (DLMF 13.4.1).
-        self.decay, self.moments = np.exp(-h), [h / (n + 1) * hyp1f1(1, n + 2, -h) for n in range(4)]
+        self.decay, self.moments = np.exp(-h), _moments(h)
 
     def __call__(self, x: Array, v: Array, first: float | None = None) -> Array:
         """y at the samples; from `first`, or from the steady state of a motion without acceleration."""
@@ -115,6 +112,13 @@ class _Filter:
         rise, left, right = np.diff(x), h * v[:-1], h * v[1:]
         gain = x[:-1] * m0 + left * m1 + (3.0 * rise - 2.0 * left - right) * m2 + (left + right - 2.0 * rise) * m3
         return _recursion(self.decay, np.concatenate([[x[0] - self.lag * v[0] if first is None else first], gain]))
+
+
+def _moments(h: Array) -> list[Array]:
+    """Those of a cubic's powers, int_0^1 s^n e^(-h (1 - s)) h ds = h/(n + 1) 1F1(1; n + 2; -h) (DLMF 13.4.1)."""
+    from scipy.special import hyp1f1
+
+    return [np.asarray(h / (n + 1) * hyp1f1(1, n + 2, -h)) for n in range(4)]
 
 
 def _recursion(decay: Array, gain: Array) -> Array:
@@ -277,9 +281,9 @@ class Experiment:
         return replace(self, time=self.time[:count:every], measured=self.measured[:count:every])
 
 
-def _robot(**fields: float) -> records.Robot:
+def _robot(**fields: float) -> Robot:
     whole = {"m_eff": 1.0, "m_s": 1.0, "k": 1.0, **_FREE, "x1_min": -np.inf, "x1_max": np.inf, "u_max": np.inf}
-    return records.Robot(**{**whole, "impact_loss": 0.0, **fields})
+    return Robot(**{**whole, "impact_loss": 0.0, **fields})
 
 
 _SMALL = 0.01
@@ -309,7 +313,7 @@ _OF_ACTUATOR = {"x": "x1", "v": "v1", "offset": "u"}
 """Columns of derivatives by letters that are not named as they are."""
 
 
-def _rows(of: Experiment, moved: motion.Motion, place: int, names: Mapping[str, str]) -> Moved:
+def _rows(of: Experiment, moved: Motion, place: int, names: Mapping[str, str]) -> Moved:
     """Position and velocity of one mass, and their derivatives by the letters of its rig but a rest."""
     both, letters = slice(place, place + 2), (letter for letter in LETTERS[of.kind] if letter != "rest")
     return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
@@ -337,15 +341,13 @@ def _ground(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, R
 
 
 @lru_cache(maxsize=2)
-def _dropped(
-    robot: records.Robot, start: tuple[float, ...], steps: Steps, times: bytes, backend: str | None
-) -> motion.Motion:
+def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes, backend: str | None) -> Motion:
     """A drop of which both x1 and x2 were measured is solved once for both."""
     return motion.drop(robot, start, steps, np.frombuffer(times), backend)
 
 
-def _leg_robot(of: Experiment, at: Values) -> records.Robot:
-    own = {letter: value for letter, value in at.items() if letter in records.Robot._fields}
+def _leg_robot(of: Experiment, at: Values) -> Robot:
+    own = {letter: value for letter, value in at.items() if letter in Robot._fields}
     return _robot(**{**own, "m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
 
 
@@ -369,7 +371,7 @@ def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Mo
     return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}
 
 
-def _actuator_robot(of: Experiment, at: Values) -> records.Robot:
+def _actuator_robot(of: Experiment, at: Values) -> Robot:
     own = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}
     return _robot(**own, k=at.get("k", SOFT * at["m_eff"]), L0=-at.get("rest", 0.0), c=of.preload, f2=motion.FIRM)
 

@@ -182,8 +182,7 @@ def _lifts(time: Array, values: Array, noise: float, size: float) -> list[Span]:
         if float(np.median(smooth[begin:end])) <= high:
             continue
         rests = [b for a, b in spans if last < a and b <= begin and float(np.median(smooth[a:b])) <= high]
-        fell = begin > last and float(smooth[last:begin].min()) <= high - 0.25 * size
-        if last and fell:
+        if last and (begin > last and float(smooth[last:begin].min()) <= high - 0.25 * size):
             lifts.append((rests[-1] if rests else _taken(smooth, last, begin, 0.02 * size + 8.0 * noise), begin))
         last = end
     return lifts

@@ -132,26 +132,24 @@ def _current(test: str, time: Array, still: float, most: float) -> Array:
     return np.where(time < still, 0.0, pattern[np.clip(part, 0, pattern.size - 1)] * most)
 
 
-def _body(
-    robot: Robot, test: str, time: Array, fall: float, hold: float, added: float, u: Array
-) -> tuple[Array, Array]:
+def _body(robot: Robot, test: str, time: Array, fall: float, hold: float, mass: float, u: Array) -> tuple[Array, Array]:
     """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the oscillation."""
     values = robot.parameters._asdict() | {"v": 0.0, "length": robot.L0 + robot.c}
     if test == "decay":
         values |= {"g": 0.0, "rest": 0.0, "x": -fall}
-        return _of("attached", values, time, added), np.zeros(time.size)
+        return _of("attached", values, time, mass), np.zeros(time.size)
     values["x"] = values["length"] + fall
     falls = time >= hold
     x, x1 = np.full(time.size, values["x"]), np.zeros(time.size)
     since = time[falls] - hold
     if test == "drop":
-        x[falls] = _of("ground", values, since, added)
+        x[falls] = _of("ground", values, since, mass)
         return x, x1
     values |= {"offset": -robot.k * robot.c / robot.gamma2, "x1": 0.0, "v1": 0.0}
     values |= {"x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0)}
     # A sample holds until the next.
     steps = ((0.0, 0.0), *((since[0] + t, each) for t, each in current_steps(since, u[falls])))
-    x[falls], x1[falls] = (_of("free", values, since, added, steps=steps, of=which) for which in ("x2", "x1"))
+    x[falls], x1[falls] = (_of("free", values, since, mass, steps=steps, of=which) for which in ("x2", "x1"))
     return x, x1
 
 

@@ -206,10 +206,8 @@ class Solved:
 
     def energy(self, t: float) -> records.Energy:
         """Energies at one time."""
-        buffers, energy = self.buffers, self.buffers.one_energy()
-        status = buffers.stance_energy(
-            self.plan, self.steps, self.phases, self.stance, buffers.pack(t), 1, energy, None, None
-        )
+        buffers, energy, at = self.buffers, self.buffers.one_energy(), self.buffers.pack(t)
+        status = buffers.stance_energy(self.plan, self.steps, self.phases, self.stance, at, 1, energy, None, None)
         if status < 0:
             raise refusal("stance_energy", status)
         return records.Energy._make(buffers.energy.unpack(energy))
