@@ -25,6 +25,7 @@ from hopform._progress import progress_bar
 from hopform._show import Shown, drawing
 
 Record = dict[str, Any]
+Several = Iterable[Named]
 Over = Callable[[Any], None]
 """What draws more on axes of matplotlib."""
 Readable = Callable[[], Iterable[RenderableType]]
@@ -115,11 +116,7 @@ def picture(path: Path, answer: Shown, over: Over | None = None) -> bytes:
 
 
 def check_outputs(
-    json: bool,
-    csv: str | None = None,
-    plot: Path | None = None,
-    reads: Iterable[Named] = (),
-    more: Iterable[Named] = (),
+    json: bool, csv: str | None = None, plot: Path | None = None, reads: Several = (), more: Several = ()
 ) -> None:
     """Refuse, before anything is computed, what could not be printed or written afterwards."""
     if json and csv == "-":

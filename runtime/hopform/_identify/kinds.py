@@ -156,6 +156,10 @@ class Kind:
         )  # fmt: skip
 
 
+Given = Mapping[Kind, Recordings]
+"""Recordings, or their files, by their kind."""
+
+
 def read_several(recordings: Recordings, name: str) -> tuple[Recording, ...]:
     """One recording, several or none, as several, those of files read; HopformError for what is no recording."""
     one = isinstance(recordings, Recording | File)
@@ -202,9 +206,7 @@ def _motions(groups: Sequence[Group]) -> int:
     return sum(len(each.cuts) for each in groups)
 
 
-def problem_of(
-    given: Mapping[Kind, Recordings], known: Known = None, backend: str | None = None, loss: str = "linear"
-) -> Problem:
+def problem_of(given: Given, known: Known = None, backend: str | None = None, loss: str = "linear") -> Problem:
     """The least-squares problem of recordings by their kind: read, checked, cut into motions, with the starts that
     these show; of several kinds that of a robot.
     """
