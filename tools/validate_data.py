@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hopform import HopformError, fit_drop_test, fit_force, fit_step_response, read_recording
-from hopform._identify import Recording, parse_recording
+from hopform._identify.recordings import Recording, parse_recording
 
 CART, TWO_MASSES, SPRING, FORCE_CONSTANT = 0.5685, 0.986, 712.6, 2.0
 DECAYS = ("cart_free_decay_khigh_nomass.csv", "cart_free_decay_khigh_2mass.csv")

@@ -16,15 +16,12 @@ from hopform._errors import BackendError, HopformError, MissingExtra
 from hopform._flight import Flight, FlightPhase, design_return, solve_flight
 from hopform._hopping.run import Errors, Hop, Run, simulate
 from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
-from hopform._identify import (
-    fit_drop_test,
-    fit_force,
-    fit_robot,
-    fit_step_response,
-    friction_threshold,
-    read_recording,
-    record,
-)  # fmt: skip
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.joint import fit_robot
+from hopform._identify.ramp import friction_threshold
+from hopform._identify.recordings import read_recording
+from hopform._identify.step import fit_force, fit_step_response
+from hopform._identify.synthetic import record
 from hopform._robots import ROBOTS, Robot, load_robot
 from hopform._sensitivities import ManySensitivities, Sensitivities
 from hopform._show import animate

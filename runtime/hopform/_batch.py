@@ -4,11 +4,10 @@ Stances are solved in chunks of `ufuncs.CHUNK`, so that memory stays bounded, pr
 is heard. Without event lists a chunk is one call of the ufunc `hopform.ufuncs.stance`.
 """
 
-import difflib
 import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
@@ -17,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform._checks import MEMORY, array_of, flag, function, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
-from hopform._robots import Robot, checked_robot
+from hopform._robots import Robot, checked_robot, nearest
 from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrix
 from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
 from hopform._solver import package
@@ -95,13 +94,12 @@ class Batch(Shown):
     def _arrays(self) -> Arrays:
         dims, coords = self.labels or Labels(tuple(f"dim_{n}" for n in range(self.status.ndim)), {})
         arrays: dict[str, Any] = {name: ((name,), values) for name, values in coords.items()}
-        arrays["status"] = (dims, self.words)
+        arrays |= {"status": (dims, self.words)}
         arrays |= {name: (dims, getattr(self, name)) for name in ("duration", "apex", "aed", "event_count")}
-        for name, values in self.end._asdict().items():
-            arrays[f"end_{name}"] = (dims, values, {"units": UNITS[name]})
+        arrays |= {f"end_{name}": (dims, x, {"units": UNITS[name]}) for name, x in self.end._asdict().items()}
         if self.event_kind is not None:
-            arrays |= {"event_time": ((*dims, "event"), self.event_time)}
-            arrays |= {"event_kind": ((*dims, "event"), self.event_words)}
+            event = (*dims, "event")
+            arrays |= {"event_time": (event, self.event_time), "event_kind": (event, self.event_words)}
         if self.compression_max is not None:
             arrays["compression_max"] = (dims, self.compression_max, {"units": "m"})
         if self.sensitivities is not None:
@@ -145,12 +143,10 @@ def labelled(inputs: Mapping[str, Any]) -> tuple[dict[str, Any], Labels | None]:
 
 def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
     first = min(words)
-    table = np.array([words.get(code, "") for code in range(first, max(words) + 1)])
-    return np.asarray(table[codes - first])
+    return np.asarray(np.array([words.get(code, "") for code in range(first, max(words) + 1)])[codes - first])
 
 
-@dataclass(frozen=True)
-class _Job:
+class _Job(NamedTuple):
     """Checked inputs and where the results go, flat; `columns` are the states, u, horizon, then the robot's fields."""
 
     columns: tuple[NDArray[Any], ...]
@@ -241,10 +237,9 @@ def solve_stances(
 
     derivatives = None if matrices is None else of_matrix(ManySensitivities, shaped(matrices), x2 is not None)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
-    return Batch(
-        of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"], shaped(times), shaped(kinds),
-        back_end.name, derivatives, shaped(compressions), labels,
-    )  # fmt: skip
+    found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
+    lists = shaped(times), shaped(kinds), back_end.name, derivatives, shaped(compressions), labels
+    return Batch(*found, *lists)
 
 
 # ---- chunk by chunk ----
@@ -277,11 +272,9 @@ def _run(
 def _in_threads(solve: Callable[[slice], int], parts: list[slice], threads: int) -> Iterator[int]:
     """The results of `solve` as the parts are done; closing the iterator cancels the rest."""
     with ThreadPoolExecutor(threads) as pool:
-        waiting: set[Future[int]] = {pool.submit(solve, part) for part in parts}
+        waiting = [pool.submit(solve, part) for part in parts]
         try:
-            while waiting:
-                ready, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-                yield from (each.result() for each in ready)
+            yield from (each.result() for each in as_completed(waiting))
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
 
@@ -308,20 +301,18 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
     known = {field.name: field for field in records.ROBOT_FIELDS}
     for name in fields:
         if name not in known:
-            close = difflib.get_close_matches(name, [*known, *_INPUTS], 1, 0.5)
-            hint = f", did you mean {close[0]!r}?" if close else ""
+            hint = nearest(name, [*known, *_INPUTS])
             raise HopformError(f"{name!r} is neither an input of a stance nor a field of the robot{hint}")
     columns: dict[str, NDArray[Any]] = {}
     for name, field in known.items():
         array = np.asarray(getattr(robot, name))
         if name in fields:
             array = array_of(name, fields[name], field.unit)
-            fits = np.asarray(checked.inside(field.domain, array))
 
             def reason(bad: float, name: str = name, field: records.Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
 
-            refuse_any(name, array, fits, reason)
+            refuse_any(name, array, np.asarray(checked.inside(field.domain, array)), reason)
         columns[name] = array
     return columns
 

@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform._batch import solve_stances
-from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers, positive, shown, whole
+from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
-from hopform._solver.package import COMMANDS, MAX_PHASES, formulas, records
+from hopform._solver.package import COMMANDS, MAX_PHASES, Target, formulas, records
 from hopform._stance import precision_of, solve_stance, start_of
 
 TRIED = 601
@@ -36,7 +36,7 @@ class Question(NamedTuple):
 
     robot: Robot
     start: records.LegState
-    target: tuple[float, float, float, float]
+    target: Target
     backend: str
 
 
@@ -71,17 +71,13 @@ class Command(Shown):
         if datum or margin:
             given += [("datum", f"{datum:.5g} m"), ("stop margin", f"{margin:.5g} m")]
         found = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
-        title = f"Command for {name_of(self.question.robot)}: {self.status}"
-        return Card(title, given, found)
+        return Card(f"Command for {name_of(self.question.robot)}: {self.status}", given, found)
 
     def _arrays(self) -> Arrays:
         u, apex = self.curve()
-        metres = {"units": "m"}
-        return {
-            "u": (("u",), u), "apex": (("u",), apex), "h_des": ((), self.question.target[0]),
-            "chosen_u": ((), self.u, {"units": "A"}), "chosen_apex": ((), self.apex, metres),
-            "status": ((), self.status),
-        }  # fmt: skip
+        arrays: dict[str, Any] = {"u": (("u",), u), "apex": (("u",), apex), "h_des": ((), self.question.target[0])}
+        arrays |= {"chosen_u": ((), self.u, {"units": "A"}), "chosen_apex": ((), self.apex, {"units": "m"})}
+        return arrays | {"status": ((), self.status)}
 
 
 def choose_current(
@@ -128,9 +124,7 @@ def limit_of(robot: Robot, margin: float) -> float:
     return robot.x1_max - margin if robot.x1_min < robot.x1_max else math.inf
 
 
-def checked_target(
-    robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object
-) -> tuple[float, float, float, float]:
+def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object) -> Target:
     """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.g!r}")
@@ -208,19 +202,16 @@ class Reachability(Shown):
         held = span(self.heights[np.isfinite(self.hold)])
         found = [("lowest", span(self.lowest)), ("highest", span(self.highest)), ("heights held", f"{held} m"),
                  ("fixed points", len(self.fixed_points))]  # fmt: skip
-        title = f"Reachability of {name_of(self.robot)}: {shape}"
-        return Card(title, given, found)
+        return Card(f"Reachability of {name_of(self.robot)}: {shape}", given, found)
 
     def _arrays(self) -> Arrays:
         points = {name: [getattr(each, name) for each in self.fixed_points] for name in ("u", "height", "multiplier")}
         units = {"u": {"units": "A"}, "height": {"units": "m"}, "multiplier": dict[str, str]()}
-        return {
-            "height": (("height",), self.heights), "u": (("u",), self.currents),
-            **{name: (("height", "u"), getattr(self, name)) for name in ("apex", "admissible")},
-            **{name: (("height",), getattr(self, name))
-               for name in ("lowest", "u_lowest", "highest", "u_highest", "hold")},
-            **{f"fixed_{name}": (("fixed_point",), values, units[name]) for name, values in points.items()},
-        }  # fmt: skip
+        arrays: dict[str, Any] = {"height": (("height",), self.heights), "u": (("u",), self.currents)}
+        arrays |= {name: (("height", "u"), getattr(self, name)) for name in ("apex", "admissible")}
+        bounds = ("lowest", "u_lowest", "highest", "u_highest", "hold")
+        arrays |= {name: (("height",), getattr(self, name)) for name in bounds}
+        return arrays | {f"fixed_{name}": (("fixed_point",), values, units[name]) for name, values in points.items()}
 
     def gaps(self, row: int) -> tuple[tuple[float, float], ...]:
         """Ranges of currents of the map without take-off, between two that take off, at a height."""
@@ -253,12 +244,10 @@ def next_apex(
     check_map(size, 1)
     heights, currents = np.broadcast_arrays(heights, currents)
     longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
-    starts = _drops(robot, heights.reshape(-1))
-    found = np.empty(heights.size)
-    back_end = robot.solver.back_end(backend)
-    for n, (start, value) in enumerate(zip(starts, currents.reshape(-1).tolist(), strict=True)):
-        found[n] = back_end.apexes(robot.parameters, [start], np.array([value]), longest, MAX_PHASES)[0][0, 0]
-    return float(found[0]) if heights.shape == () else found.reshape(heights.shape)
+    starts, values = _drops(robot, heights.reshape(-1)), currents.reshape(-1, 1)
+    apexes = partial(robot.solver.back_end(backend).apexes, robot.parameters)
+    found = [apexes([at], u, longest, MAX_PHASES)[0][0, 0] for at, u in zip(starts, values, strict=True)]
+    return shaped(found, heights)
 
 
 def reachability(
@@ -303,10 +292,8 @@ def reachability(
     limit = limit_of(robot, margin)
     admissible = np.isfinite(apex) & (peak < limit)
     points = _fixed_points(partial(_hop, robot, limit, how), rows, columns, apex)
-    lowest, u_lowest, highest, u_highest, hold = bounds
-    return Reachability(
-        robot, rows, columns, margin, apex, admissible, lowest, u_lowest, highest, u_highest, hold, points
-    )
+    low, at_low, high, at_high, hold = bounds
+    return Reachability(robot, rows, columns, margin, apex, admissible, low, at_low, high, at_high, hold, points)
 
 
 def check_map(heights: int, currents: int) -> None:
@@ -354,6 +341,7 @@ def _bounds(choose: Callable[..., Command], height: float, apex: Array) -> tuple
 
 
 _Hop = Callable[[float, float], tuple[float, list[FixedPoint]]]
+_HopFrom = Callable[[float], tuple[float, list[FixedPoint]]]
 
 
 def _fixed_points(hop: _Hop, heights: Array, currents: Array, apex: Array) -> tuple[FixedPoint, ...]:
@@ -370,9 +358,7 @@ def _fixed_points(hop: _Hop, heights: Array, currents: Array, apex: Array) -> tu
     return tuple(found)
 
 
-def _fixed_point(
-    hop: Callable[[float], tuple[float, list[FixedPoint]]], low: float, at_low: float, high: float, at_high: float
-) -> list[FixedPoint]:
+def _fixed_point(hop: _HopFrom, low: float, at_low: float, high: float, at_high: float) -> list[FixedPoint]:
     """The fixed point in a bracket, by the slope kept inside it; none where it closes on a jump."""
     height = low + (high - low) * at_low / (at_low - at_high)
     gain, points = at_low, list[FixedPoint]()
@@ -453,16 +439,14 @@ def choose_current_as_printed(
     start = start_of(robot, x1, v1, x2, v2)
     halved, with_sign = flag("half", half), flag("signed", signed)
     with_spring = flag("spring_coordinate", spring_coordinate)
-    wanted, level, _, longest = checked_target(robot, h_des, datum, 0.0, horizon)
+    wanted, level, _, limit = checked_target(robot, h_des, datum, 0.0, horizon)
     count = math.ceil(min(robot.u_max / positive("grid", grid, "A"), MOST + 1.0))
     if count > MOST:
         raise HopformError(f"grid must be >= {robot.u_max / MOST!r} A, u_max/{MOST}, got {shown(grid)}")
     u = np.linspace(-robot.u_max, robot.u_max, 2 * count + 1)
     u = u[np.argsort(np.abs(u), kind="stable")]
     height = None if x2 is None else finite("x2", x2, "m")
-    batch = solve_stances(
-        robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=height, u=u, horizon=longest, backend=backend
-    )
+    batch = solve_stances(robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=height, u=u, horizon=limit, backend=backend)
     lifts = np.flatnonzero(batch.status == _TAKEOFF)
     if not lifts.size:
         return PrintedCommand(0.0, math.nan, math.nan, "no_takeoff")

@@ -58,10 +58,8 @@ def check(wanted: Wanted) -> None:
     if wanted.system not in SYSTEMS:
         raise HopformError(f"--for must be one of {', '.join(SYSTEMS)}, got {shown(wanted.system)}")
     if not _PREFIX.fullmatch(wanted.prefix):
-        raise HopformError(
-            f"--prefix must be a lower-case identifier of C of up to {records.LONGEST_PREFIX} characters, got "
-            f"{shown(wanted.prefix)}"
-        )
+        most = f"of up to {records.LONGEST_PREFIX} characters"
+        raise HopformError(f"--prefix must be a lower-case identifier of C {most}, got {shown(wanted.prefix)}")
     if not wanted.precisions or not set(wanted.precisions) <= set(PRECISIONS):
         raise HopformError(f"precisions must be among {', '.join(PRECISIONS)}, got {wanted.precisions}")
 
@@ -69,9 +67,8 @@ def check(wanted: Wanted) -> None:
 def package(wanted: Wanted) -> dict[Path, str]:
     """The text of every file of the package, by path."""
     library = sources(wanted)
-    pair = amalgamated(library, wanted.prefix)
     texts = {where(path, wanted.system): text for path, text in library.items()}
-    texts |= {Path("amalgamated") / name: text for name, text in pair.items()}
+    texts |= {Path("amalgamated") / name: text for name, text in amalgamated(library, wanted.prefix).items()}
     texts[Path("costs.md")] = costs()
     folder = generated("packages")
     files = {path.relative_to(folder / part): path for part in ("all", wanted.system) for path in inside(folder / part)}
@@ -147,10 +144,8 @@ def amalgamated(library: dict[Path, str], prefix: str) -> dict[str, str]:
     texts = {path.name: text for path, text in library.items() if path.suffix in (".h", ".c")}
     public = [f"{prefix}.h", *sorted(path.name for path in library if path.parts[0] == "include")]
     private = in_order([path.name for path in library if path.parts[0] == "src"], texts)
-    return {
-        f"{prefix}.h": joined(dict.fromkeys(public), texts),
-        f"{prefix}.c": f'#include "{prefix}.h"\n' + joined([name for name in private if name not in public], texts),
-    }
+    source = f'#include "{prefix}.h"\n' + joined([name for name in private if name not in public], texts)
+    return {f"{prefix}.h": joined(dict.fromkeys(public), texts), f"{prefix}.c": source}
 
 
 def joined(names: Iterable[str], texts: dict[str, str]) -> str:
@@ -192,7 +187,5 @@ def selftest(dtype: DTypeLike = np.float32) -> int:
     types = library.types(wanted)
     search, phases = types.Search(), (types.Phase * PHASES)()
     prototype = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int32)
-    digest: int = prototype(library.address(f"selftest_{types.suffix}"))(
-        ctypes.addressof(search), ctypes.addressof(phases), PHASES
-    )
-    return digest
+    run = prototype(library.address(f"selftest_{types.suffix}"))
+    return int(run(ctypes.addressof(search), ctypes.addressof(phases), PHASES))

@@ -58,9 +58,8 @@ def read_text(path: Path, most: int = LARGEST) -> str:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line, byte = raw.count(b"\n", 0, error.start) + 1, raw[error.start]
-        raise HopformError(
-            f"{name_of(path)}, line {line}: is no text in UTF-8, got a byte {byte:#04x}: save it in UTF-8"
-        ) from None
+        got = f"got a byte {byte:#04x}: save it in UTF-8"
+        raise HopformError(f"{name_of(path)}, line {line}: is no text in UTF-8, {got}") from None
 
 
 def rows_of(text: str, source: str) -> list[tuple[int, list[str]]]:
@@ -158,8 +157,7 @@ def write_folder(folder: Path, files: Mapping[Path, bytes]) -> None:
     made = list[Path]()
     try:
         for place in sorted({folder, *(folder / path.parent for path in files)}):
-            missing = [each for each in (place, *place.parents) if not each.exists()]
-            for each in reversed(missing):
+            for each in reversed([each for each in (place, *place.parents) if not each.exists()]):
                 each.mkdir()
                 made.append(each)
         write((folder / path, content) for path, content in files.items())

@@ -72,9 +72,7 @@ class Flight(Motion):
         """The phases in their order."""
         rows = self._solved.rows()
         ends = [*(row.t for row in rows[1:]), self.duration]
-        return tuple(
-            FlightPhase(row.t, end, row.side, row.limit, row.x1, row.v1) for row, end in zip(rows, ends, strict=True)
-        )
+        return tuple(FlightPhase(p.t, end, p.side, p.limit, p.x1, p.v1) for p, end in zip(rows, ends, strict=True))
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -115,11 +113,11 @@ class Flight(Motion):
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
-        return self._energies(t)[0]
+        return Energy(*self._energies(t, 0))
 
     def ledger(self, t: ArrayLike) -> FlightLedger:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
-        return self._energies(t)[1]
+        return FlightLedger(*self._energies(t, 1))
 
     def _card(self) -> Card:
         start = self.at(0.0)
@@ -127,28 +125,22 @@ class Flight(Motion):
         given = [("x1", start.x1), ("v1", start.v1), ("x2", start.x2), ("v2", start.v2), ("gains", gains)]
         after = [] if self.touchdown is None else [("touchdown at v2", self.touchdown.v2), ("x1", self.touchdown.x1)]
         found = [("apex", self.apex), ("apex_time", self.apex_time), *after, ("events", len(self.events))]
-        title = f"Flight of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
-        return Card(title, given, found)
+        return Card(f"Flight of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s", given, found)
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
         energy = self.energy(t)
-        return {
-            **self.at(t)._asdict(), "foot": self.foot(t), "u": self.current(t),
-            "body_energy": energy.body, "total_energy": energy.total,
-        }  # fmt: skip
+        motion = {**self.at(t)._asdict(), "foot": self.foot(t), "u": self.current(t)}
+        return motion | {"body_energy": energy.body, "total_energy": energy.total}
 
     def _arrays(self) -> Arrays:
-        numbers = ("status", "duration", "apex", "apex_time", "impact_loss", "leg_loss")
-        return {**events_of(self.events), **{name: ((), getattr(self, name)) for name in numbers}}
+        names = ("status", "duration", "apex", "apex_time", "impact_loss", "leg_loss")
+        return events_of(self.events) | {name: ((), getattr(self, name)) for name in names}
 
-    def _energies(self, t: ArrayLike) -> tuple[Energy, FlightLedger]:
+    def _energies(self, t: ArrayLike, which: int) -> list[Real]:
         times = self._times(t)
         order = np.argsort(times, kind="stable")
-        energy, ledger = self._solved.energy_at(times[order])
         back = np.argsort(order, kind="stable")
-        return Energy(*(shaped(one[back], t) for one in energy)), FlightLedger(
-            *(shaped(one[back], t) for one in ledger)
-        )
+        return [shaped(each[back], t) for each in self._solved.energy_at(times[order])[which]]
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
         return times_within(t, self.dtype, self.duration)
@@ -197,10 +189,9 @@ def solve_flight(
     state = solved.end
     end = State(state.x1, state.v1, float(body_height(robot, precision, state.x1, state.y)), state.v2)
     after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
-    return Flight(
-        robot, back_end.name, precision, status, float(flight.duration), end, after, solved.gains, float(flight.apex),
-        float(flight.apex_time), float(flight.impact_loss), float(flight.leg_loss), start.y, solved,
-    )  # fmt: skip
+    duration, gains, apex = float(flight.duration), solved.gains, (float(flight.apex), float(flight.apex_time))
+    losses = float(flight.impact_loss), float(flight.leg_loss)
+    return Flight(robot, back_end.name, precision, status, duration, end, after, gains, *apex, *losses, start.y, solved)
 
 
 def design_return(robot: Robot, time: SupportsFloat) -> Gains:

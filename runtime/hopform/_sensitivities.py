@@ -39,10 +39,9 @@ class _Derivatives(Shown):
 
     def arrays(self, over: tuple[str, ...]) -> Arrays:
         """The derivatives over dimensions, rows and columns, with the units of both."""
-        dims = (*over, "row", "column")
         return {
             "row": (("row",), list(self.rows), {}), "column": (("column",), list(self.columns), {}),
-            "derivative": (dims, self.matrix, {"units": "that of the row over that of the column"}),
+            "derivative": ((*over, "row", "column"), self.matrix, {"units": "that of the row over that of the column"}),
             **{f"{name}_unit": ((name,), [UNITS[each] for each in getattr(self, f"{name}s")], {})
                for name in ("row", "column")},
         }  # fmt: skip
@@ -73,9 +72,8 @@ def _place(names: tuple[str, str]) -> tuple[int, int]:
     row, column = pair("a sensitivity", names, "(row, column) of names")
     for name, known in ((row, ROWS), (column, COLUMNS)):
         if not isinstance(name, str) or name not in known:
-            raise HopformError(
-                f"there is no sensitivity {shown(row)}, {shown(column)}: {shown(name)} is not one of {', '.join(known)}"
-            )
+            both = f"{shown(row)}, {shown(column)}"
+            raise HopformError(f"there is no sensitivity {both}: {shown(name)} is not one of {', '.join(known)}")
     return ROWS.index(row), COLUMNS.index(column)
 
 

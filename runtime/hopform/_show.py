@@ -36,7 +36,7 @@ UNITS: dict[str, str] = {
     "time": "s", "duration": "s", "horizon": "s", "apex_time": "s", "event_time": "s", "T": "s", "delay": "s",
     "x1": "m", "x2": "m", "foot": "m", "ground": "m", "terrain": "m", "compression": "m", "height": "m", "h_des": "m",
     "apex": "m", "lowest": "m", "highest": "m", "error": "m", "worst": "m", "rms": "m", "miss": "m",
-    "onset_time": "s", "onset_u": "A", "onset_u_low": "A", "onset_u_high": "A",
+    "onset_time": "s", "onset_u": "A", "onset_u_low": "A", "onset_u_high": "A", "compression_max": "m",
     "v1": "m/s", "v2": "m/s", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
     "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "leg_loss": "J",
     "force": "N",

@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
@@ -20,7 +20,7 @@ from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
 from hopform._solver.choice import SolvedStance
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Steps, formulas, records
+from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps, formulas, records
 
 if TYPE_CHECKING:
     from hopform._flight import Flight
@@ -105,10 +105,9 @@ class Stance(Motion):
     def phases(self) -> tuple[Phase, ...]:
         """The phases in their order."""
         rows = self._solved.phase_rows()
-        ends = [row[0] for row in rows[1:]] + [self.duration]
         return tuple(
             Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], _with_height(self, state))
-            for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
+            for (t, state, mode, _, step), end in zip(rows, [row[0] for row in rows[1:]] + [self.duration], strict=True)
         )
 
     @cached_property
@@ -210,11 +209,10 @@ class Stance(Motion):
             raise HopformError(f"a flight needs a take-off, but the stance has the ending {self.status!r}")
         rise = finite("step", step, "m")
         x1, v1, x2, v2 = map(float, self.takeoff)
-        flight: Flight = import_module("hopform._flight").solve_flight(
-            self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, gains=gains, horizon=horizon,
-            compression=self.compression(self.duration), backend=self.backend, dtype=self.dtype,
-        )  # fmt: skip
-        return flight
+        solve: Callable[..., Flight] = import_module("hopform._flight").solve_flight
+        how = {"gains": gains, "horizon": horizon, "backend": self.backend, "dtype": self.dtype}
+        leg = self._last_compression
+        return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, compression=leg, **how)
 
     def compression(self, t: ArrayLike) -> Real:
         """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times
@@ -266,23 +264,22 @@ class Stance(Motion):
         title = f"Stance of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
         return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
 
-    def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
+    def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:
         energy, compression = self.energy(t), np.asarray(self.compression(t))
-        return {
-            **self.at(t)._asdict(), "compression": compression, "force": self.robot.k * compression,
-            "u": self.current(t), "body_energy": energy.body, "total_energy": energy.total,
-        }  # fmt: skip
+        motion = {**self.at(t)._asdict(), "compression": compression, "force": self.robot.k * compression}
+        return motion | {"u": self.current(t), "body_energy": energy.body, "total_energy": energy.total}
 
     def _arrays(self) -> Arrays:
-        return {
-            **events_of(self.events),
-            **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "aed")},
-            "compression_max": ((), self.compression_max, {"units": "m"}),
-        }
+        names = ("status", "duration", "apex", "aed", "compression_max")
+        return events_of(self.events) | {name: ((), getattr(self, name)) for name in names}
+
+    @property
+    def _last_compression(self) -> float:
+        """Compression [m] at the ending; 0 exactly where k times it is the contact force, and the leg takes off."""
+        return float(self._solved.outcome()[2].y)
 
     def _solver_state(self, t: ArrayLike) -> records.LegState:
-        times = self._times(t)
-        return self._solved.state_at(times)
+        return self._solved.state_at(self._times(t))
 
     def _time(self, t: float) -> float:
         if not 0.0 <= t <= (sys.float_info.max if self.status == "rest" else self.duration):
@@ -382,9 +379,7 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     return float(formulas.touchdown_velocity(checked_robot(robot).parameters, drop))
 
 
-def _stance(
-    robot: Robot, u: Steps, backend: Backend, dtype: np.dtype[Any], solved: SolvedStance, x2_is_given: bool
-) -> Stance:
+def _stance(robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: SolvedStance, given: bool) -> Stance:
     """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
@@ -393,14 +388,13 @@ def _stance(
     vars(stance).update(
         robot=robot, u=u, backend=backend, dtype=dtype, status=status, duration=duration, end=end,
         takeoff=end if lifts else None, apex=apex if lifts and robot.g > 0.0 else math.nan, aed=aed, _solved=solved,
-        _x2_is_given=x2_is_given,
+        _x2_is_given=given,
     )  # fmt: skip
     return stance
 
 
 def _with_height(stance: Stance, state: records.LegState) -> State:
-    height = float(body_height(stance.robot, stance.dtype, state.x1, state.y))
-    return State(state.x1, state.v1, height, state.v2)
+    return State(state.x1, state.v1, float(body_height(stance.robot, stance.dtype, state.x1, state.y)), state.v2)
 
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:

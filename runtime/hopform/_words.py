@@ -14,9 +14,7 @@ ENDINGS = {
     "too_many_phases": "has had the allowed number of phases after",
     "uncertified": "is certified up to",
 }
-EVENTS: dict[str, str] = {
-    kind: kind.replace("x1_", "actuator ").replace("x2_", "body ").replace("_", " ") for kind in KINDS.values()
-}
+EVENTS = {str(k): k.replace("x1_", "actuator ").replace("x2_", "body ").replace("_", " ") for k in KINDS.values()}
 
 
 def name_of(robot: Robot) -> str:
@@ -55,8 +53,3 @@ def ending(stance: Stance) -> str:
 def unit_of_time(longest: float) -> tuple[float, str]:
     """Milliseconds for what is over within a second."""
     return (1000.0, "ms") if longest < 1.0 else (1.0, "s")
-
-
-def value_of(value: float, unit: str) -> str:
-    """A parameter as a table shows it."""
-    return "none" if math.isinf(value) else f"{value:.6g}" + (f" {unit}" if unit and unit != "1" else "")

@@ -9,7 +9,7 @@ controller may use; what it returns is then asked in its place.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, SupportsFloat, runtime_checkable
+from typing import Any, NamedTuple, Protocol, SupportsFloat, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,10 +116,8 @@ class FeedForward:
     backend: str | None = None
 
     def __post_init__(self) -> None:
-        keep(
-            self, h_des=set_points(self.h_des), stop_margin=nonnegative("stop_margin", self.stop_margin, "m"),
-            horizon=positive("horizon", self.horizon, "s"),
-        )  # fmt: skip
+        h_des, margin = set_points(self.h_des), nonnegative("stop_margin", self.stop_margin, "m")
+        keep(self, h_des=h_des, stop_margin=margin, horizon=positive("horizon", self.horizon, "s"))
 
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "FeedForward":
         """Itself, if every set point is above its ground; HopformError if not."""
@@ -135,10 +133,8 @@ class FeedForward:
             robot = touchdown.robot
             back_end = robot.solver.back_end(self.backend)
             return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, DOUBLE)[0]
-        return choose_current(
-            touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
-            stop_margin=self.stop_margin, horizon=self.horizon, backend=self.backend,
-        ).u  # fmt: skip
+        options = {name: getattr(self, name) for name in ("stop_margin", "horizon", "backend")}
+        return choose_current(touchdown.robot, **target_of(self.h_des, touchdown), **options).u
 
 
 @dataclass(frozen=True)
@@ -168,11 +164,9 @@ class AsPrinted:
 
     def __call__(self, touchdown: Touchdown) -> float:
         check_touchdown(touchdown)
-        return choose_current_as_printed(
-            touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
-            grid=self.grid, half=self.half, signed=self.signed, spring_coordinate=self.spring_coordinate,
-            horizon=self.horizon, backend=self.backend,
-        ).u  # fmt: skip
+        names = ("grid", "half", "signed", "spring_coordinate", "horizon", "backend")
+        options = {name: getattr(self, name) for name in names}
+        return choose_current_as_printed(touchdown.robot, **target_of(self.h_des, touchdown), **options).u
 
 
 @dataclass(frozen=True)
@@ -251,10 +245,11 @@ def measured(robot: Robot, heights: Array, currents: Array, horizon: float) -> R
     x1, v1 = np.full(heights.size, home_of(robot)), np.zeros(heights.size)
     apex = _apexes(robot, heights, currents, x1, v1, horizon)
     for _ in range(SETTLING):
-        for row, height in enumerate(heights.tolist()):
-            u = crossing(currents, apex[row] - height)
-            stance = _steady(robot, height, float(x1[row]), float(v1[row]), u, horizon)
-            if stance is not None and stance.takeoff is not None:
+        v2 = _fallen(robot, heights, x1)
+        for row in np.flatnonzero(v2 < v1):  # where the foot is above the ground
+            u = crossing(currents, apex[row] - heights[row])
+            stance = solve_stance(robot, x1=x1[row], v1=v1[row], v2=v2[row], u=u, horizon=horizon)
+            if stance.takeoff is not None:
                 flight = solve_flight(robot, **stance.takeoff._asdict())
                 x1[row], v1[row] = flight.end.x1, flight.end.v1
         apex = _apexes(robot, heights, currents, x1, v1, horizon)
@@ -273,12 +268,6 @@ def _apexes(robot: Robot, heights: Array, currents: Array, x1: Array, v1: Array,
     v2 = _fallen(robot, heights, x1)
     batch = solve_stances(robot, x1=x1[:, None], v1=v1[:, None], v2=v2[:, None], u=currents, horizon=horizon)
     return np.where((v2 < v1)[:, None], batch.apex.astype(float), np.nan)
-
-
-def _steady(robot: Robot, height: float, x1: float, v1: float, u: float, horizon: float) -> Stance | None:
-    """The stance of a hop from a height [m]; None if its foot is not above the ground there."""
-    v2 = float(_fallen(robot, np.array(height), np.array(x1)))
-    return solve_stance(robot, x1=x1, v1=v1, v2=v2, u=u, horizon=horizon) if v2 < v1 else None
 
 
 def crossing(currents: Array, miss: Array) -> float:
@@ -362,14 +351,13 @@ def set_points(h_des: SetPoints) -> Heights:
     return tuple(finite(f"h_des[{number}]", value, "m") for number, value in enumerate(each))
 
 
-def target_of(h_des: SetPoints, touchdown: Touchdown) -> dict[str, float]:
-    """The set point as `choose_current` takes it: never below the ground, where a sensor may have put it."""
-    return {"h_des": max(set_point(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
+def target_of(h_des: SetPoints, touchdown: Touchdown) -> dict[str, Any]:
+    """State and set point as `choose_current` takes them: never below the ground, where a sensor may have put it."""
+    wanted = {"h_des": max(set_point(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
+    return wanted | {"x1": touchdown.x1, "v1": touchdown.v1, "v2": touchdown.v2}
 
 
-def check_set_points(
-    robot: Robot, h_des: SetPoints, terrain: tuple[float, ...], stop_margin: float, horizon: float
-) -> None:
+def check_set_points(robot: Robot, h_des: SetPoints, terrain: tuple[float, ...], margin: float, horizon: float) -> None:
     """HopformError if a set point lies below its ground, or there are too few."""
     asked, grounds = set_points(h_des), heights_of(terrain)
     if isinstance(asked, tuple) and len(asked) < len(grounds):
@@ -377,8 +365,6 @@ def check_set_points(
     for index, ground in enumerate(grounds):
         wanted = set_point(asked, index)
         if wanted < ground:
-            raise HopformError(
-                f"h_des must not lie below the ground: got {wanted!r} m at hop {index}, where the ground is at "
-                f"{ground!r} m"
-            )
-    checked_target(robot, set_point(asked, 0), -grounds[0], stop_margin, horizon)
+            where = f"at hop {index}, where the ground is at {ground!r} m"
+            raise HopformError(f"h_des must not lie below the ground: got {wanted!r} m {where}")
+    checked_target(robot, set_point(asked, 0), -grounds[0], margin, horizon)

@@ -72,13 +72,9 @@ def generate(name: str, hops: int, size: SupportsFloat = 0.0, seed: int = 0) -> 
     >>> generate("steps", 4, 0.01)
     (0.0, 0.0, 0.0, 0.01)
     """
-    if word("terrain", name, NAMES) == "flat":
-        return flat(hops)
-    if name == "steps":
-        return steps(hops, size)
-    if name == "uniform":
-        return uniform(hops, size, seed)
-    return gaussian(hops, size, seed)
+    if word("terrain", name, NAMES) in ("uniform", "gaussian"):
+        return (uniform if name == "uniform" else gaussian)(hops, size, seed)
+    return flat(hops) if name == "flat" else steps(hops, size)
 
 
 def read(path: str | Path) -> Heights:

@@ -15,10 +15,13 @@ from collections import defaultdict
 import numpy as np
 
 import hopform
-from hopform._identify import Fit, Recording, estimation, fit_drop_test, fit_step_response, kinds
+from hopform._identify import estimation, kinds
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.fits import Fit
 from hopform._identify.joint import KINDS as ALL_KINDS
-from hopform._identify.recordings import Column
+from hopform._identify.recordings import Column, Recording
 from hopform._identify.search import Problem
+from hopform._identify.step import fit_step_response
 from tests.conformance.confidence import TRUTH, random_robot
 from tests.oracle.recordings import Rig, simulate
 

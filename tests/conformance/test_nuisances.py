@@ -10,10 +10,10 @@ import pytest
 
 import hopform
 from hopform._cli import main
-from hopform._identify import Recording, fit_drop_test, fit_force, fit_step_response, parse_recording
-from hopform._identify.drop import ATTACHED, GROUND
+from hopform._identify.drop import ATTACHED, GROUND, fit_drop_test
 from hopform._identify.kinds import problem_of
-from hopform._identify.recordings import Column
+from hopform._identify.recordings import Column, Recording, parse_recording
+from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import nuisances
 from tests.conformance.nuisances import RANGES, measured

@@ -16,19 +16,12 @@ import pytest
 
 import hopform
 from hopform._cli import main
-from hopform._identify import (
-    estimation,
-    fit_drop_test,
-    fit_force,
-    fit_robot,
-    fit_step_response,
-    friction_threshold,
-    kinds,
-    search,
-)
-from hopform._identify.drop import ATTACHED, GROUND
+from hopform._identify import estimation, kinds, search
+from hopform._identify.drop import ATTACHED, GROUND, fit_drop_test
+from hopform._identify.joint import fit_robot
+from hopform._identify.ramp import friction_threshold
 from hopform._identify.recordings import Column, Recording, outliers
-from hopform._identify.step import HELD
+from hopform._identify.step import HELD, fit_force, fit_step_response
 from hopform._identify.synthetic import record, to_csv
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate

@@ -35,8 +35,8 @@ LAYERS = (
     ("_export",),
     ("_words",), ("_cli.options", "_cli.output"),
     ("_figures.plots",), ("_figures.results",), ("_figures.picture",),
-    ("_figures.animation", "_figures.energies", "_figures.machine", "_figures.tracking"),
-    ("_figures.return_maps", "_figures.verification"), ("_figures",),
+    ("_figures.animation", "_figures.machine", "_figures.runs", "_figures.verification"),
+    ("_figures",),
     ("_cli.bands",), ("_cli.tables", "_cli.report"),
     ("_cli.solve", "_cli.identify", "_cli.folders"), ("_cli",), ("__main__",),
 )  # fmt: skip

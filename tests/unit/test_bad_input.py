@@ -16,7 +16,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import hopform
-from hopform._identify import parse_recording, to_csv
+from hopform._identify.recordings import parse_recording
+from hopform._identify.synthetic import to_csv
 from hopform._robots import robot_from_toml
 from tests.calls import ANSWERS, CALLS, DECAY, GOOD, HOPPER, INSIDE, METHODS, OBJECTS, OF_RECORDINGS, START, methods
 

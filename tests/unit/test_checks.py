@@ -8,8 +8,9 @@ import pytest
 
 import hopform
 from hopform._cli import main
-from hopform._identify import fit_drop_test, fit_robot, fit_step_response
-from hopform._identify.joint import check
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.joint import check, fit_robot
+from hopform._identify.step import fit_step_response
 from hopform._identify.synthetic import TESTS, record, to_csv
 
 HOPPER = hopform.load_robot("hopper_c")

@@ -10,12 +10,13 @@ import pytest
 from scipy import optimize, signal, stats
 
 import hopform
-from hopform._identify import estimation, fit_drop_test, fit_step_response, fits
-from hopform._identify.drop import ATTACHED
+from hopform._identify import estimation, fits
+from hopform._identify.drop import ATTACHED, fit_drop_test
 from hopform._identify.estimation import Parameter
 from hopform._identify.fits import fit as fit_of
 from hopform._identify.search import Problem
 from hopform._identify.segments import low_passed
+from hopform._identify.step import fit_step_response
 from hopform._identify.synthetic import record
 from tests.fits import ALONE
 

@@ -513,5 +513,5 @@ def test_importing_the_figures_loads_no_matplotlib(tmp_path):
 def test_the_figures_need_numpy_and_matplotlib_alone():
     """The rule of the house for the runtime, in this folder of it."""
     found = sorted(Path(figures.__file__).parent.glob("*.py"))
-    assert len(found) == 10
+    assert len(found) == 8
     assert {name for path in found for name in packages(path)} == {"hopform", "numpy", "matplotlib"}

@@ -179,7 +179,7 @@ def test_whoever_was_changed_is_named_even_where_no_text_changes_by_it(run, tree
 
 
 def test_a_changed_formula_is_laid_on_the_model_and_shown_in_both_languages(tree):
-    replace(tree / "derive/maths/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2")
+    replace(tree / "derive/maths/laplace.py", "a2_0 - model.levels[1] * side_2", "a2_0 + model.levels[1] * side_2")
     before = contents(tree)
     ran = derive(tree, "--check")
     assert complaints(ran) == ["derive: the model was changed since: derive/maths/laplace.py"]
@@ -189,7 +189,11 @@ def test_a_changed_formula_is_laid_on_the_model_and_shown_in_both_languages(tree
 
 
 def test_an_equation_that_the_register_does_not_state_is_refused_by_name(tree):
-    replace(tree / "derive/model/equations.py", "- b1 * v1 -", "- 2 * b1 * v1 -")
+    replace(
+        tree / "derive/model/equations.py",
+        "k * c - gamma2 * u - b1 * v1 + self.friction[0]\n",
+        "k * c - gamma2 * u - 2 * b1 * v1 + self.friction[0]\n",
+    )
     ran = derive(tree, "--check")
     assert ran.code == 1
     last = ran.err.splitlines()[-1]

@@ -11,16 +11,12 @@ import pytest
 
 import hopform
 from hopform._cli import main
-from hopform._identify import (
-    fit_drop_test,
-    fit_force,
-    fit_robot,
-    fit_step_response,
-    friction_threshold,
-)  # fmt: skip
-from hopform._identify.drop import ATTACHED, GROUND
+from hopform._identify.drop import ATTACHED, GROUND, fit_drop_test
+from hopform._identify.joint import fit_robot
 from hopform._identify.kinds import problem_of
+from hopform._identify.ramp import friction_threshold
 from hopform._identify.recordings import Column, Recording, parse_recording
+from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import confidence
 from tests.fits import ALONE

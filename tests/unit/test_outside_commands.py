@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from hopform import _cli as cli
 from hopform._cli import folders as figures_command
 from hopform._cli import identify as identify_command
-from hopform._identify import fit_drop_test
+from hopform._identify.drop import fit_drop_test
 from tests.calls import DECAY
 from tests.outside import command_lines, examples, furnish
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
 import hopform
@@ -116,10 +116,13 @@ def test_an_energy_jump_at_an_impact_is_drawn_upright(run, run_figure):
 
 def test_shades_cover_the_stance_and_change_with_the_mode(stance):
     body = [mode(phase.mode_2) for phase in stance.phases]
-    spans = list(plots.spans(stance.phases, body))
-    assert [word for _, _, word in spans] == ["slips down", "slips up"]
-    assert spans[0][0] == 0.0 and spans[-1][1] == stance.duration
-    assert spans[0][1] == spans[1][0]
+    axes = plots.Figure().subplots()
+    plots.shade(axes, stance.phases, body, 1.0)
+    down, up = axes.patches
+    colours = [plots.SHADES[word]["facecolor"] for word in ("slips down", "slips up")]
+    assert [to_hex(each.get_facecolor()).upper() for each in (down, up)] == colours
+    assert down.get_x() == 0.0 and down.get_x() + down.get_width() == up.get_x()
+    assert up.get_x() + up.get_width() == pytest.approx(stance.duration, rel=1e-15)
 
 
 @pytest.mark.parametrize("arguments", STANCES.values(), ids=STANCES)

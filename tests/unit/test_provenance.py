@@ -8,7 +8,9 @@ import pytest
 
 import hopform
 from hopform._cli import main
-from hopform._identify import fit_drop_test, fit_robot, fit_step_response
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.joint import fit_robot
+from hopform._identify.step import fit_step_response
 from hopform._identify.synthetic import record, to_csv
 from hopform._robots import Provenance, robot_from_toml
 from tests.fits import ALONE

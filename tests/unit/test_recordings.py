@@ -10,9 +10,10 @@ import pytest
 
 import hopform
 from hopform._cli import main
-from hopform._identify import fit_drop_test, fit_force, fit_step_response, friction_threshold
-from hopform._identify.drop import oscillation_of
+from hopform._identify.drop import fit_drop_test, oscillation_of
+from hopform._identify.ramp import friction_threshold
 from hopform._identify.recordings import noise_of, outliers, parse_recording, quantum_of, read_recording, saturated
+from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record, to_csv
 
 HOPPER = hopform.load_robot("hopper_c")

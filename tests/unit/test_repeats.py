@@ -8,7 +8,8 @@ from scipy import stats
 
 import hopform
 from hopform._figures import results
-from hopform._identify import fit_drop_test, fit_step_response
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.step import fit_step_response
 from hopform._identify.synthetic import record
 from tests.fits import ALONE
 

@@ -16,9 +16,12 @@ import pytest
 
 import hopform
 from hopform import _cli as cli
-from hopform._identify import Fit, fit_drop_test, fit_force, fit_step_response, friction_threshold, parse_recording
-from hopform._identify.recordings import Units
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.fits import Fit
+from hopform._identify.ramp import friction_threshold
+from hopform._identify.recordings import Units, parse_recording
 from hopform._identify.simulators import exported, quantities
+from hopform._identify.step import fit_force, fit_step_response
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 

@@ -7,8 +7,8 @@ A controller has the fitted robot, the one that hops is drawn. A band goes from 
 # matplotlib's own annotations leave the type of **kwargs open.
 
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 
 import hopform
 from hopform._checks import MEMORY
-from hopform._cli.output import Record, number
+from hopform._cli.output import Record, ends
 from hopform._errors import HopformError
 from hopform._files import name_of
-from hopform._robots import Provenance
+from hopform._progress import progress_bar
+from hopform._robots import Provenance, Robot
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], object]
 
 
 class Band(NamedTuple):
@@ -40,8 +40,8 @@ class Band(NamedTuple):
 
 def text_of(band: Band, scale: float = 100.0, form: str = ".4g") -> str:
     """A band in a table, with the share of the robots if that is not all."""
-    ends = f"{number(band.low, form, scale)} .. {number(band.high, form, scale)}"
-    return ends if band.share == 1.0 else f"{ends} ({100.0 * band.share:.3g} % of robots)"
+    text = ends(band.low, band.high, form, scale)
+    return text if band.share == 1.0 else f"{text} ({100.0 * band.share:.3g} % of robots)"
 
 
 class Bands(NamedTuple):
@@ -75,13 +75,12 @@ def legend(axes: "Axes", shown: "Sequence[Artist]") -> None:
         axes.legend(handles=list(shown))
 
 
-@dataclass(frozen=True)
-class Draws:
+class Draws(NamedTuple):
     """Robots drawn from the fit of an identified one, the model; the seed draws them again."""
 
-    model: hopform.Robot
+    model: Robot
     fit: Provenance
-    robots: tuple[hopform.Robot, ...]
+    robots: tuple[Robot, ...]
     seed: int
 
     def record(self) -> Record:
@@ -91,11 +90,9 @@ class Draws:
     def said(self) -> str:
         """What was drawn, and what was not."""
         known = {*self.fit.names, *self.fit.known}
-        others = ", ".join(each.name for each in hopform.Robot.fields() if each.name not in known)
-        return (
-            f"Bands hold 95 % of {len(self.robots)} robots drawn from the fit of {', '.join(self.fit.names)}. Not "
-            f"identified, so alike in all: {others}."
-        )
+        others = ", ".join(each.name for each in Robot.fields() if each.name not in known)
+        whose = f"drawn from the fit of {', '.join(self.fit.names)}"
+        return f"Bands hold 95 % of {len(self.robots)} robots {whose}. Not identified, so alike in all: {others}."
 
     def warnings(self) -> tuple[str, ...]:
         """A warning about a fit that misses something."""
@@ -108,55 +105,54 @@ class Draws:
         start: x1, v1, v2, x2 at touchdown. After a drop from a height [m] each robot has its own v2; if x2 is given all
         are compressed as the model is.
         """
-        columns: Record = {
-            field.name: np.array([[getattr(each, field.name)] for each in self.robots])
-            for field in hopform.Robot.fields()
-        }
+        names = [field.name for field in Robot.fields()]
+        columns: Record = {name: np.array([[getattr(each, name)] for each in self.robots]) for name in names}
         own = dict(start)
         if height is not None:
             own["v2"] = np.array([[hopform.touchdown_velocity(each, height)] for each in self.robots])
         if own["x2"] is not None:
             own["x2"] = own["x2"] + (columns["L0"] + columns["c"]) - (self.model.L0 + self.model.c)
-        solved = hopform.solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns)
-        return solved.apex.astype(np.float64)
+        return hopform.solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns).apex.astype(np.float64)
 
-    def runs(self, ground: tuple[float, ...], asked: Any, how: Record, step: Progress) -> Array:
+    def runs(self, ground: tuple[float, ...], asked: Any, how: Record) -> Array:
         """The apexes [m] of each robot's run, (robots, hops), NaN from where it hops no more."""
         found = np.full((len(self.robots), len(ground)), np.nan)
         errors = how["errors"]
         believed = self.model if errors.model is None else errors.model
         prepared = asked.prepare(believed, ground) if hasattr(asked, "prepare") else asked
-        for row, each in enumerate(self.robots):
-            run = hopform.simulate(each, ground, prepared, **{**how, "errors": replace(errors, model=believed)})
+        how = {**how, "errors": replace(errors, model=believed)}
+        for row, each in enumerate(self._counted()):
+            run = hopform.simulate(each, ground, prepared, **how)
             found[row, : len(run.hops)] = [hop.apex for hop in run.hops]
-            step(row + 1, len(self.robots))
         return found
 
-    def maps(self, heights: Array, currents: Array, how: Record, step: Progress) -> dict[str, Bands]:
+    def maps(self, heights: Array, currents: Array, how: Record) -> dict[str, Bands]:
         """Bands of a map's `apex` (heights, currents), and of its `lowest`, `highest`, `hold` (heights)."""
-        found = list[hopform.Reachability]()
-        for each in self.robots:
-            found.append(hopform.reachability(each, heights, currents, **how))
-            step(len(found), len(self.robots))
+        found = [hopform.reachability(each, heights, currents, **how) for each in self._counted()]
         names = ("apex", "lowest", "highest", "hold")
         return {name: bands_of(np.array([getattr(each, name) for each in found])) for name in names}
 
+    def _counted(self) -> Iterator[Robot]:
+        """The robots one by one, with a bar that shows how many are done."""
+        with progress_bar(f"{len(self.robots)} robots") as step:
+            for done, each in enumerate(self.robots):
+                step(done, len(self.robots))
+                yield each
 
-def robot_and_draws(
-    name: str, from_fit: Path | None, count: int, seed: int, cells: int = 1
-) -> tuple[hopform.Robot, Draws | None]:
+
+def robot_and_draws(name: str, file: Path | None, count: int, seed: int, cells: int = 1) -> tuple[Robot, Draws | None]:
     """The robot that a command is about, and those drawn from its fit where that is asked for; cells: values of each
     robot's answer.
     """
-    if from_fit is None:
+    if file is None:
         return hopform.load_robot(name), None
     if name != "hopper_c":
         raise HopformError("--robot and --from-fit exclude each other: both name the robot")
     if count * cells > MEMORY // 128:
         raise HopformError(f"--draws must be at most {MEMORY // 128 // cells} for so large an answer, got {count}")
-    robot = hopform.load_robot(from_fit)
+    robot = hopform.load_robot(file)
     if robot.fit is None:
-        raise HopformError(f"--from-fit takes a robot that `identify --out` wrote; {name_of(from_fit)} has no fit")
+        raise HopformError(f"--from-fit takes a robot that `identify --out` wrote; {name_of(file)} has no fit")
     return robot, Draws(robot, robot.fit, robot.sample(count, seed), seed)
 
 

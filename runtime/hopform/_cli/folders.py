@@ -7,7 +7,7 @@ import csv
 import io
 import json as json_module
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -23,7 +23,7 @@ from hopform._errors import HopformError
 from hopform._export import PRECISIONS, System, Wanted
 from hopform._export import selftest as digest
 from hopform._figures import DRAWN, draw
-from hopform._files import check_files, check_folder, name_of, read_text, write_folder
+from hopform._files import Named, check_files, check_folder, name_of, read_text, write_folder
 from hopform._hopping.run import Run
 from hopform._progress import progress_bar
 from hopform._robots import Robot, load_robot
@@ -38,6 +38,8 @@ CAPTIONS = "captions.md"
 CAPTIONED = ("image", "tex", "none")
 FORMATS = ("svg", "png", "pdf")
 ROLES = ("drop", "step", "ramp")
+What = int | str
+"""A figure by its number, or the animation."""
 WIDTHS = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.27}
 """Units of a width in inches; a point is that of TeX."""
 
@@ -68,9 +70,8 @@ def figures(
     finally:
         plots.LOOK.set(plots.Look())
     if pictures:
-        files[CAPTIONS] = captions(pictures, formats).encode()
-    if pictures and caption == "tex":
-        files["captions.tex"] = in_tex(pictures).encode()
+        files |= {CAPTIONS: captions(pictures, formats).encode()}
+        files |= {"captions.tex": in_tex(pictures).encode()} if caption == "tex" else {}
     if not files:
         raise HopformError(left_out[0])
     write_folder(folder, {Path(name): content for name, content in files.items()})
@@ -83,7 +84,7 @@ def figures(
         show([*titles, f"wrote {len(files)} files to {name_of(folder)}"])
 
 
-def asked_for(only: str | None) -> tuple[int | str, ...]:
+def asked_for(only: str | None) -> tuple[What, ...]:
     """The figures that `--only` names, in the paper's order; HopformError for one that does not exist."""
     known = {str(number): number for number in DRAWN} | {ANIMATION: ANIMATION}
     words = list(known) if only is None else listed("--only", only, known)
@@ -133,49 +134,48 @@ def style_of(path: Path | None) -> dict[str, Any]:
     return found
 
 
-def names_of(what: int | str, formats: Iterable[str]) -> tuple[str, ...]:
+def names_of(what: What, formats: Iterable[str]) -> tuple[str, ...]:
     """The files of a figure, or of the animation."""
-    if isinstance(what, str):
-        return ("animation.gif",)
-    return tuple(f"fig_{what:02d}.{suffix}" for suffix in (*formats, "csv"))
+    return (f"{what}.gif",) if isinstance(what, str) else tuple(f"fig_{what:02d}.{end}" for end in (*formats, "csv"))
 
 
-def check(
-    folder: Path, wanted: Iterable[int | str], formats: list[str], reads: Iterable[tuple[str, Any]], texts: list[str]
-) -> None:
+def called(what: What) -> str:
+    """How a figure is called, or the animation."""
+    return what if isinstance(what, str) else f"Fig. {what}"
+
+
+def check(folder: Path, wanted: Iterable[What], formats: list[str], reads: Iterable[Named], texts: list[str]) -> None:
     """HopformError, before anything is drawn, if it cannot be written there, or would replace what is read."""
     check_folder(folder)
-    drawings = [(what if isinstance(what, str) else f"Fig. {what}", names_of(what, formats)) for what in wanted]
-    files = [(what, folder / name) for what, names in drawings for name in names]
+    files = [(called(what), folder / name) for what in wanted for name in names_of(what, formats)]
     check_files(reads, [*files, *(("the captions", folder / name) for name in texts)] if folder.is_dir() else [])
 
 
 def drawn(
-    wanted: Iterable[int | str], robot: Robot | None, sources: Mapping[str, str], formats: list[str], look: "Look"
+    wanted: Sequence[What], robot: Robot | None, sources: Mapping[str, str], formats: list[str], look: "Look"
 ) -> "tuple[dict[str, bytes], list[Picture], list[str]]":
     """The files, by their names, the pictures, and what was left out and why."""
     plots = renderer()
     from hopform._figures import animation
 
-    wanted = list(wanted)
     files, pictures, left_out = dict[str, bytes](), list["Picture"](), list[str]()
     with progress_bar("drawing") as bar:
         for n, what in enumerate(wanted):
-            bar(n, len(wanted), "animation" if isinstance(what, str) else f"Fig. {what}")
+            bar(n, len(wanted), called(what))
+            *images, last = names_of(what, formats)
             try:
                 if isinstance(what, str):
-                    files[names_of(what, formats)[0]] = animation.hopping(robot).gif
+                    files[last] = animation.hopping(robot).gif
                     continue
                 picture = draw(what, robot, sources)
             except HopformError as error:
                 if robot is None and not sources:
                     raise
-                left_out.append(f"{'the animation' if isinstance(what, str) else f'Fig. {what}'} is left out: {error}")
+                left_out.append(f"{'the ' if isinstance(what, str) else ''}{called(what)} is left out: {error}")
                 continue
             pictures.append(picture)
-            *images, table = names_of(what, formats)
             files |= {name: plots.render(picture.figure, Path(name).suffix) for name in images}
-            files[table] = table_of(picture.data).encode()
+            files[last] = table_of(picture.data).encode()
     return files, pictures, left_out
 
 
@@ -251,7 +251,6 @@ def export(
 
 def selftest(json: bool = False) -> None:
     """Print the digests of the C library's selftest, which a board must repeat."""
-    digests = {
-        f"hopform_selftest_{name}": f"{digest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))
-    }
+    dtypes = {"f32": "float32", "f64": "float64"}
+    digests = {f"hopform_selftest_{name}": f"{digest(dtype):08x}" for name, dtype in dtypes.items()}
     print(json_module.dumps(digests, indent=2) if json else "\n".join(map(" ".join, digests.items())))

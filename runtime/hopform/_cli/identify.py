@@ -13,9 +13,9 @@ import hopform
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
-from hopform._cli.output import check_outputs, figures, picture, show, to_json, warn
+from hopform._cli.output import check_outputs, deliver, figures, picture, show, to_json
 from hopform._errors import HopformError
-from hopform._files import Named, name_of, write
+from hopform._files import Named
 from hopform._identify import synthetic
 from hopform._identify.estimation import Progress
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
@@ -79,9 +79,7 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
         raise HopformError(f"--added-mass names {len(wanted.added_mass)} masses for {len(wanted.files)} files")
     read = _read(wanted)
     recordings = [recording for _, recording in read]
-    by_role: dict[str, list[Recording]] = {
-        role: [recording for own, recording in read if own == role] for role in synthetic.TESTS
-    }
+    by_role: dict[str, list[Recording]] = {role: [one for own, one in read if own == role] for role in synthetic.TESTS}
     if wanted.kind == "ramp":
         given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
         return friction_threshold(recordings, spring=wanted.spring, loss=wanted.loss, **given)
@@ -100,8 +98,7 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
         raise HopformError(f"{error}{''.join(taken[:1])}") from None
     off = [trace for trace in found.traces if is_no_fit(trace)]
     if off:
-        worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
-        raise _no_fit(worst, recordings, found)
+        raise _no_fit(max(off, key=lambda each: each.tests.rms / float(np.std(each.measured))), recordings, found)
     return found
 
 
@@ -122,14 +119,12 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformE
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
     unstopped = {"x1", "x2"} <= own.columns.keys() and not {"x1_min", "x1_max"} & fit.known.keys()
     asked += ["does x1 reach a stop, which --known x1_min=... or x1_max=... gives"] if unstopped else []
-    causes = said(fit.diagnoses, fit.shown)
+    asked += ["is it of this rig?", *said(fit.diagnoses, fit.shown)]
     what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
-    return own.error(
-        f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
-        f"{abs(left[at]):.3g} {unit}: {', '.join([*asked, 'is it of this rig?', *causes])}",
-        own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9)),
-        drives if force else position,
-    )
+    explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
+    message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {', '.join(asked)}"
+    line = own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9))
+    return own.error(message, line, drives if force else position)
 
 
 def _fitted(
@@ -247,11 +242,8 @@ def identify(
         reports.check_suffix(report)
         figures()
         pages += zip(("--report", "the picture of --report"), reports.paths_of(report), strict=False)
-    check_outputs(
-        json, plot=plot,
-        reads=[("--robot", robot_file(robot)), *(("the recording", role_and_path(each)[1]) for each in files)],
-        more=[("--out", out), *pages],
-    )  # fmt: skip
+    read = (("the recording", role_and_path(each)[1]) for each in files)
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), *read], more=[("--out", out), *pages])
     if json and export and not out:
         raise HopformError("--json and --export both print; give --export a file by --out")
     base = hopform.load_robot(robot)
@@ -264,18 +256,8 @@ def identify(
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         model = model_of(answer, export) if export else ""
         written = files_of(answer, base, out, report, plot, model)
-    if model and not out:
-        write(written)
-        warn(answer.warnings)
-        print(model, end="")
-        return
-    printed = to_json(**reports.record_of(answer)) if json else ""
-    shown = [] if json else [*reports.tables_of(answer), *(f"wrote {name_of(path)}" for path, _ in written)]
-    write(written)
-    warn(answer.warnings)
-    if json:
-        print(printed)
-    show(shown)
+    text = to_json(**reports.record_of(answer)) + "\n" if json else ""
+    deliver(written, answer.warnings, model if model and not out else text, lambda: reports.tables_of(answer))
 
 
 def record(
@@ -288,9 +270,8 @@ def record(
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     base = hopform.load_robot(robot)
     made = synthetic.record(
-        base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum,
-        height=height,
-        current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
+        base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
+        hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
     )  # fmt: skip
     if plan:
         weighed = "m_eff" if test in ("step", "air", "ramp") else "m_s"  # what is taken as known if nothing is given
@@ -299,8 +280,7 @@ def record(
         ramp = str(test) == "ramp"
         plan_of = friction_threshold([made], spring=spring) if ramp else check({str(test): [made]}, given, letters)
         show(reports.tables_of(plan_of))
-    elif csv is None or csv == "-":
-        print(synthetic.to_csv(made), end="")
-    else:
-        write([(Path(csv), synthetic.to_csv(made).encode())])
-        show([f"wrote {name_of(csv)}"])
+        return
+    text = synthetic.to_csv(made)
+    file = [] if csv is None or csv == "-" else [(Path(csv), text.encode())]
+    deliver(file, (), "" if file else text, list)

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,10 +24,13 @@ from hopform._files import Named, check_files, name_of, write
 from hopform._progress import progress_bar
 from hopform._show import Shown, drawing
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 Record = dict[str, Any]
+Several = Iterable[Named]
+Over = Callable[[Any], None]
+"""What draws more on axes of matplotlib."""
+Readable = Callable[[], Iterable[RenderableType]]
+Files = Sequence[tuple[Path, bytes]]
+"""Files to be written, each with what is in it."""
 Rows = Iterable[Sequence[str]]
 
 UNBROKEN = 240
@@ -61,6 +64,11 @@ def number(value: float, form: str = ".5g", scale: float = 1.0) -> str:
     return "-" if math.isnan(value) else format(scale * value, form)
 
 
+def ends(low: float, high: float, form: str = ".5g", scale: float = 1.0) -> str:
+    """An interval of a table."""
+    return f"{number(low, form, scale)} .. {number(high, form, scale)}"
+
+
 def to_json(**record: Any) -> str:
     """Strict JSON with the version of hopform: records as objects, and null for what is no number or has no limit."""
     return json_module.dumps(plain({"hopform": __version__, **record}), indent=2, allow_nan=False)
@@ -88,8 +96,7 @@ def pick(thing: Any, *names: str) -> Record:
 def to_csv(columns: Mapping[str, ArrayLike]) -> str:
     """Columns as text; every number reads back to the same bits."""
     arrays = [np.asarray(column, dtype=float).tolist() for column in columns.values()]
-    lines = [",".join(columns), *(",".join(map(repr, row)) for row in zip(*arrays, strict=True))]
-    return "\n".join(lines) + "\n"
+    return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in zip(*arrays, strict=True))]) + "\n"
 
 
 # ---- files, then print ----
@@ -100,7 +107,7 @@ def figures() -> ModuleType:
     return cast("ModuleType", drawing("plots"))
 
 
-def picture(path: Path, answer: Shown, over: Callable[["Axes"], None] | None = None) -> bytes:
+def picture(path: Path, answer: Shown, over: Over | None = None) -> bytes:
     """The picture of an answer, in the format that the file's name asks for; `over` draws more on its first axes."""
     figure = drawing("results").figure_of(answer)
     if over is not None:
@@ -109,11 +116,7 @@ def picture(path: Path, answer: Shown, over: Callable[["Axes"], None] | None = N
 
 
 def check_outputs(
-    json: bool,
-    csv: str | None = None,
-    plot: Path | None = None,
-    reads: Iterable[Named] = (),
-    more: Iterable[Named] = (),
+    json: bool, csv: str | None = None, plot: Path | None = None, reads: Several = (), more: Several = ()
 ) -> None:
     """Refuse, before anything is computed, what could not be printed or written afterwards."""
     if json and csv == "-":
@@ -124,13 +127,13 @@ def check_outputs(
 
 
 def emit(
-    answer: Shown, record: Callable[[], Record], readable: Callable[[], Iterable[RenderableType]],
-    warnings: Iterable[str], *, json: bool, plot: Path | None, over: Callable[["Axes"], None] | None = None,
+    answer: Shown, record: Callable[[], Record], readable: Readable,
+    warnings: Iterable[str], *, json: bool, plot: Path | None, over: Over | None = None,
     csv: str | None = None, columns: Callable[[], str] = str,
     more: Iterable[tuple[Path | None, Callable[[], bytes]]] = (),
 ) -> None:  # fmt: skip
     """Make everything that was asked for; only then write the files, then print."""
-    printed, shown, files = "", list[RenderableType](), list[tuple[Path, bytes]]()
+    printed, files = "", list[tuple[Path, bytes]]()
     with progress_bar("writing"):
         if csv == "-":
             printed = columns()
@@ -141,8 +144,12 @@ def emit(
         files += [(path, content()) for path, content in more if path is not None]
         if json:
             printed = to_json(**record()) + "\n"
-        if not printed:
-            shown = [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
+    deliver(files, warnings, printed, readable)
+
+
+def deliver(files: Files, warnings: Iterable[str], printed: str, readable: Readable) -> None:
+    """Write the files, then print: the text if there is one, else the tables and which files were written."""
+    shown = [] if printed else [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
     write(files)
     warn(warnings)
     print(printed, end="")

@@ -12,9 +12,9 @@ from urllib.parse import quote
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli.output import number, pick, table
+from hopform._cli.output import ends, number, pick, table
 from hopform._errors import HopformError, printable
-from hopform._identify.fits import NEW, OLD, TITLES, Fit
+from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
 from hopform._identify.joint import Check
 from hopform._identify.ramp import Threshold
 
@@ -33,19 +33,14 @@ class Section(NamedTuple):
 
 def fit_sections(fit: Fit) -> list[Section]:
     """Parameters with what was known last; recordings; causes that would explain the residuals better; repeats."""
-    parameters = [
-        (e.name, number(e.value, ".6g"), e.unit, f"{number(e.low, '.6g')} .. {number(e.high, '.6g')}", e.method)
-        for e in fit.estimates
-    ]
+    parameters = [(e.name, number(e.value, ".6g"), e.unit, ends(e.low, e.high, ".6g"), e.method) for e in fit.estimates]
     parameters += [(name, number(value, ".6g"), "", "", "known") for name, value in fit.known.items()]
     recordings = list[Sequence[str]]()
     for trace in fit.traces:
         unit, factor = fit.units.shown(trace.quantity)
         lengths = (trace.tests.rms, trace.old_rms, trace.holdout, trace.quantum or math.nan)
-        recordings.append((
-            trace.label, str(trace.time.size), *(number(factor * value, ".4g") for value in lengths), unit,
-            f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no",
-        ))  # fmt: skip
+        row = (trace.label, str(trace.time.size), *(number(factor * value, ".4g") for value in lengths), unit)
+        recordings.append((*row, f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no"))
     unit, factor = fit.shown
     causes = [
         (each.cause(), number(factor * each.before, ".4g"), number(factor * each.after, ".4g"),
@@ -53,7 +48,7 @@ def fit_sections(fit: Fit) -> list[Section]:
     ]  # fmt: skip
     repeats = [
         (each.name, ", ".join(number(value, ".4g") for value in each.values), each.unit,
-         f"{each.low:.4g} .. {each.high:.4g}", f"{each.fitted_low:.4g} .. {each.fitted_high:.4g}", each.quote)
+         ends(each.low, each.high, ".4g"), ends(each.fitted_low, each.fitted_high, ".4g"), each.quote)
         for each in fit.repeats
     ]  # fmt: skip
     found = [
@@ -72,20 +67,16 @@ def fit_sections(fit: Fit) -> list[Section]:
 def threshold_sections(threshold: Threshold) -> list[Section]:
     """The onsets of motion."""
     head = ("recording", "direction of x1", "t [s]", f"u [{threshold.units.drive}]", "95 % interval")
-    rows = [
-        (o.source, f"{o.direction:+d}", number(o.time), number(o.u), f"{number(o.u_low)} .. {number(o.u_high)}")
-        for o in threshold.onsets
-    ]
+    found = threshold.onsets
+    rows = [(o.source, f"{o.direction:+d}", number(o.time), number(o.u), ends(o.u_low, o.u_high)) for o in found]
     return [Section("Onsets of motion", head, rows, ("recording",))]
 
 
 def check_sections(check: Check) -> list[Section]:
     """Recordings as they were sampled, and the intervals to expect."""
     unit, drive = check.units.shown("x1")[0], f"drive [{check.units.drive}]"
-    head = (
-        "recording", "role", "samples", "s", "Hz", f"noise [{unit}]", f"quantum [{unit}]", f"travel [{unit}]", drive,
-        "outliers",
-    )  # fmt: skip
+    sizes = (f"{name} [{unit}]" for name in ("noise", "quantum", "travel"))
+    head = ("recording", "role", "samples", "s", "Hz", *sizes, drive, "outliers")
     rows = [
         (
             one.source, one.role, str(one.samples), number(one.duration), number(one.rate),
@@ -93,16 +84,11 @@ def check_sections(check: Check) -> list[Section]:
             f"{one.lowest:.3g} .. {one.highest:.3g}", str(one.outliers),
         ) for one in check.recordings
     ]  # fmt: skip
-    ends = [
-        (e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method)
-        for e in check.expected
-        if not e.own
-    ]
-    return [
-        Section("Recordings", head, rows, ("recording", "role", drive)),
-        Section("Intervals to expect", ("parameter", "about", "unit", "95 % +-", "by"), ends,
-                ("parameter", "unit", "by")),
-    ]  # fmt: skip
+    some = [each for each in check.expected if not each.own]
+    expected = [(e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method) for e in some]
+    about = ("parameter", "about", "unit", "95 % +-", "by")
+    sampled = Section("Recordings", head, rows, ("recording", "role", drive))
+    return [sampled, Section("Intervals to expect", about, expected, ("parameter", "unit", "by"))]
 
 
 def threshold_said(threshold: Threshold) -> Iterator[str]:
@@ -140,23 +126,18 @@ def fit_record(fit: Fit) -> dict[str, Any]:
     """A fit for JSON; the covariance is that of what is identifiable."""
     seen = [n for n, each in enumerate(fit.estimates) if each.method != "not identifiable"]
     names = [fit.estimates[n].name for n in seen]
-    return {
-        "kind": fit.kind,
-        "parameters": fit.estimates,
-        "known": fit.known,
-        "covariance": {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()},
-        "correlations": [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()],
-        "diagnoses": fit.diagnoses,
-        "recordings": [
-            {
-                "source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms,
-                "rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest,
-                "quantum": trace.quantum, **pick(trace.tests, "autocorrelation", "runs_z", "white"),
-            }
-            for trace in fit.traces
-        ],
-        **pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds", "units"),
-    }  # fmt: skip
+    record: dict[str, Any] = {"kind": fit.kind, "parameters": fit.estimates, "known": fit.known}
+    record["covariance"] = {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()}
+    record["correlations"] = [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()]
+    record |= {"diagnoses": fit.diagnoses, "recordings": [trace_record(trace) for trace in fit.traces]}
+    return record | pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds", "units")
+
+
+def trace_record(trace: Trace) -> dict[str, Any]:
+    """A recording beside its fit, for JSON."""
+    record = {"source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms}
+    record |= {"rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest}
+    return record | {"quantum": trace.quantum} | pick(trace.tests, "autocorrelation", "runs_z", "white")
 
 
 def record_of(answer: Answer) -> dict[str, Any]:
@@ -210,16 +191,15 @@ class _Page(NamedTuple):
 
 
 def _fit_page(fit: Fit) -> _Page:
-    pairs = [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]
-    correlations = [Section("Correlations", ("first", "second", "correlation"), pairs)] if pairs else []
-    statements = list[str]()
+    sections, statements = fit_sections(fit), list[str]()
+    if pairs := [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]:
+        sections.append(Section("Correlations", ("first", "second", "correlation"), pairs))
     for trace in fit.traces:
         unit, factor = fit.units.shown(trace.quantity)
         if not math.isnan(trace.old_rms):
             new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
             statements.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
-    statements += [*fit.statements, *fit.warnings]
-    return _Page(TITLES[fit.kind], [*fit_sections(fit), *correlations], statements)
+    return _Page(TITLES[fit.kind], sections, [*statements, *fit.statements, *fit.warnings])
 
 
 def _threshold_page(threshold: Threshold) -> _Page:

@@ -5,7 +5,7 @@ draws.
 import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,15 +14,12 @@ from hopform._checks import shown
 from hopform._cli import tables
 from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
 from hopform._cli.options import BackendName, ControllerName, Precision
-from hopform._cli.output import check_outputs, emit, show, to_json
+from hopform._cli.output import check_outputs, emit, pick, show, to_json
 from hopform._control import TRIED, check_map
-from hopform._files import name_of
+from hopform._files import Named, name_of
 from hopform._hopping.run import csv_of
 from hopform._progress import progress_bar
 from hopform._robots import file_of as robot_file
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 def robots(name: str | None = None, json: bool = False, toml: bool = False, c: Precision | None = None) -> None:
@@ -59,7 +56,8 @@ def equations(number: str | None = None, json: bool = False) -> None:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
     if json:
-        print(to_json(**tables.equations_record(found)))
+        names = ("number", "title", "printed", "derived", "verdict", "reason", "computed_by")
+        print(to_json(equations=[pick(each, *names) for each in found]))
     else:
         show(tables.equations(found) if number is None else tables.equation(found[0]))
 
@@ -75,10 +73,9 @@ def stance(
     if u and u_steps:
         raise hopform.HopformError("give either --u or --u-steps")
     hopper = hopform.load_robot(robot)
-    solved = hopform.solve_stance(
-        hopper, v2=velocity_after_impact(hopper, height, v2), x1=x1, v1=v1, x2=x2, u=u_steps or u, horizon=horizon,
-        max_phases=max_phases, backend=backend, dtype=np.dtype(str(dtype)),
-    )  # fmt: skip
+    how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
+    velocity = velocity_after_impact(hopper, height, v2)
+    solved = hopform.solve_stance(hopper, v2=velocity, x1=x1, v1=v1, x2=x2, u=u_steps or u, **how)
     emit(
         solved, lambda: tables.stance_record(solved, height), lambda: tables.stance(solved, sensitivities),
         solved.warnings, json=json, plot=plot, csv=csv, columns=lambda: tables.stance_csv(solved, samples),
@@ -101,42 +98,28 @@ def hop(
     constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper
     B's first one).
     """
-    check_outputs(
-        json, csv, plot,
-        reads=[
-            ("--robot", robot_file(robot)),
-            ("--from-fit", from_fit),
-            ("--model", None if model is None else robot_file(model)),
-            ("--terrain", None if terrain in hopform.terrain.NAMES else terrain),
-        ],
-        more=[("--hops-csv", hops_csv), ("--npz", npz)],
-    )  # fmt: skip
+    reads: list[Named] = [("--robot", robot_file(robot)), ("--from-fit", from_fit)]
+    reads.append(("--model", None if model is None else robot_file(model)))
+    reads.append(("--terrain", None if terrain in hopform.terrain.NAMES else terrain))
+    check_outputs(json, csv, plot, reads, [("--hops-csv", hops_csv), ("--npz", npz)])
     ground = terrain_of(terrain, size, hops, seed)
     hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, len(ground))
     asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)
-    errors = hopform.Errors(
-        noise_x1, noise_v1, noise_x2, noise_v2, noise_ground, current_scale, quantum, delay,
-        None if model is None else hopform.load_robot(model),
-    )  # fmt: skip
-    how: dict[str, Any] = {
-        "height": height, "gains": gains, "errors": errors, "seed": seed, "horizon": horizon, "backend": backend,
-    }  # fmt: skip
+    noise = (noise_x1, noise_v1, noise_x2, noise_v2, noise_ground)
+    errors = hopform.Errors(*noise, current_scale, quantum, delay, None if model is None else hopform.load_robot(model))
+    how: dict[str, Any] = {"height": height, "gains": gains, "errors": errors, "seed": seed}
+    how |= {"horizon": horizon, "backend": backend}
     with progress_bar(f"{len(ground)} hops") as progress:
         run = hopform.simulate(hopper, ground, asked, **how, progress=progress)
-    bands = None
-    if drawn:
-        with progress_bar(f"{draws} robots") as progress:
-            bands = bands_of(drawn.runs(ground, asked, how, progress))
+    bands = bands_of(drawn.runs(ground, asked, how)) if drawn else None
 
-    def over(axes: "Axes") -> None:
+    def over(axes: Any) -> None:
         apexes = [hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops]
         if bands:
             legend(axes, [draw(bands, axes, np.array(apexes), one_each=True)])
 
-    settings = {
-        "height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des,
-        "seed": seed,
-    }  # fmt: skip
+    settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None}
+    settings |= {"h_des": h_des, "seed": seed}
     emit(
         run, lambda: tables.run_record(run, settings, drawn, bands),
         lambda: tables.run(run, gains is None, drawn, bands), [*run.warnings, *(drawn.warnings() if drawn else ())],
@@ -158,18 +141,14 @@ def control(
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
     with progress_bar("solving"):
-        found = hopform.choose_current(
-            hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(str(dtype))
-        )
-        others = [
-            (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
-            for words, form in (tables.PRINTED.items() if printed else ())
-        ]
+        found = hopform.choose_current(hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=dtype)
+        choose, forms = hopform.choose_current_as_printed, tables.PRINTED.items() if printed else ()
+        others = [(name, choose(hopper, **start, **asked, **form, **how)) for name, form in forms]
 
     def bands(drawn: Draws, u: Any) -> Bands:
         return bands_of(drawn.apexes(start, height, u, how) - datum)
 
-    def over(axes: "Axes") -> None:
+    def over(axes: Any) -> None:
         if drawn:
             u, _ = found.curve()
             draw(bands(drawn, u), axes, u)
@@ -204,20 +183,16 @@ def reach(
     how: dict[str, Any] = {"stop_margin": stop_margin, "horizon": horizon, "backend": backend}
     with progress_bar(f"{heights} heights") as advance:
         found = hopform.reachability(hopper, range_of_h, range_of_u, **how, progress=advance)
-    bands = None
-    if drawn:
-        with progress_bar(f"{draws} robots") as advance:
-            bands = drawn.maps(range_of_h, range_of_u, how, advance)
+    bands = drawn.maps(range_of_h, range_of_u, how) if drawn else None
 
-    def over(axes: "Axes") -> None:
+    def over(axes: Any) -> None:
         if bands:
             ends = [draw(bands[name], axes, 100.0 * range_of_h) for name in ("lowest", "highest")]
             legend(axes, ends[:1])
 
-    emit(
-        found, lambda: tables.reach_record(found, drawn, bands), lambda: tables.reach(found, drawn, bands),
-        drawn.warnings() if drawn else (), json=json, plot=plot, over=over,
-    )  # fmt: skip
+    said = drawn.warnings() if drawn else ()
+    to: dict[str, Any] = {"json": json, "plot": plot, "over": over}
+    emit(found, lambda: tables.reach_record(found, drawn, bands), lambda: tables.reach(found, drawn, bands), said, **to)
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:

@@ -1,11 +1,10 @@
 """What the commands that solve print: tables for people, records for JSON, which `output` writes."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -20,7 +19,7 @@ from hopform._robots import FIELDS
 from hopform._show import UNITS, name_of
 from hopform._solver.package import records
 from hopform._stance import aed_at
-from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, unit_of_time, value_of
+from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, unit_of_time
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
@@ -63,15 +62,14 @@ PRINTED: dict[str, dict[str, Any]] = {
 def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[RenderableType]:
     """Robots side by side, a row per parameter."""
     meaning = ("meaning",) if with_meaning else ()
-    columns = ("parameter", *map(name_of, shown), "unit", *meaning)
-    rows = (
-        (
-            field.name, *(value_of(getattr(robot, field.name), "") for robot in shown),
-            "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning),
-        )
-        for field in FIELDS
-    )  # fmt: skip
-    yield table("", columns, rows, ("parameter", "unit", "meaning"))
+
+    def row(field: records.Field) -> tuple[str, ...]:
+        values = (getattr(robot, field.name) for robot in shown)
+        words = ("none" if math.isinf(value) else f"{value:.6g}" for value in values)
+        return field.name, *words, "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning)
+
+    head = ("parameter", *map(name_of, shown), "unit", *meaning)
+    yield table("", head, map(row, FIELDS), ("parameter", "unit", "meaning"))
     yield ""
     for robot in shown:
         if robot.description:
@@ -108,8 +106,7 @@ def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[Rendera
     """
     first = solved.phases[0].state
     begin = f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
-    head = f"{begin}, {current(solved.u)}; {ending(solved)}"
-    yield Text(head, style="bold")
+    yield Text(f"{begin}, {current(solved.u)}; {ending(solved)}", style="bold")
     parts = [phases(solved), states(solved), ledger(solved)]
     for part in [*parts, sensitivities(solved)] if with_sensitivities else parts:
         yield ""
@@ -123,13 +120,11 @@ def phases(solved: Stance) -> Table:
     """The chain of phases; what begins each one is its event."""
     scale, unit = unit_of_time(solved.duration)
     columns = (f"from [{unit}]", f"to [{unit}]", "begins with", "actuator", "body", "u [A]", "x1 [cm]")
-    rows = (
-        (
-            f"{phase.start * scale:.6g}", f"{phase.end * scale:.6g}", event, mode_of_actuator(phase, solved.robot),
-            mode(phase.mode_2), f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}",
-        )
-        for phase, event in zip(solved.phases, beginnings(solved), strict=True)
-    )  # fmt: skip
+    rows = list[tuple[str, ...]]()
+    for phase, event in zip(solved.phases, beginnings(solved), strict=True):
+        times, modes = (phase.start, phase.end), (mode_of_actuator(phase, solved.robot), mode(phase.mode_2))
+        ends = (f"{t * scale:.6g}" for t in times)
+        rows.append((*ends, event, *modes, f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}"))
     return table("Phases and events", columns, rows, columns[2:5])
 
 
@@ -148,28 +143,24 @@ def beginnings(solved: Stance) -> list[str]:
 
 def states(solved: Stance) -> Table:
     """First and last state of the stance."""
-    columns = ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "F [N]", "E [J]", "H [J]")
     rows = list[tuple[str, ...]]()
     for name, t in (("touchdown", 0.0), (solved.status.replace("_", " "), solved.duration)):
         at, energy = solved.at(t), solved.energy(t)
         force = solved.robot.k * float(solved.compression(t))
         numbers = (100.0 * at.x1, at.v1, 100.0 * at.x2, at.v2, force, energy.body, energy.total)
         rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
-    return table("State", columns, rows, ("",))
+    return table("State", ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "F [N]", "E [J]", "H [J]"), rows, ("",))
 
 
 def ledger(solved: Stance) -> Table:
     """The ledger at the ending, with its sums."""
-    entries = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
+    of = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
     parts = (OF_ROBOT, records.LEDGER_OF_BODY)
-    words = LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}
-    rows = [
-        (text, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
-        for name, text in words.items()
-    ]
+    words = LEDGER | {name: name.replace("_", " ") for name in of if name not in LEDGER}
+    rows = [(text, *(f"{of[key] + 0.0:+.6f}" if key in part else "" for part in parts)) for key, text in words.items()]
     made = table("Energy ledger", ("", "whole robot [J]", "body [J]"), rows, ("",))
     made.add_section()
-    sums = [math.fsum(entries[name] for name in part) for part in parts]
+    sums = [math.fsum(of[name] for name in part) for part in parts]
     before, after = solved.energy(0.0), solved.energy(solved.duration)
     changes = [float(after.total) - float(before.total), float(after.body) - float(before.body)]
     made.add_row("sum", *(f"{each:+.6f}" for each in sums))
@@ -180,12 +171,9 @@ def ledger(solved: Stance) -> Table:
 
 def sensitivities(solved: Stance) -> Table:
     """Derivatives of the take-off: a row per input, a column per result, "-" where there is no derivative."""
-    derivatives = solved.sensitivities
-    heads = ("", *(f"{row} [{UNITS[row]}]" for row in derivatives.rows))
-    rows = (
-        (f"{column} [{UNITS[column]}]", *(number(derivatives[row, column] + 0.0) for row in derivatives.rows))
-        for column in derivatives.columns
-    )
+    by = solved.sensitivities
+    heads = ("", *(f"{row} [{UNITS[row]}]" for row in by.rows))
+    rows = ((f"{name} [{UNITS[name]}]", *(number(by[row, name] + 0.0) for row in by.rows)) for name in by.columns)
     return table("Sensitivities: change of the take-off per unit of", heads, rows, ("",))
 
 
@@ -251,8 +239,7 @@ def command(
 def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Iterator[RenderableType]:
     """A map: bounds and holds by height, then the fixed points."""
     held = np.isfinite(found.hold)
-    head = f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held"
-    yield Text(head, style="bold")
+    yield Text(f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held", style="bold")
     yield ""
     columns = (
         "height [cm]", "lowest [cm]", "at [A]", "highest [cm]", "at [A] ", "held by [A]", "gaps [A]", "limited by "
@@ -262,47 +249,37 @@ def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] |
     yield table("Next apex", columns, rows, ("gaps [A]",))
     if found.fixed_points:
         yield ""
-        yield table(
-            "Fixed points", ("u [A]", "height [cm]", "multiplier", "hop"), map(_point_row, found.fixed_points), ("hop",)
-        )
+        points = map(_point_row, found.fixed_points)
+        yield table("Fixed points", ("u [A]", "height [cm]", "multiplier", "hop"), points, ("hop",))
     yield ""
     yield "Heights are hop heights. Gaps and the stroke's share are those of the currents of the map."
     if drawn:
         yield drawn.said()
 
 
+BOUNDS = {"lowest": 100.0, "u_lowest": 1.0, "highest": 100.0, "u_highest": 1.0, "hold": 1.0}
+"""What is known of each height, and its factor in a table."""
 BANDS = {"lowest": "lowest, 95 % [cm]", "highest": "highest, 95 % [cm]", "hold": "held by, 95 % [A]"}
 """What has a band at each height, and its heading."""
 
 
 def _height_row(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> tuple[str, ...]:
-    gaps = ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row))
     share = float(np.count_nonzero(found.limited[row])) / found.currents.size
-    shown = {name: each for name, each in (bands or {}).items() if name in BANDS}
-    return (
-        f"{100.0 * float(found.heights[row]):.5g}",
-        number(float(found.lowest[row]), scale=100.0),
-        number(float(found.u_lowest[row])),
-        number(float(found.highest[row]), scale=100.0),
-        number(float(found.u_highest[row])),
-        number(float(found.hold[row])),
-        gaps or "-",
-        f"{100.0 * share:.0f} %",
-        *(text_of(each.at(row), 1.0 if name == "hold" else 100.0) for name, each in shown.items()),
-    )
+    bounds = (number(float(getattr(found, name)[row]), scale=scale) for name, scale in BOUNDS.items())
+    gaps = ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row)) or "-"
+    shown = (text_of(each.at(row), BOUNDS[name]) for name, each in (bands or {}).items() if name in BANDS)
+    return f"{100.0 * float(found.heights[row]):.5g}", *bounds, gaps, f"{100.0 * share:.0f} %", *shown
 
 
 def _point_row(point: FixedPoint) -> tuple[str, ...]:
-    words = "settles" if point.stable else "leaves"
-    return (
-        f"{point.u:.5g}",
-        f"{100.0 * point.height:.5g}",
-        f"{point.multiplier:.4f}",
-        words if point.admissible else f"{words}, beyond the stroke",
-    )
+    words = ("settles" if point.stable else "leaves") + ("" if point.admissible else ", beyond the stroke")
+    return f"{point.u:.5g}", f"{100.0 * point.height:.5g}", f"{point.multiplier:.4f}", words
 
 
 # ---- records for JSON ----
+
+ENDING = ("status", "duration", "apex", "aed")
+"""What a record says of the ending of a stance."""
 
 
 def robot_record(robot: Robot) -> Record:
@@ -317,37 +294,15 @@ def robots_record(shown: Sequence[Robot]) -> Record:
     return {"robots": [robot_record(robot) for robot in shown], "fields": fields}
 
 
-def equations_record(shown: Sequence[Equation]) -> Record:
-    """Equations of the register."""
-    names = ("number", "title", "printed", "derived", "verdict", "reason", "computed_by")
-    return {"equations": [pick(each, *names) for each in shown]}
-
-
 def stance_record(solved: Stance, height: float | None) -> Record:
     """A stance with the robot it was solved for; `height` is the drop, None if a velocity was given."""
-    derivatives = solved.sensitivities
-    return {
-        "robot": robot_record(solved.robot),
-        "height": height,
-        "u": steps_record(solved.u),
-        "backend": solved.backend,
-        "dtype": str(solved.dtype),
-        **ending_record(solved),
-        "compression_max": solved.compression_max,
-        "start": solved.at(0.0),
-        **pick(solved, "end", "takeoff", "events", "phases"),
-        "energy": {"start": solved.energy(0.0), "end": solved.energy(solved.duration)},
-        "ledger": solved.ledger(solved.duration),
-        "sensitivities": {
-            row: {column: derivatives[row, column] for column in derivatives.columns} for row in derivatives.rows
-        },
-        "warnings": solved.warnings,
-    }
-
-
-def ending_record(solved: Stance) -> Record:
-    """The ending of a stance."""
-    return pick(solved, "status", "duration", "apex", "aed")
+    by, end = solved.sensitivities, solved.duration
+    record: Record = {"robot": robot_record(solved.robot), "height": height, "u": steps_record(solved.u)}
+    record |= {"backend": solved.backend, "dtype": str(solved.dtype)} | pick(solved, *ENDING, "compression_max")
+    record |= {"start": solved.at(0.0)} | pick(solved, "end", "takeoff", "events", "phases")
+    record |= {"energy": {"start": solved.energy(0.0), "end": solved.energy(end)}, "ledger": solved.ledger(end)}
+    derivatives = {row: {column: by[row, column] for column in by.columns} for row in by.rows}
+    return record | {"sensitivities": derivatives, "warnings": solved.warnings}
 
 
 def steps_record(steps: Sequence[tuple[float, float]]) -> list[Record]:
@@ -357,69 +312,51 @@ def steps_record(steps: Sequence[tuple[float, float]]) -> list[Record]:
 
 def run_record(solved: Run, settings: Record, drawn: Draws | None, bands: Bands | None) -> Record:
     """A run with the settings that it was asked with; each hop with the ending of its stance, and its band."""
-    return {
-        "robot": robot_record(solved.robot),
-        **settings,
-        **pick(solved, "terrain", "backend", "status", "duration"),
-        "hops": [hop_record(hop) | {"band": bands and bands.at(hop.index)} for hop in solved.hops],
-        "draws": drawn and drawn.record(),
-        "warnings": [*solved.warnings, *(drawn.warnings() if drawn else ())],
-    }
+    record: Record = {"robot": robot_record(solved.robot), **settings}
+    record |= pick(solved, "terrain", "backend", "status", "duration")
+    hops = [hop_record(hop) | {"band": bands and bands.at(hop.index)} for hop in solved.hops]
+    warnings = [*solved.warnings, *(drawn.warnings() if drawn else ())]
+    return record | {"hops": hops, "draws": drawn and drawn.record(), "warnings": warnings}
 
 
 def hop_record(hop: Hop) -> Record:
     """A hop of a run."""
-    return {
-        **pick(hop, "index", "ground", "height", "touchdown_time"),
-        "gains": hop.flight.gains,
-        "touchdown": hop.touchdown,
-        "u": steps_record(hop.stance.u),
-        "takeoff_time": None if hop.stance.takeoff is None else hop.takeoff_time,
-        "takeoff": hop.stance.takeoff,
-        **pick(hop, "apex", "energy_lost_at_impact", "hits_stop", "bottoms_out"),
-        "stance": ending_record(hop.stance),
-    }
+    record = pick(hop, "index", "ground", "height", "touchdown_time") | {"gains": hop.flight.gains}
+    record |= {"touchdown": hop.touchdown, "u": steps_record(hop.stance.u)}
+    takeoff = hop.stance.takeoff
+    record |= {"takeoff_time": None if takeoff is None else hop.takeoff_time, "takeoff": takeoff}
+    record |= pick(hop, "apex", "energy_lost_at_impact", "hits_stop", "bottoms_out")
+    return record | {"stance": pick(hop.stance, *ENDING)}
 
 
 def command_record(
     robot: Robot, asked: Record, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
 ) -> Record:
     """The same for JSON."""
-    return {
-        "robot": robot_record(robot),
-        **asked,
-        **pick(found, "status", "u", "apex", "solved"),
-        "printed": [{"form": words, **pick(each, "u", "apex", "objective", "status")} for words, each in printed],
-        "band": band,
-        "draws": drawn and drawn.record(),
-    }
+    record: Record = {"robot": robot_record(robot), **asked, **pick(found, "status", "u", "apex", "solved")}
+    forms = [{"form": words, **pick(each, "u", "apex", "objective", "status")} for words, each in printed]
+    return record | {"printed": forms, "band": band, "draws": drawn and drawn.record()}
 
 
 def reach_record(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Record:
     """The same for JSON."""
     names = ("u", "height", "multiplier", "stable", "admissible")
-    return {
-        "robot": robot_record(found.robot),
-        "stop_margin": found.stop_margin,
-        "rows": [_row_record(found, row, bands) for row in range(found.heights.size)],
-        "fixed_points": [pick(point, *names) for point in found.fixed_points],
-        "draws": drawn and drawn.record(),
-    }
+    rows = [_row_record(found, row, bands) for row in range(found.heights.size)]
+    points = [pick(point, *names) for point in found.fixed_points]
+    record: Record = {"robot": robot_record(found.robot), "stop_margin": found.stop_margin, "rows": rows}
+    return record | {"fixed_points": points, "draws": drawn and drawn.record()}
 
 
 def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> Record:
-    names = ("lowest", "u_lowest", "highest", "u_highest", "hold")
-    cells = zip(found.currents, found.apex[row], found.admissible[row], strict=True)
-    return {
-        "height": float(found.heights[row]),
-        **{name: float(getattr(found, name)[row]) for name in names},
-        "gaps": [{"above": low, "below": high} for low, high in found.gaps(row)],
-        **{f"{name}_band": bands and bands[name].at(row) for name in BANDS},
-        "cells": [
-            {"u": float(u), "apex": float(apex), "admissible": bool(fine), "band": bands and bands["apex"].at(row, n)}
-            for n, (u, apex, fine) in enumerate(cells)
-        ],
-    }
+    record: Record = {"height": float(found.heights[row])}
+    record |= {name: float(getattr(found, name)[row]) for name in BOUNDS}
+    record |= {"gaps": [{"above": low, "below": high} for low, high in found.gaps(row)]}
+    record |= {f"{name}_band": bands and bands[name].at(row) for name in BANDS}
+    record["cells"] = [
+        {"u": float(u), "apex": float(apex), "admissible": bool(fine), "band": bands and bands["apex"].at(row, n)}
+        for n, (u, apex, fine) in enumerate(zip(found.currents, found.apex[row], found.admissible[row], strict=True))
+    ]
+    return record
 
 
 # ---- CSV ----
@@ -427,18 +364,12 @@ def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None
 
 def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
-    t = times(solved.duration, samples, (phase.start for phase in solved.phases))
+    t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
     force, energy = solved.robot.k * np.asarray(solved.compression(t)), solved.energy(t).body
     return to_csv({"t": t, **solved.at(t)._asdict(), "F": force, "E": energy, "AED": aed_at(solved, t)})
 
 
 def run_csv(solved: Run, samples: int) -> str:
     """A run over time: uniform times, and those of touchdowns and take-offs."""
-    t = solved.times(samples)
-    columns = motion_of(solved, t)
+    columns = motion_of(solved, solved.times(samples))
     return to_csv(columns | {"AED": columns["AED"] - columns["AED"][0]})
-
-
-def times(duration: float, samples: int, events: Iterable[float]) -> NDArray[np.float64]:
-    """`samples` uniform times over [0, duration] and the given ones, in order, each once."""
-    return np.union1d(np.linspace(0.0, duration, samples), np.fromiter(events, float))

@@ -5,6 +5,7 @@
 import math
 import tempfile
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.animation import PillowWriter
@@ -30,7 +31,18 @@ SHANK = 0.08  # [m] from the body's middle to the actuator's at x1 = 0
 WANTED = 0.18
 COILS = 7
 MOST_PICTURES = 5000
-Parts = dict[str, Line2D | Rectangle | Text]
+
+
+class Parts(NamedTuple):
+    """What moves in a picture."""
+
+    trace: Line2D
+    spring: Line2D
+    rod: Line2D
+    foot: Line2D
+    body: Rectangle
+    actuator: Rectangle
+    said: Text
 
 
 def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: float | None) -> Animation:
@@ -56,8 +68,7 @@ def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: fl
             place(axes, parts, run, n * speed / pictures)
             writer.grab_frame()
         writer.finish()
-        words = f"Animation of {name_of(run.robot)}: {count} pictures, {pictures} a second"
-        return Animation(path.read_bytes(), words)
+        return Animation(path.read_bytes(), f"Animation of {name_of(run.robot)}: {count} pictures, {pictures} a second")
 
 
 def hopping(robot: Robot | None) -> Animation:
@@ -71,8 +82,7 @@ def hopping(robot: Robot | None) -> Animation:
 def position(run: Run, t: Array) -> Array:
     """Position of the robot in the picture [m]: on its foothold in stance, on the way to the next one in flight."""
     corners = [0.0, *(time for hop in run.hops for time in (hop.touchdown_time, hop.takeoff_time)), run.duration]
-    places = [-1, *(hop.index for hop in run.hops for _ in range(2)), len(run.hops)]
-    return STRIDE * np.interp(t, corners, places)
+    return STRIDE * np.interp(t, corners, [-1, *(hop.index for hop in run.hops for _ in range(2)), len(run.hops)])
 
 
 def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
@@ -88,18 +98,16 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
     (trace,) = axes.plot([], [], color=BLUE, linewidth=0.9, label="body")
     (spring,) = axes.plot([], [], color=BLACK, linewidth=1.4)
     (rod,) = axes.plot([], [], color=GREEN, linewidth=3.0)
-    body = Rectangle((0.0, 0.0), *BODY, facecolor=BLUE, edgecolor=BLACK, linewidth=0.8, zorder=3)
-    actuator = Rectangle(
-        (0.0, 0.0), *ACTUATOR, facecolor=ORANGE, edgecolor=BLACK, linewidth=0.8, zorder=3, label="actuator"
-    )
-    for box in (body, actuator):
-        axes.add_patch(box)
+    box: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.8, "zorder": 3}
+    body = Rectangle((0.0, 0.0), *BODY, facecolor=BLUE, **box)
+    actuator = Rectangle((0.0, 0.0), *ACTUATOR, facecolor=ORANGE, label="actuator", **box)
+    for each in (body, actuator):
+        axes.add_patch(each)
     (foot,) = axes.plot([], [], "_", color=BLACK, markersize=14.0, markeredgewidth=3.0, label="foot")
     said = axes.text(0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", family="monospace", fontsize=8)
     axes.set(ylim=(low, high), ylabel="height [m]", xticks=[], aspect="equal")
     axes.legend(loc="upper left", ncols=4)
-    lines = {"trace": trace, "spring": spring, "rod": rod, "foot": foot}
-    return {**lines, "body": body, "actuator": actuator, "said": said}
+    return Parts(trace, spring, rod, foot, body, actuator, said)
 
 
 def place(axes: Axes, parts: Parts, run: Run, t: float) -> None:
@@ -107,23 +115,13 @@ def place(axes: Axes, parts: Parts, run: Run, t: float) -> None:
     state, foot, middle = run.at(t), float(run.foot(t)), float(position(run, np.array([t]))[0])
     low = float(state.x2) - SHANK - float(state.x1)
     past = np.linspace(0.0, t, 2 + int(200 * t))
-    moved = {
-        "trace": (position(run, past), np.asarray(run.at(past).x2)),
-        "spring": coil(middle, foot, low),
-        "foot": (np.array([middle]), np.array([foot])),
-        "rod": (np.array([middle, middle]), np.array([low, float(state.x2)])),
-    }
-    for name, (x, y) in moved.items():
-        line = parts[name]
-        assert isinstance(line, Line2D)
-        line.set_data(x, y)
-    for name, height, size in (("body", float(state.x2), BODY), ("actuator", low, ACTUATOR)):
-        box = parts[name]
-        assert isinstance(box, Rectangle)
+    parts.trace.set_data(position(run, past), np.asarray(run.at(past).x2))
+    parts.spring.set_data(*coil(middle, foot, low))
+    parts.foot.set_data([middle], [foot])
+    parts.rod.set_data([middle, middle], [low, float(state.x2)])
+    for box, height, size in ((parts.body, float(state.x2), BODY), (parts.actuator, low, ACTUATOR)):
         box.set_xy((middle - size[0] / 2.0, height - size[1] / 2.0))
-    said = parts["said"]
-    assert isinstance(said, Text)
-    said.set_text(f"t = {t:6.3f} s   u = {float(run.current(t)):6.2f} A")
+    parts.said.set_text(f"t = {t:6.3f} s   u = {float(run.current(t)):6.2f} A")
     axes.set_xlim(middle - 0.62, middle + 0.62)
 
 

@@ -46,8 +46,7 @@ def step_response(robot: Robot) -> Drawn:
         f"{'when the leg takes off' if stance.status == 'takeoff' else 'before it sinks back'} at "
         f"{1e3 * stance.duration:.0f} ms: neither the length of the leg nor its acceleration can be commanded at once"
     )
-    data = {"t": t, "x1": x1, "v1": v1, "u": u, "free": free}
-    return figure, ours, data
+    return figure, ours, {"t": t, "x1": x1, "v1": v1, "u": u, "free": free}
 
 
 def compression_cycles(robot: Robot) -> Drawn:
@@ -55,10 +54,8 @@ def compression_cycles(robot: Robot) -> Drawn:
     run, shown = simulate(robot, flat(30), robot.u_max, height=0.2 * scale(robot)), 4
     completed(run)
     first = run.hops[-shown]
-    t = np.union1d(
-        np.linspace(first.touchdown_time - 0.03, run.hops[-1].takeoff_time + 0.1, 1500),
-        [time for hop in run.hops[-shown:] for time in (hop.touchdown_time, hop.takeoff_time)],
-    )
+    corners = [time for hop in run.hops[-shown:] for time in (hop.touchdown_time, hop.takeoff_time)]
+    t = np.union1d(np.linspace(first.touchdown_time - 0.03, run.hops[-1].takeoff_time + 0.1, 1500), corners)
     state = run.at(t)
     takeoffs = np.array([hop.takeoff_time for hop in run.hops[-shown:]])
     x1, v1 = (np.array([float(getattr(hop.stance.end, name)) for hop in run.hops[-shown:]]) for name in ("x1", "v1"))
@@ -79,8 +76,7 @@ def compression_cycles(robot: Robot) -> Drawn:
         f"of {cm(run.hops[-1].apex)}. At take-off x1 is {cm(float(x1[-1]))} and still compresses at {v1[-1]:.2f} "
         f"m/s; it reaches {cm(peak)} only in flight"
     )
-    data = {"t": t, "x1": state.x1, "x2": state.x2, "takeoff_x1": x1, "takeoff_v1": v1, "peak": peak}
-    return figure, ours, data
+    return figure, ours, {"t": t, "x1": state.x1, "x2": state.x2, "takeoff_x1": x1, "takeoff_v1": v1, "peak": peak}
 
 
 def friction_threshold(robot: Robot) -> Drawn:
@@ -88,12 +84,10 @@ def friction_threshold(robot: Robot) -> Drawn:
     seconds, onset_expected = 6.0, (robot.f1 * robot.m_eff + robot.m_s * robot.g) / abs(robot.gamma2)
     rate = round(1.6 * onset_expected / seconds, 3)
     # On a rig: level, so that nothing weighs on the spring, which is as good as unloaded; and standing, as built.
-    level = replace(robot, g=0.0)
     steps = [(float(t), float(rate * t)) for t in np.linspace(0.0, seconds, 1201)[:-1]]
-    runs = {
-        "spring unloaded": solve_stance(level, v2=0.0, x2=robot.L0 + robot.c - 1e-6, u=steps, horizon=seconds),
-        "standing": solve_stance(robot, v2=0.0, x2=standing(robot), u=steps, horizon=seconds),
-    }
+    loose = solve_stance(replace(robot, g=0.0), v2=0.0, x2=robot.L0 + robot.c - 1e-6, u=steps, horizon=seconds)
+    stands = solve_stance(robot, v2=0.0, x2=standing(robot), u=steps, horizon=seconds)
+    runs = {"spring unloaded": loose, "standing": stands}
     onset = {name: moves(stance, rate) for name, stance in runs.items()}
     found = onset["spring unloaded"] * abs(robot.gamma2) / robot.m_eff
     looks = {"spring unloaded": (BLUE, "-"), "standing": (GREEN, "--")}
@@ -151,8 +145,7 @@ def schematic(robot: Robot) -> Drawn:
         f"with gamma2 = {robot.gamma2:g} {sign}. The spring pushes body and actuator by F; the leg takes off where F "
         "= 0"
     )
-    lengths = {"x1": LIFT, "compression": DOWN}
-    return figure, ours, {"drawn": lengths, "robot": robot}
+    return figure, ours, {"drawn": {"x1": LIFT, "compression": DOWN}, "robot": robot}
 
 
 def hopper(axes: Axes, x1: float, compression: float, title: str) -> None:
@@ -205,8 +198,7 @@ def hall_sensor(robot: Robot) -> Drawn:
     rate = 1.0 / detector.dt
     t = np.arange(int(run.duration * rate) + 1) / rate
     signal = in_contact(run, t) + NOISE * np.random.default_rng(15).standard_normal(t.size)
-    events = detector.detect(signal.tolist())
-    detected = np.array([event.time for event in events if event.kind == "touchdown"])
+    detected = np.array([event.time for event in detector.detect(signal.tolist()) if event.kind == "touchdown"])
     true = np.array([hop.touchdown_time for hop in run.hops])
     noise = np.linspace(0.10, 0.40, 31)
     mean = np.array([detector.mean_delay(each) for each in noise])

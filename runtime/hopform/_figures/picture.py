@@ -6,8 +6,7 @@
 import re
 import textwrap
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,8 +26,7 @@ _COLUMNS = 115  # of a caption's line at its size
 _LINE = 0.132  # [in]
 
 
-@dataclass(frozen=True)
-class Picture:
+class Picture(NamedTuple):
     """A figure of the paper, redrawn. number: the paper's. paper: what it shows there. ours: what it shows here.
 
     robot: from whose parameters it is drawn. data: what is drawn, by name, SI units and A.
@@ -46,9 +44,8 @@ class Picture:
     def whose(self) -> str:
         """Whose parameters these are."""
         ours = any(self.robot.startswith(name) for name in ROBOTS)
-        return (
-            f"{self.robot}, this project's own; the paper gives none" if ours else f"{self.robot}, from its robot file"
-        )
+        whose = "this project's own; the paper gives none" if ours else "from its robot file"
+        return f"{self.robot}, {whose}"
 
     @property
     def caption(self) -> str:
@@ -95,8 +92,7 @@ def set_under(figure: Figure, caption: str) -> None:
 def legend(axes: Axes, columns: int = 3, **how: Any) -> None:
     """The legend above its panel, where it hides no curve."""
     columns = max(1, min(columns, int(LOOK.get().width / 2.1)))
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, columnspacing=1.4,
-                **how)  # fmt: skip
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, columnspacing=1.4, **how)
 
 
 def standing(robot: Robot) -> float:
@@ -131,6 +127,11 @@ def completed(run: Run) -> Run:
     if run.status != "completed":
         raise HopformError(f"{name_of(run.robot)} does not hop on: {run.status} after {len(run.hops)} hops")
     return run
+
+
+def rms(values: Array) -> float:
+    """Root mean square of what is a number."""
+    return float(np.sqrt(np.nanmean(values**2)))
 
 
 def cm(metres: float, digits: int = 1) -> str:

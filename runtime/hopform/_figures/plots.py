@@ -11,9 +11,10 @@ each time. The extra `plot` brings matplotlib.
 
 import io
 import re
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
+from itertools import groupby
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -154,9 +155,8 @@ def stance_panel(axes: Axes, stance: Stance) -> None:
 
 def stance_times(stance: Stance) -> Curve:
     """Uniform times, and just before and at every event, where curves have their corners."""
-    uniform = np.linspace(0.0, stance.duration, SAMPLES)
     corners = np.array([phase.start for phase in stance.phases])
-    t = np.union1d(uniform, np.concatenate([corners, corners * (1.0 - 1e-6)]))
+    t = np.union1d(np.linspace(0.0, stance.duration, SAMPLES), np.concatenate([corners, corners * (1.0 - 1e-6)]))
     return np.asarray(np.minimum(t, stance.duration))
 
 
@@ -213,17 +213,9 @@ def name_axis(axes: Axes, label: str, least: float = 0.5) -> None:
 
 def shade(axes: Axes, phases: Sequence[Phase], modes: Sequence[str], scale: float) -> None:
     """The mode of a mass behind its curve; neighbours of one mode are one shade."""
-    for start, end, word in spans(phases, modes):
-        axes.axvspan(start * scale, end * scale, zorder=0, linewidth=0.0, **SHADES[word])
-
-
-def spans(phases: Sequence[Phase], modes: Sequence[str]) -> Iterator[tuple[float, float, str]]:
-    """Stretches of one mode: start, end, mode."""
-    start = 0
-    for index in range(1, len(phases) + 1):
-        if index == len(phases) or modes[index] != modes[start]:
-            yield phases[start].start, phases[index - 1].end, modes[start]
-            start = index
+    for word, stretch in groupby(zip(phases, modes, strict=True), key=lambda pair: pair[1]):
+        some = [phase for phase, _ in stretch]
+        axes.axvspan(some[0].start * scale, some[-1].end * scale, zorder=0, linewidth=0.0, **SHADES[word])
 
 
 def mark_phases(axes: Axes, phases: Sequence[Phase], scale: float) -> None:
@@ -279,9 +271,8 @@ def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
         draw_currents(rows[3], run, t)
         for axes in rows:
             shade_stances(axes, run)
-        named = [each for axes in (rows[0], rows[2]) for each in zip(*axes.get_legend_handles_labels(), strict=True)]
-        lines, words = zip(*named, strict=True)
-        figure.legend([Patch(**STANCE), *lines], ["stance", *words], loc="outside lower center", ncols=3)
+        lines = [line for axes in (rows[0], rows[2]) for line in axes.get_legend_handles_labels()[0]]
+        figure.legend(handles=[Patch(label="stance", **STANCE), *lines], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)
     return figure
@@ -351,11 +342,8 @@ def stairs(axes: Axes, run: Run, values: Sequence[float], **how: Any) -> None:
 
 def apexes(run: Run) -> tuple[Curve, Curve]:
     """Times [s] and heights [m] of a run's apexes, up to its end; hops without take-off are left out."""
-    found = [
-        (hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, hop.apex)
-        for hop in run.hops
-        if hop.stance.takeoff is not None
-    ]
+    lifts = [hop for hop in run.hops if hop.stance.takeoff is not None]
+    found = [(hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / run.robot.g, hop.apex) for hop in lifts]
     times, heights = np.array(found).reshape(-1, 2).T
     return times[times <= run.duration], heights[times <= run.duration]
 
@@ -442,9 +430,7 @@ def plot_reach(found: Reachability, make: Make = Figure) -> Figure:
     with framed(make, 5.2, 4.8, literal(name_of(found.robot)) + plain(words)) as figure:
         axes: Axes = figure.subplots()
         reach_panel(axes, found)
-        lines, words_of = axes.get_legend_handles_labels()
-        shown = [(line, word) for line, word in zip(lines, words_of, strict=True) if word and not word.startswith("_")]
-        figure.legend(*zip(*shown, strict=True), loc="outside lower center", ncols=3)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 

@@ -79,14 +79,13 @@ def _draw_residuals(left: Axes, right: Axes, trace: Trace, units: Units) -> None
 
 def _draw_correlations(axes: Axes, correlations: Mapping[tuple[str, str], float], names: Sequence[str]) -> None:
     """Correlations of the parameters from -1, blue, to 1, red."""
-    at = {name: n for n, name in enumerate(names)}
     table = np.eye(len(names))
-    for (first, second), value in correlations.items():
-        table[at[first], at[second]] = table[at[second], at[first]] = value
+    for pair, value in correlations.items():
+        row, column = map(names.index, pair)
+        table[row, column] = table[column, row] = value
     axes.imshow(table, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
-    axes.set(xticks=range(len(names)), yticks=range(len(names)), xlabel="correlations")
-    axes.set_xticklabels(names, rotation=90)
-    axes.set_yticklabels(names)
+    axes.set_xticks(range(len(names)), names, rotation=90)
+    axes.set(yticks=range(len(names)), yticklabels=names, xlabel="correlations")
     axes.grid(visible=False)
 
 
@@ -96,11 +95,9 @@ def _draw_trace(above: Axes, below: Axes, trace: Trace, units: Units) -> None:
     if trace.old is not None:
         below.plot(trace.time, factor * (trace.old - trace.measured), lw=0.6, color=plots.MAGENTA)
     below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
-    above.set(xlabel="", xticklabels=[])
     ends = (float(trace.time[0]), float(trace.time[-1]))
-    above.set_xlim(ends)
-    below.set_xlim(ends)
-    below.set(xlabel="t [s]", ylabel=f"residual [{unit}]")
+    above.set(xlabel="", xticklabels=[], xlim=ends)
+    below.set(xlabel="t [s]", ylabel=f"residual [{unit}]", xlim=ends)
 
 
 def trace_panel(axes: Axes, trace: Trace, units: Units) -> None:
@@ -119,10 +116,8 @@ def _with_intervals(fit: Fit) -> list[Estimate]:
     """Estimates whose interval is shown as a share of the value: none that may have either sign, none of one
     recording.
     """
-    return [
-        each for each in fit.estimates
-        if not each.own and math.isfinite(each.high - each.low) and each.high - each.low < 2.0 * abs(each.value)
-    ]  # fmt: skip
+    known = [each for each in fit.estimates if not each.own and math.isfinite(each.high - each.low)]
+    return [each for each in known if each.high - each.low < 2.0 * abs(each.value)]
 
 
 def _draw_intervals(axes: Axes, shown: Sequence[Estimate]) -> None:
@@ -131,10 +126,10 @@ def _draw_intervals(axes: Axes, shown: Sequence[Estimate]) -> None:
         ends = 100.0 * (np.array([each.low, each.high]) - each.value) / abs(each.value)
         axes.plot(ends, [row, row], "|-", color=plots.BLUE)
         axes.plot([0.0], [row], "o", ms=3, color=plots.BLUE)
-    axes.set(xlabel="95 % interval about the value [%]", yticks=range(len(shown)))
+    axes.set(xlabel="95 % interval about the value [%]")
+    axes.set_yticks(range(len(shown)), [each.name for each in reversed(shown)])
     axes.set_xscale("symlog", linthresh=0.1)
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.set_yticklabels([each.name for each in reversed(shown)])
     axes.margins(x=0.05, y=0.1)
 
 
@@ -148,13 +143,13 @@ def plot_threshold(threshold: Threshold, make: plots.Make = Figure) -> Figure:
 
 
 def _draw_rise(above: Axes, below: Axes, rise: Rise, units: Units) -> None:
-    onset, begin = rise.onset, float(rise.time[0])
+    onset = rise.onset
     rise_panel(above, rise, units)
     below.plot(rise.time, rise.u, lw=0.8, color=plots.BLUE)
     for axes in (above, below):
         axes.axvspan(onset.time_low, onset.time_high, color=plots.MAGENTA, alpha=0.2, label="onset, 95 %")
         axes.axvline(onset.time, color=plots.MAGENTA, lw=0.9)
-        axes.set_xlim(begin, float(rise.time[-1]))
+        axes.set_xlim(float(rise.time[0]), float(rise.time[-1]))
     below.axhspan(onset.u_low, onset.u_high, color=plots.GREY, alpha=0.3)
     above.set(xlabel="", xticklabels=[])
     below.set(xlabel="t [s]", ylabel=f"u [{units.drive}]")

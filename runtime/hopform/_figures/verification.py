@@ -14,9 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hopform._figures import results
-from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, scale, standing, volts
+from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, rms, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, ORANGE
-from hopform._figures.tracking import rms
 from hopform._hopping.run import simulate
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.ramp import friction_threshold
@@ -67,9 +66,7 @@ def improved_model(robot: Robot) -> Drawn:
     old, new = recordings(fitted, u), recordings(robot, u)
     looks = {"model (3), (4)": (new, BLUE, "-"), "model (1), (2), fitted": (old, ORANGE, "--")}
     figure = drawn(measured, looks, f"{u:g} {volts(robot)} for {PULSE:g} s")
-    left = {
-        name: (rms(measured.x1 - model.x1), rms(measured.x2 - model.x2)) for name, model in (("old", old), ("new", new))
-    }
+    left = {name: (rms(measured.x1 - one.x1), rms(measured.x2 - one.x2)) for name, one in (("old", old), ("new", new))}
     ours = (
         f"synthetic recordings of {named(robot)} with noise of {mm(NOISE)}: a step of {u:g} {volts(robot)} for "
         f"{PULSE:g} s while standing, and a drop of {cm(DROP * scale(robot), 0)} with no input. With dry friction "
@@ -77,8 +74,7 @@ def improved_model(robot: Robot) -> Drawn:
         f"are this model's own. Without it, viscous friction fitted (b1 = {fitted.b1:.0f}, b2 = {fitted.b2:.1f} N "
         f"s/m), {mm(left['old'][0], 2)} and {mm(left['old'][1], 2)}"
     )
-    data = {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
-    return figure, ours, data
+    return figure, ours, {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
 
 
 def recordings(robot: Robot, u: float) -> Recordings:
@@ -94,9 +90,7 @@ def drop(robot: Robot) -> Array:
 
 def step(robot: Robot, u: float) -> Array:
     """x1 [m] at `STEP_TIMES` of the standing robot under a current for a time; NaN behind a take-off."""
-    stance = solve_stance(
-        robot, v2=0.0, x2=standing(robot), u=[(0.0, u), (PULSE, 0.0)], horizon=float(STEP_TIMES[-1]) + 0.01
-    )
+    stance = solve_stance(robot, v2=0.0, x2=standing(robot), u=[(0.0, u), (PULSE, 0.0)], horizon=STEP_TIMES[-1] + 0.01)
     x1 = np.asarray(stance.at(np.minimum(STEP_TIMES, stance.duration)).x1)
     return np.where((stance.duration >= STEP_TIMES) | (stance.status == "rest"), x1, np.nan)
 
@@ -111,17 +105,11 @@ def fit(robot: Robot, u: float, seed: int) -> Robot:
     """The robot without dry friction, b1 and b2 fitted to its recordings with noise, each to the one that shows
     it."""
     measured, smooth = measure(robot, u, seed), replace(robot, f1=0.0, f2=0.0)
-
-    def cost_2(b2: float) -> float:
-        return misfit(measured.x2, drop(replace(smooth, b2=b2)))
-
     some = 1e-3 * np.sqrt(robot.k * robot.m_s)  # where there is hardly any to begin with
-    smooth = replace(smooth, b2=least(cost_2, max(robot.b2, some), 8.0 * max(robot.b2, some)))
-
-    def cost_1(b1: float) -> float:
-        return misfit(measured.x1, step(replace(smooth, b1=b1), u))
-
-    return replace(smooth, b1=least(cost_1, max(robot.b1, some), 8.0 * max(robot.b1, some)))
+    b1, b2 = max(robot.b1, some), max(robot.b2, some)
+    b2 = least(lambda b: misfit(measured.x2, drop(replace(smooth, b2=b))), b2, 8.0 * b2)
+    b1 = least(lambda b: misfit(measured.x1, step(replace(smooth, b1=b, b2=b2), u)), b1, 8.0 * b1)
+    return replace(smooth, b1=b1, b2=b2)
 
 
 def misfit(measured: Array, model: Array) -> float:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from inspect import getattr_static
 from pathlib import Path
-from typing import Any, Literal, SupportsFloat, cast
+from typing import Any, Literal, NamedTuple, SupportsFloat, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -97,8 +97,7 @@ class Errors:
 NONE = Errors()
 
 
-@dataclass(frozen=True)
-class _Leg:
+class _Leg(NamedTuple):
     """A flight or a stance of a run: when it begins, its ground, and the body's energy predicted for its beginning."""
 
     begin: float
@@ -171,11 +170,9 @@ class _Legs(Motion):
         return self._from_legs(t, lambda leg, times: leg.motion.current(times))[0]
 
     def _over(self, t: Array) -> dict[str, ArrayLike]:
-        energy = self.energy(t)
-        return {
-            **self.at(t)._asdict(), "ground": self._ground(t), "foot": self.foot(t), "u": self.current(t),
-            "body_energy": energy.body, "total_energy": energy.total, "predicted_energy": self.aed(t),
-        }  # fmt: skip
+        motion = {**self.at(t)._asdict(), "ground": self._ground(t), "foot": self.foot(t), "u": self.current(t)}
+        body, total = self.energy(t)
+        return motion | {"body_energy": body, "total_energy": total, "predicted_energy": self.aed(t)}
 
     def _from_legs(self, t: ArrayLike, values: Callable[[_Leg, Array], Any], count: int = 1) -> list[Real]:
         """Values, `count` each, at times in the flights and stances that they fall into; a touchdown is in its
@@ -183,10 +180,8 @@ class _Legs(Motion):
         """
         asked = times_within(t, DOUBLE, self._length())
         legs, found = self._all_legs, np.empty((count, asked.size))
-        begins = np.maximum.accumulate(
-            [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
-        )
-        places = np.maximum(np.searchsorted(begins, asked, side="right") - 1, 0)
+        begins = [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
+        places = np.maximum(np.searchsorted(np.maximum.accumulate(begins), asked, side="right") - 1, 0)
         order = np.argsort(places, kind="stable")
         for inside in np.split(order, np.flatnonzero(np.diff(places[order])) + 1) if order.size else ():
             leg = legs[int(places[inside[0]])]
@@ -230,8 +225,7 @@ class Hop(_Legs):
         robot = self.robot
         level = float(self.flight.energy(0.0).body) + robot.m_s * robot.g * self.ground
         after = level + robot.k * float(self.touchdown.x1) ** 2 / 2.0 - self.energy_lost_at_impact
-        stance = _Leg(self.flight.duration, self.stance, self.ground, after)
-        return [_Leg(0.0, self.flight, self.ground, level), stance]
+        return [_Leg(0.0, self.flight, self.ground, level), _Leg(self.flight.duration, self.stance, self.ground, after)]
 
     def _card(self) -> Card:
         given = [("height", self.height), ("ground", self.ground), ("u", self.u)]
@@ -245,14 +239,17 @@ class Hop(_Legs):
     @property
     def touchdown(self) -> State:
         """The state after the impact, with which the stance begins; x2 over the ground under the foot."""
-        state = self.flight.touchdown
-        assert state is not None
-        return state
+        return cast(State, self.flight.touchdown)
 
     @property
     def u(self) -> float:
         """The current [A]; its mean over the stance where it has steps."""
-        return _mean(self.stance)
+        stance = self.stance
+        if len(stance.u) == 1 or stance.duration == 0.0:
+            return stance.u[0][1]
+        t, u = (np.array(column) for column in zip(*stance.u, strict=True))
+        lengths = np.diff(np.minimum([*t, stance.duration], stance.duration), append=stance.duration)[: u.size]
+        return float(lengths @ u / stance.duration)
 
     @property
     def takeoff_time(self) -> float:
@@ -333,8 +330,7 @@ class Run(_Legs):
         """table, terrain, and, at `times(samples)`, t, x1, v1, x2, v2, ground, foot, u, E, H (`energy`), AED
         (`aed`).
         """
-        motion = motion_of(self, self.times(samples))
-        return {"table": self.table, "terrain": np.array(self.terrain), **motion}
+        return {"table": self.table, "terrain": np.array(self.terrain), **motion_of(self, self.times(samples))}
 
     def times(self, samples: int) -> Array:
         """Uniform times over the run, and those of touchdowns and take-offs."""
@@ -343,9 +339,7 @@ class Run(_Legs):
         return np.union1d(uniform, np.minimum(corners, self.duration))
 
     def _first_flight(self) -> Flight:
-        first = self.hops[0].flight if self.hops else self.last
-        assert first is not None
-        return first
+        return cast(Flight, self.hops[0].flight if self.hops else self.last)
 
     def _chain(self) -> list[_Leg]:
         """Flight, stance, flight, ...; the energies are those of Figs. 13, 14: start, impact, AED, spring coordinate,
@@ -429,10 +423,8 @@ def simulate(
     prepared: Any = asked.prepare(model, grounds) if getattr_static(asked, "prepare", None) else asked
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
-    task = _Task(
-        plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest,
-        max_phases, backend, progress,
-    )  # fmt: skip
+    how = {"max_phases": max_phases, "backend": backend}
+    task = _Task(plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest, how, progress)
     return replace(_run(task, first), h_des=_set_points(controller, len(grounds)))
 
 
@@ -443,8 +435,7 @@ def _set_points(controller: object, count: int) -> tuple[float, ...]:
     return tuple(points[min(n, len(points) - 1)] for n in range(count)) if points else ()
 
 
-@dataclass(frozen=True)
-class _Task:
+class _Task(NamedTuple):
     """The constants of a run."""
 
     plant: Robot
@@ -455,8 +446,7 @@ class _Task:
     errors: Errors
     draw: "np.random.Generator"
     horizon: float
-    max_phases: int
-    backend: str | None
+    how: dict[str, Any]
     progress: Progress | None
 
 
@@ -470,8 +460,7 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
     entries = checks.items("start", start, "a State of x1, v1, x2, v2", 4)
     if len(entries) != 4:
         raise HopformError(f"start must be a State of x1, v1, x2, v2, got {shown(start)}")
-    names = (f"start.{name}" for name in State._fields)
-    return State(*map(finite, names, entries, ("m", "m/s", "m", "m/s")))
+    return State(*map(finite, (f"start.{name}" for name in State._fields), entries, ("m", "m/s", "m", "m/s")))
 
 
 def _run(task: _Task, start: State) -> Run:
@@ -493,7 +482,7 @@ def _run(task: _Task, start: State) -> Run:
         time = hop.takeoff_time
         if hop.stance.takeoff is None:
             return Run(task.plant, task.grounds, "stopped", time, tuple(hops), None)
-        state, leg, apex = hop.stance.takeoff, float(hop.stance.compression(hop.stance.duration)), hop.apex
+        state, leg, apex = hop.stance.takeoff, hop.stance._last_compression, hop.apex
     last = _flight(task, state, leg, None)
     return Run(task.plant, task.grounds, "completed", time + last.apex_time, tuple(hops), last)
 
@@ -506,10 +495,9 @@ def _flight(task: _Task, start: State, leg: float, step: float | None) -> Flight
     robot = task.plant
     below = x2 if step is None else x2 - step
     fall = 2.0 * (abs(v2) + math.sqrt(v2 * v2 + 2.0 * robot.g * (1.0 + abs(below)))) / robot.g
-    return solve_flight(
-        robot, x1=x1, v1=v1, x2=None if step is None else below, v2=v2, compression=leg, gains=_gains(task, x1, v2),
-        horizon=10.0 + fall, max_phases=task.max_phases, backend=task.backend,
-    )  # fmt: skip
+    gains, height = _gains(task, x1, v2), None if step is None else below
+    how: dict[str, Any] = task.how | {"compression": leg, "gains": gains, "horizon": 10.0 + fall}
+    return solve_flight(robot, x1=x1, v1=v1, x2=height, v2=v2, **how)
 
 
 def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFloat] | None:
@@ -521,8 +509,7 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
         return task.gains
     gains = task.gains
     if gains is None:
-        square = v2 * v2 + 2.0 * model.g * x1
-        fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if square > 0.0 else 0.0
+        fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if v2 * v2 + 2.0 * model.g * x1 > 0.0 else 0.0
         gains = records.Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))
     ratio = plant.gamma2 / model.gamma2
     if ratio < 0.0:
@@ -534,17 +521,14 @@ def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) ->
     """The controller's answer at a touchdown, and the stance that follows."""
     ground = task.grounds[index]
     try:
-        answer = task.controller(_seen(task, index, time, height, flight))
-        stance = _stance(task, answer, ground, time, flight)
+        stance = _stance(task, task.controller(_seen(task, index, time, height, flight)), ground, time, flight)
     except HopformError as error:
         raise HopformError(f"hop {index}: {error}") from None
     return Hop(index, ground, height, time, flight, stance, stance.apex + ground, -flight.impact_loss)
 
 
 def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -> Touchdown:
-    state = flight.touchdown
-    assert state is not None
-    x1, v1, v2 = float(state.x1), float(state.v1), float(state.v2)
+    x1, v1, _, v2 = map(float, cast(State, flight.touchdown))
     ground, errors, model = task.grounds[index], task.errors, task.model
     if errors is not NONE:
         noise = task.draw.standard_normal(5).tolist()
@@ -555,16 +539,12 @@ def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -
 
 
 def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Flight) -> Stance:
-    state, wait = flight.touchdown, _wait(task.errors, time)
-    assert state is not None
+    state, wait = cast(State, flight.touchdown), _wait(task.errors, time)
     if isinstance(answer, Sampled):
         u: Any = _sampled(task, answer, ground, wait, state)
     else:  # none flows before the touchdown is seen
         u = [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))] if wait else answer
-    return solve_stance(
-        task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u,
-        horizon=task.horizon, max_phases=task.max_phases, backend=task.backend,
-    )  # fmt: skip
+    return solve_stance(task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u, horizon=task.horizon, **task.how)
 
 
 def _wait(errors: Errors, time: float) -> float:
@@ -589,10 +569,8 @@ def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: St
             length = period
         else:
             length = wait
-        piece = solve_stance(
-            task.plant, x1=at.x1, v1=at.v1, x2=None if begin else at.x2, v2=at.v2, u=steps[-1][1], horizon=length,
-            max_phases=task.max_phases, backend=task.backend,
-        )  # fmt: skip
+        start = {"x1": at.x1, "v1": at.v1, "x2": None if begin else at.x2, "v2": at.v2}
+        piece = solve_stance(task.plant, **start, u=steps[-1][1], horizon=length, **task.how)
         if piece.status != "horizon" and not (piece.status == "rest" and t + length < task.horizon):
             break
         at, begin = piece.end, False
@@ -614,29 +592,16 @@ def _row(hop: Hop) -> tuple[Any, ...]:
     end = stance.takeoff
     takeoff = (math.nan,) * 4 if end is None else (end.x1, end.v1, float(end.x2) + hop.ground, end.v2)
     gained = float(stance.energy(stance.duration).body) - float(stance.energy(0.0).body)
-    return (
-        hop.index, hop.ground, hop.height, hop.touchdown_time, start.x1, start.v1, start.v2, hop.u,
-        stance.status, stance.duration, *takeoff, hop.apex, stance.aed, gained, hop.energy_lost_at_impact,
-        hop.hits_stop, hop.bottoms_out,
-    )  # fmt: skip
-
-
-def _mean(stance: Stance) -> float:
-    """The current of a stance [A], its mean where it has steps."""
-    if len(stance.u) == 1 or stance.duration == 0.0:
-        return stance.u[0][1]
-    t, u = (np.array(column) for column in zip(*stance.u, strict=True))
-    lengths = np.diff(np.minimum([*t, stance.duration], stance.duration), append=stance.duration)[: u.size]
-    return float(lengths @ u / stance.duration)
+    begin = (hop.index, hop.ground, hop.height, hop.touchdown_time, start.x1, start.v1, start.v2, hop.u)
+    after = (stance.status, stance.duration, *takeoff, hop.apex, stance.aed, gained)
+    return (*begin, *after, hop.energy_lost_at_impact, hop.hits_stop, hop.bottoms_out)
 
 
 def motion_of(run: Run, t: Array) -> dict[str, Any]:
     """t, x1, v1, x2, v2, ground, foot, u, E, H, AED at times [s]."""
-    energy = run.energy(t)
-    return {
-        "t": t, **run.at(t)._asdict(), "ground": run.ground(t), "foot": run.foot(t), "u": run.current(t),
-        "E": energy.body, "H": energy.total, "AED": run.aed(t),
-    }  # fmt: skip
+    short = {"body_energy": "E", "total_energy": "H", "predicted_energy": "AED"}
+    moving = run._over(t)  # pyright: ignore[reportPrivateUsage]
+    return {"t": t} | {short.get(name, name): values for name, values in moving.items()}
 
 
 def csv_of(table: NDArray[Any]) -> str:

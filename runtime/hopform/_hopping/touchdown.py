@@ -59,10 +59,9 @@ class TouchdownDetector:
         """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that confirms it
         [s].
         """
-        signal = items("samples", samples, f"a sequence of {_NUMBERS}", MEMORY // _EACH)
         settings, contact = solver.Detector(self.high, self.low, self.count), solver.Contact()
         found: list[Event] = []
-        for n, sample in enumerate(signal):
+        for n, sample in enumerate(items("samples", samples, f"a sequence of {_NUMBERS}", MEMORY // _EACH)):
             contact, event = solver.touchdown(settings, contact, finite(f"samples[{n}]", sample, "units of the signal"))
             if event:
                 found.append(Event(n * self.dt, _KINDS[event]))
@@ -115,17 +114,13 @@ class TouchdownDetector:
         number, draw = count("trials", trials, _EACH), seeded(seed)
         mean = self._samples(deviation, height)
         if mean < math.inf and number * mean > MOST_DRAWN:
-            raise HopformError(
-                f"trials must be at most {int(MOST_DRAWN / mean)} where a detection takes {mean:.3g} samples on "
-                f"average, got {number}"
-            )
+            where = f"where a detection takes {mean:.3g} samples on average"
+            raise HopformError(f"trials must be at most {int(MOST_DRAWN / mean)} {where}, got {number}")
         delays, run = draw.uniform(0.0, self.dt, number), np.zeros(number, dtype=np.int64)
         waiting = np.arange(number)
-        limit = 1000 + 100 * math.ceil(mean) if mean < math.inf else 0
-        for _ in range(limit):
+        for _ in range(1000 + 100 * math.ceil(mean) if mean < math.inf else 0):
             sample = height + deviation * draw.standard_normal(waiting.size)
-            above = sample >= np.where(run > 0, self.low, self.high)
-            run = np.where(above, run + 1, 0)
+            run = np.where(sample >= np.where(run > 0, self.low, self.high), run + 1, 0)
             still = run < self.count
             waiting, run = waiting[still], run[still]
             if not waiting.size:
@@ -137,14 +132,11 @@ class TouchdownDetector:
     def _samples(self, noise: float, level: float) -> float:
         """Mean number of samples up to a detection, infinite where there is none."""
         reaches, stays = _above(self.high, level, noise), _above(self.low, level, noise)
-        whole = stays ** (self.count - 1)
+        more, falls = self.count - 1, _above(-self.low, -level, noise)
+        whole = stays**more
         if not (reaches > 0.0 and whole > 0.0):
             return math.inf
-        falls = _above(-self.low, -level, noise)
-        if 0.0 < falls < 1.0:
-            row = -math.expm1((self.count - 1) * math.log1p(-falls)) / falls
-        else:
-            row = 1.0 if falls else self.count - 1.0
+        row = -math.expm1(more * math.log1p(-falls)) / falls if 0.0 < falls < 1.0 else 1.0 if falls else more
         return (1.0 / reaches + row) / whole
 
 
@@ -169,10 +161,8 @@ def delayed_apex(
     (0.2044, -0.0188)
     """
     late, now, early = nonnegative("delay", delay, "s"), finite("u", u, "A"), finite("before", before, "A")
-    prompt = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=now).apex
-    steps = [(0.0, early), (late, now)] if late > 0.0 else now
-    apex = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=steps).apex
-    return apex, apex - prompt
+    apex = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=[(0.0, early), (late, now)] if late > 0.0 else now).apex
+    return apex, apex - solve_stance(robot, v2=v2, x1=x1, v1=v1, u=now).apex
 
 
 def _noise_and_level(noise: SupportsFloat, level: SupportsFloat) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from hopform._identify import segments
 from hopform._identify.estimation import Parameter
 from hopform._identify.fits import Fit, Options, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings
-from hopform._identify.motion import Array, Values
+from hopform._identify.motion import Array, Known, Values
 from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.segments import CUTOFFS, filtered_part, moving_rows
@@ -92,7 +92,7 @@ def fit_drop_test(
     *,
     attached: bool = False,
     free: bool = False,
-    known: Values | None = None,
+    known: Known = None,
     **options: Unpack[Options],
 ) -> Fit:
     """Spring, mass and friction of a body from recordings of x2, by least squares on exact motions.
@@ -132,8 +132,7 @@ class _Body(Kind):
 
     def segment(self, group: Group, first: int) -> Group:
         """With the motions from their releases on, and without what no current of them shows."""
-        numbered = enumerate(group.recordings, first)
-        cuts = [cut for n, each in numbered for cut in _cuts(each, n, self, group.known["g"])]
+        cuts = [cut for n, each in enumerate(group.recordings, first) for cut in _cuts(each, n, self, group.known["g"])]
         held, statements = _driven(cuts) if self.driven else ({}, [])
         return replace(group, cuts=cuts, known={**held, **group.known}, statements=(*group.statements, *statements))
 
@@ -143,11 +142,11 @@ class _Body(Kind):
         for rounds in (1, _REFINED) if any(cut.x1 is not None for cut in cuts) else (1,):
             oscillations = [_guess(cut, self.rig, known["g"], rounds) for cut in cuts]
             shared = _shared_starts(known, oscillations, group.masses, self.rig)
-            first = [
-                each | _own_starts(cut, oscillation, known["g"] * (each["m_s"] + cut.recording.added_mass) / each["k"])
-                for each, cut, oscillation in zip(shared, cuts, oscillations, strict=True)
-            ]
-            driven = _driven_starts(cuts, oscillations, known)
+            starts = zip(shared, cuts, oscillations, strict=True)
+            first = [_with_own(*each, known["g"]) for each in starts]
+            seen = [(cut, cut.x1, one) for cut, one in zip(cuts, oscillations, strict=True) if cut.x1 is not None]
+            cutoffs = sorted(CUTOFFS, reverse=True)  # hits of a stop are short
+            driven = [_driven_start(*each, known, cutoff) for each in seen for cutoff in cutoffs]
             tries += [first, *([each | other for each in first] for other in driven)]
         return tries
 
@@ -175,19 +174,16 @@ def _scale(known: Values, units: Units) -> tuple[Guess, list[str]]:
     forces = {"m_eff", "gamma2"} & set(known)
     if forces:
         return {}, [f"the scale of all forces is that of the known {' and '.join(sorted(forces))}"]
-    return {"m_s": 1.0}, [
-        f"motion alone fixes k/m_s and b2/m_s: k and b2 are per {units.of('kg')} of m_s; weigh the body (known m_s), "
-        "or record again with a weighed mass added"
-    ]
+    per = f"motion alone fixes k/m_s and b2/m_s: k and b2 are per {units.of('kg')} of m_s"
+    return {"m_s": 1.0}, [f"{per}; weigh the body (known m_s), or record again with a weighed mass added"]
 
 
 def _driven(cuts: Sequence[Cut]) -> tuple[Guess, list[str]]:
     """gamma2 and a constant load where the currents of a free actuator do not identify them: they are held then."""
     levels = np.array([u for cut in cuts for _, u in cut.steps])
     if not levels.any():
-        return {"gamma2": 1.0, "offset": 0.0}, [
-            "no current flows: gamma2 cannot be identified; record a drop under a constant current too"
-        ]
+        why = "no current flows: gamma2 cannot be identified; record a drop under a constant current too"
+        return {"gamma2": 1.0, "offset": 0.0}, [why]
     if float(np.ptp(levels)) <= 0.02 * float(np.abs(levels).max()):
         return {"offset": 0.0}, ["the current is constant: a constant load of the actuator counts as part of gamma2 u"]
     return {}, []
@@ -200,10 +196,9 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     values, rig = recording.position("x2"), kind.rig
     unit = recording.units("x2").position
     if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
-        worst = int(np.abs(values - np.median(values)).argmax())
         most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
         message = f"moves over {np.ptp(values):.3g} {unit}; {most}: is its unit right?"
-        raise recording.error_of("x2", message, recording.line + worst)
+        raise recording.error_of("x2", message, recording.line + int(np.abs(values - np.median(values)).argmax()))
     clean = of_recordings.mended(values)
     spans = segments.decays(recording, clean) if rig == "attached" else segments.drops(recording, clean, rig == "free")
     driven = kind.driven and recording.has_current()
@@ -216,12 +211,11 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
             _check_fall(recording, seen, clean[seen:end], g)
         start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
         which = f", {'decay' if rig == 'attached' else 'drop'} {n}" if len(spans) > 1 else ""
-        time = recording.time[start:end]
+        time, label = recording.time[start:end], f"{recording.source}{which}"
         begin = float(time[0])
         steps = of_recordings.steps_of(recording, start, end) if driven else ((0.0, 0.0),)
         beside = None if x1 is None else x1[start:end]
         still = {"x1": 0.0, "v1": 0.0} if rig == "free" and x1 is None else {}
-        label = f"{recording.source}{which}"
         cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, beside, still))
     return cuts
 
@@ -239,10 +233,8 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     count = int(fallen[0]) if fallen.size else lowest
     if count < 5:
         return
-    t = recording.time[line : line + count] - recording.time[line]
-    powers = np.vander(t, 3)
-    parabola = np.linalg.lstsq(powers, x[:count], rcond=None)[0]
-    found = -2.0 * float(parabola[0])
+    powers = np.vander(recording.time[line : line + count] - recording.time[line], 3)
+    found = -2.0 * float(np.linalg.lstsq(powers, x[:count], rcond=None)[0][0])
     error = 2.0 * of_recordings.noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
     margin = 3.0 * error
     if not g / 3.0 - margin < found < 3.0 * g + margin:
@@ -258,14 +250,12 @@ def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
     if rig == "attached":
         return oscillation_of(cut.time, cut.x)
     x = cut.x
-    low, top = float(x.min()), float(x.max())
-    fall = 0.9 * (top - low)
     if rig == "free":
         return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g, rounds)
-    rest = float(np.median(x[-max(x.size // 10, 5) :]))
+    rest, low = float(np.median(x[-max(x.size // 10, 5) :])), float(x.min())
     # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
     depth = max(rest - low, 1e-6)
-    half = fall - depth
+    half = 0.9 * (float(x.max()) - low) - depth
     sag = half - math.sqrt(half * half - depth * depth) if half > depth else max(depth, 1e-4)
     return Oscillation(rest, math.sqrt(g / max(sag, 1e-5)), 0.1 * math.sqrt(g / max(sag, 1e-5)), 0.3)
 
@@ -277,13 +267,11 @@ def _first_stance(time: Array, x: Array, g: float) -> Oscillation:
     noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
     top, bottom = float(np.median(x[:3])), int(x.argmin())
     parabola = top - 0.5 * g * (time - time[0]) ** 2
-    off = np.flatnonzero(
-        np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom])
-    )
+    far = np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom])
+    off = np.flatnonzero(far)
     length = float(parabola[int(off[0])]) if off.size else 0.5 * (top + float(x[bottom]))
     low = float(x[bottom])
-    depth = max(length - low, 1e-3)
-    square = 2.0 * g * 0.9 * (top - low) / depth**2
+    square = 2.0 * g * 0.9 * (top - low) / max(length - low, 1e-3) ** 2
     return Oscillation(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
 
 
@@ -342,56 +330,33 @@ def _shared_starts(known: Values, guesses: Sequence[Oscillation], added: Sequenc
     if rig == "free":
         m_eff = known.get("m_eff", 5.0 * mass)
         start |= {"m_eff": m_eff, "b1": 5.0 * m_eff, "f1": 0.5, "gamma2": -10.0 * mass, "offset": 0.0}
-    return [
-        start | {"b2": guess.viscous * (mass + m), "f2": guess.coulomb} for guess, m in zip(guesses, added, strict=True)
-    ]
+    return [start | {"b2": one.viscous * (mass + m), "f2": one.coulomb} for one, m in zip(guesses, added, strict=True)]
 
 
-def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Oscillation], known: Values) -> list[dict[str, float]]:
-    """Least squares on (3) for an actuator whose x1 was recorded, through each filter: acceleration over v1, current
-    and compression.
+def _driven_start(cut: Cut, x1: Array, guess: Oscillation, known: Values, cutoff: float) -> dict[str, float]:
+    """Least squares on (3) for an actuator whose x1 was recorded, through a filter: acceleration over v1, current and
+    compression.
     """
-    return [
-        _driven_start(cut, guess, known, cutoff)
-        for cut, guess in zip(cuts, guesses, strict=True) if cut.x1 is not None
-        for cutoff in sorted(CUTOFFS, reverse=True)  # hits of a stop are short
-    ]  # fmt: skip
-
-
-def _driven_start(cut: Cut, guess: Oscillation, known: Values, cutoff: float) -> dict[str, float]:
-    x1 = cut.x if cut.x1 is None else cut.x1
     step = float(np.median(np.diff(cut.time)))
     cutoff = min(cutoff, 0.2 / step)
     begins, levels = np.array(cut.steps, dtype=float).T
     u = levels[np.searchsorted(begins, cut.time, side="right") - 1]
     length = known.get("length", guess.rest + known["g"] / guess.omega**2)
-    rows, pressed = (
-        filtered_part(cut.time, x1, drive, step, cutoff) for drive in (u, np.maximum(x1 - cut.x + length, 0.0))
-    )
+    rows, pressed = (filtered_part(cut.time, x1, by, step, cutoff) for by in (u, np.maximum(x1 - cut.x + length, 0.0)))
     b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u], robust=True)
     stiffness = known.get("k", guess.omega**2 * (known.get("m_s", 1.0) + cut.recording.added_mass))
-    masses = (
-        known.get("m_eff"), known["gamma2"] / gamma if "gamma2" in known and gamma else None,
-        stiffness / k if k else None
-    )  # fmt: skip
+    by_force = known["gamma2"] / gamma if "gamma2" in known and gamma else None
+    masses = (known.get("m_eff"), by_force, stiffness / k if k else None)
     mass = next((each for each in masses if each is not None and each > 0.0), 5.0 * known.get("m_s", 1.0))
-    return {
-        "m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass,
-        "offset": -constant / gamma if gamma else 0.0,
-    }  # fmt: skip
+    start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass}
+    return start | {"offset": -constant / gamma if gamma else 0.0}
 
 
-def _own_starts(cut: Cut, guess: Oscillation, sag: float) -> Guess:
-    """Where a motion begins: its rest without gravity, place and velocity of the body, and of the actuator."""
-    (v, x), *beside = (_line(cut.time, each) for each in (cut.x, cut.x1) if each is not None)
-    return {"rest": guess.rest + sag, "x": x, "v": v} | {
-        name: at for v1, x1 in beside for name, at in (("x1", x1), ("v1", v1))
-    }
-
-
-def _line(time: Array, values: Array) -> list[float]:
-    """Slope and height of the first samples."""
-    return [float(each) for each in np.polyfit(time[:5], values[:5], 1)]
+def _with_own(shared: Guess, cut: Cut, guess: Oscillation, g: float) -> Guess:
+    """Where a motion begins too: its rest without gravity, place and velocity of the body, and of the actuator."""
+    rest = guess.rest + g * (shared["m_s"] + cut.recording.added_mass) / shared["k"]
+    lines = [np.polyfit(cut.time[:5], each[:5], 1) for each in (cut.x, cut.x1) if each is not None]
+    return shared | {"rest": rest} | dict(zip(("v", "x", "v1", "x1"), np.ravel(lines).tolist(), strict=False))
 
 
 def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
@@ -407,13 +372,11 @@ def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
 
 def _traded(first: Guess, rig: Rig) -> list[Guess]:
     """A start with its friction as it is, with more of it Coulomb's, and of a drop with other springs."""
-    coulomb = [name for name in first if name.startswith("f2")]
-    viscous = [name for name in first if name.startswith("b2")]
+    coulomb, viscous = ([name for name in first if name.startswith(letter)] for letter in ("f2", "b2"))
     tries = [first]
     if coulomb and viscous:
         less = {name: 0.5 * first[name] for name in viscous}
-        more = {name: 1.5 * first[name] + 0.05 for name in coulomb}
-        tries.append(first | less | more)
+        tries.append(first | less | {name: 1.5 * first[name] + 0.05 for name in coulomb})
     if rig != "attached" and "k" in first:
         tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
     return tries

@@ -11,6 +11,7 @@ interval ends where the sum of squares has grown by the factor 1 + t^2/(n - p).
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib import import_module
 from typing import Any, NamedTuple, TypeVar
 
@@ -54,6 +55,10 @@ class Parameter(NamedTuple):
     """of a real one: where it must be"""
 
 
+Experiments = Sequence[Experiment]
+Parameters = Sequence[Parameter]
+
+
 class Estimate(NamedTuple):
     """A parameter as the data have it."""
 
@@ -80,7 +85,7 @@ class Solution:
     cost: float
     evaluations: int
     loss: str = "linear"
-    experiments: Sequence[Experiment] = ()
+    experiments: Experiments = ()
 
     @property
     def count(self) -> int:
@@ -127,11 +132,6 @@ def student(level: float, freedom: float) -> float:
     return float(of_scipy("special").stdtrit(freedom, level))
 
 
-def chi_square(level: float, freedom: float) -> float:
-    """The quantile of chi square."""
-    return float(of_scipy("special").chdtri(freedom, 1.0 - level))
-
-
 _FAR = 14.0
 """Largest change of a logarithm: a factor of a million, beyond which no leg is."""
 
@@ -149,24 +149,20 @@ def _ends(p: Parameter) -> tuple[float, float]:
 class _Coordinates:
     """Between parameters and the numbers that the optimiser moves."""
 
-    def __init__(self, parameters: Sequence[Parameter]) -> None:
+    def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
         ends = [_ends(p) for p in parameters]
         self.low, self.high = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
 
     def into(self, values: Values) -> Array:
-        z = np.array([
-            math.log(max(values[p.name], 1e-9 * p.scale)) if p.kind == "positive" else values[p.name] / p.scale
-            for p in self.parameters
-        ])  # fmt: skip
+        at = [(values[p.name], p) for p in self.parameters]
+        z = np.array([math.log(max(x, 1e-9 * p.scale)) if p.kind == "positive" else x / p.scale for x, p in at])
         inside = 1e-10
         return np.asarray(np.minimum(np.maximum(z, self.low + inside), self.high - inside))
 
     def out(self, z: Array) -> dict[str, float]:
-        return {
-            p.name: math.exp(min(value, 300.0)) if p.kind == "positive" else float(value) * p.scale
-            for p, value in zip(self.parameters, z.tolist(), strict=True)
-        }
+        pairs = zip(self.parameters, z.tolist(), strict=True)
+        return {p.name: math.exp(min(x, 300.0)) if p.kind == "positive" else x * p.scale for p, x in pairs}
 
     def slopes(self, values: Values) -> Array:
         """d parameter / d coordinate."""
@@ -177,8 +173,8 @@ Progress = Callable[[str], None]
 
 
 def solve(
-    experiments: Sequence[Experiment],
-    parameters: Sequence[Parameter],
+    experiments: Experiments,
+    parameters: Parameters,
     *,
     sigma: Sequence[float] | None = None,
     fixed: Values | None = None,
@@ -194,43 +190,25 @@ def solve(
     weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
     coordinates = _Coordinates(parameters)
     per_sample = np.repeat(weights, [each.time.size for each in experiments])
-    known: dict[bytes, _Place] = {}
-    evaluations = 0
 
-    def at(z: Array) -> _Place:
-        """Residuals and Jacobian at a place; the optimiser asks for one after the other, and goes back after a step too
-        far.
-        """
-        nonlocal evaluations
-        key = z.tobytes()
-        if key not in known:
-            evaluations += 1
-            parts, rows = residuals(experiments, parameters, coordinates.out(z) | held)
-            scaled = rows * coordinates.slopes(coordinates.out(z)) / per_sample[:, np.newaxis]
-            known[key] = _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
-            while len(known) > 3:
-                del known[next(iter(known))]
-        return known[key]
+    @lru_cache(maxsize=3)
+    def at(place: bytes) -> _Place:
+        """Residuals and Jacobian; the optimiser asks for one after the other, and goes back after a step too far."""
+        values = coordinates.out(np.frombuffer(place))
+        parts, rows = residuals(experiments, parameters, values | held)
+        scaled = rows * coordinates.slopes(values) / per_sample[:, np.newaxis]
+        return _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
 
-    def residual(z: Array) -> Array:
-        return at(z).seen
-
-    def jacobian(z: Array) -> Array:
-        return at(z).slopes
+    def part(name: str) -> Callable[[Array], Array]:
+        return lambda z: getattr(at(z.tobytes()), name)
 
     start = coordinates.into({p.name: p.start for p in parameters})
     if parameters:
-        found = optimize.least_squares(
-            residual, start, jacobian, bounds=(coordinates.low, coordinates.high), max_nfev=most, ftol=precision,
-            xtol=precision, gtol=1e-12,
-        )  # fmt: skip
-        start = found.x
-    values = coordinates.out(start) | held
-    end = at(start)
-    return Solution(
-        tuple(parameters), values, tuple(end.parts), weights, end.rows, float(end.seen @ end.seen), evaluations, loss,
-        experiments,
-    )  # fmt: skip
+        how = {"bounds": (coordinates.low, coordinates.high), "ftol": precision, "xtol": precision, "gtol": 1e-12}
+        start = optimize.least_squares(part("seen"), start, part("slopes"), max_nfev=most, **how).x
+    end = at(start.tobytes())
+    least = tuple(end.parts), weights, end.rows, float(end.seen @ end.seen)
+    return Solution(tuple(parameters), coordinates.out(start) | held, *least, at.cache_info().misses, loss, experiments)
 
 
 class _Place(NamedTuple):
@@ -276,17 +254,13 @@ def triangle(matrix: Array) -> Array:
     """R of a tall matrix' QR, block by block: blocks so small that no library of linear algebra starts threads for
     them.
     """
-    width = matrix.shape[1]
-    found = np.empty((0, width))
+    found = np.empty((0, matrix.shape[1]))
     for begin in range(0, matrix.shape[0], 256):
-        rows = np.vstack([found, matrix[begin : begin + 256]])
-        found = np.asarray(np.linalg.qr(rows, mode="r"))
+        found = np.asarray(np.linalg.qr(np.vstack([found, matrix[begin : begin + 256]]), mode="r"))
     return found
 
 
-def residuals(
-    experiments: Sequence[Experiment], parameters: Sequence[Parameter], values: Values
-) -> tuple[list[Array], Array]:
+def residuals(experiments: Experiments, parameters: Parameters, values: Values) -> tuple[list[Array], Array]:
     """Predicted less measured [m] per experiment, and the derivatives of all of them by the parameters."""
     parts, rows = list[Array](), list[Array]()
     for experiment in experiments:
@@ -296,9 +270,8 @@ def residuals(
             predicted, by = np.full_like(experiment.measured, 1e3), {}
         parts.append(predicted - experiment.measured)
         zero = np.zeros(experiment.time.size)
-        rows.append(
-            np.stack([by.get(p.name, zero) for p in parameters], axis=1) if parameters else np.empty((zero.size, 0))
-        )
+        columns = [by.get(p.name, zero) for p in parameters]
+        rows.append(np.stack(columns, axis=1) if columns else np.empty((zero.size, 0)))
     return parts, np.concatenate(rows)
 
 
@@ -306,20 +279,19 @@ def best(solutions: Sequence[Solution]) -> Solution:
     return min(solutions, key=lambda each: each.cost)
 
 
-def again(
-    solution: Solution, experiments: Sequence[Experiment], start: Sequence[Parameter] | None = None, **how: Any
-) -> Solution:
+def again(solution: Solution, experiments: Experiments, start: Parameters | None = None, **how: Any) -> Solution:
     """The least squares of experiments from a start, or from where a solution came to, under its noise and loss."""
     how = {"sigma": solution.sigma, "loss": solution.loss} | how
     return solve(experiments, started(solution) if start is None else start, **how)
 
 
-def cost_of(solution: Solution, experiments: Sequence[Experiment], sigma: Sequence[float]) -> float:
-    """The cost of a solution's parameters under given standard deviations of the noise."""
-    return again(solution, experiments, sigma=sigma, most=1).cost
+def better(first: Solution, other: Solution, experiments: Experiments) -> Solution:
+    """The one whose parameters cost less under the smaller standard deviations of the noise."""
+    noise = [min(pair) for pair in zip(first.sigma, other.sigma, strict=True)]
+    return min(first, other, key=lambda each: again(each, experiments, sigma=noise, most=1).cost)
 
 
-def deviations(solution: Solution, experiments: Sequence[Experiment]) -> tuple[float, ...]:
+def deviations(solution: Solution, experiments: Experiments) -> tuple[float, ...]:
     """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known
     noise.
 
@@ -328,8 +300,7 @@ def deviations(solution: Solution, experiments: Sequence[Experiment]) -> tuple[f
     share = solution.freedom / solution.count
 
     def size(part: Array) -> float:
-        square = float((part**2).mean()) if solution.loss == "linear" else scale(part) ** 2
-        return math.sqrt(max(square, 1e-24) / share)
+        return math.sqrt(max(float((part**2).mean()) if solution.loss == "linear" else scale(part) ** 2, 1e-24) / share)
 
     return tuple(each.noise or size(part) for each, part in zip(experiments, solution.residuals, strict=True))
 
@@ -429,10 +400,8 @@ def spread(solution: Solution) -> Spread:
     covariance[np.ix_(alive, alive)] = inside * effect.unit / effect.slope
     blind = np.abs(directions[unseen]) > 1e-3
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
-    weak |= {
-        p.name for p, variance in zip(solution.parameters, np.diag(covariance).tolist(), strict=True)
-        if p.kind == "positive" and math.sqrt(variance) > _NOT_IDENTIFIABLE * solution.values[p.name]
-    }  # fmt: skip
+    errors = zip(solution.parameters, np.sqrt(np.diag(covariance)).tolist(), strict=True)
+    weak |= {p.name for p, e in errors if p.kind == "positive" and e > _NOT_IDENTIFIABLE * solution.values[p.name]}
     together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
     for index, name in enumerate(names):
         if name in weak:
@@ -453,20 +422,18 @@ def estimates(
     for index, parameter in enumerate(solution.parameters):
         value = solution.values[parameter.name]
         stderr = math.sqrt(seen.covariance[index, index] * inflation)
-        if parameter.name in seen.weak:
-            unknown = (math.inf, -math.inf, math.inf, "not identifiable")
-            found.append(Estimate(parameter.name, parameter.unit, value, *unknown, parameter.own))
-            continue
         low, high, method = value - t * stderr, value + t * stderr, "t"
-        if parameter.kind == "positive":
+        if parameter.name in seen.weak:
+            stderr, low, high, method = math.inf, -math.inf, math.inf, "not identifiable"
+        elif parameter.profiled and profiles:
+            if progress:
+                progress(f"interval of {parameter.name}")
+            low, high, method = _profile(solution, parameter, stderr, inflation)
+        elif parameter.kind == "positive":
             factor = math.exp(min(t * stderr / value, 300.0))
             low, high = value / factor, value * factor
         elif parameter.kind in ("nonnegative", "fraction"):
             low = max(low, 0.0)
-        if parameter.profiled and profiles:
-            if progress:
-                progress(f"interval of {parameter.name}")
-            low, high, method = _profile(solution, parameter, stderr, inflation)
         found.append(Estimate(parameter.name, parameter.unit, value, stderr, low, high, method, parameter.own))
     return tuple(found), seen
 
@@ -480,12 +447,7 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
     seen = spread(solution).covariance
     own = solution.parameters.index(parameter)
     slopes = (seen[index, own] / max(seen[own, own], 1e-300)).tolist()
-    ways: list[Callable[[float], tuple[list[Parameter], int]]] = [
-        lambda trial: (
-            [p._replace(start=clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slopes, strict=True)], 6,
-        ),
-        lambda _: (rest, 20),
-    ]  # fmt: skip
+    ways = [(slopes, 6), ([0.0] * len(rest), 20)]
 
     def growth(trial: float) -> float:
         """How much the sum of squares grows, in variances, if the parameter is held at a value.
@@ -495,9 +457,9 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
         """
         unit, expected = influence(solution).unit * inflation, ((trial - value) / stderr) ** 2
         grown = list[float]()
-        for way in tuple(ways):
-            start, most = way(trial)
-            fixed = {parameter.name: trial}
+        for tilt, most in tuple(ways):
+            pairs, fixed = zip(rest, tilt, strict=True), {parameter.name: trial}
+            start = [p._replace(start=clip(p, p.start + s * (trial - value))) for p, s in pairs]
             held = again(solution, solution.experiments, start, fixed=fixed, most=most, precision=1e-4)
             grown.append((held.cost - solution.cost) / unit)
             if grown[-1] <= 4.0 * expected + 1.0:
@@ -506,9 +468,9 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
             ways.reverse()
         return min(grown)
 
-    upper = _cross(growth, value, stderr, two, math.inf)
+    upper = _cross(growth, value, stderr, two, -math.inf)
     if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or growth(0.0) <= two):
-        return 0.0, _cross(growth, value, stderr, one, math.inf), "profile, one-sided at 0"
+        return 0.0, _cross(growth, value, stderr, one, -math.inf), "profile, one-sided at 0"
     return _cross(growth, value, -stderr, two, 0.0), upper, "profile"
 
 
@@ -526,24 +488,21 @@ def clip(parameter: Parameter, value: float) -> float:
 
 def _cross(growth: Callable[[float], float], value: float, step: float, wanted: float, end: float) -> float:
     """Where the growth, about (x - value)^2/step^2, reaches what is wanted; its root is nearly straight, so secants do
-    it.
+    it. end: x is no less, 0 or -inf; where a step says nothing, the interval goes on to there, or to infinity.
     """
     if not math.isfinite(step) or step == 0.0:
-        return end if math.isfinite(end) else math.inf
+        return abs(end)
     root, target = 0.0, math.sqrt(wanted)
-    near, x = value, value + target * step
-    if math.isfinite(end):
-        x = max(x, end)
+    near, x = value, max(value + target * step, end)
     for _ in range(6):
         height = math.sqrt(max(growth(x), 0.0))
         if abs(height - target) <= 0.02 * target:
             break
         slope = (height - root) / (x - near) if x != near else 0.0
         moved = x + target * step if slope * step <= 0.0 else x + (target - height) / slope
-        way = min(max((moved - value) / step, 0.25 * (x - value) / step), 4.0 * (x - value) / step)
-        moved = value + way * step
+        moved = value + min(max((moved - value) / step, 0.25 * (x - value) / step), 4.0 * (x - value) / step) * step
         near, root = x, height
-        x = max(moved, end) if math.isfinite(end) else moved
+        x = max(moved, end)
     return x
 
 
@@ -559,10 +518,8 @@ def moved(solution: Solution, name: str, errors: float) -> list[Parameter]:
     rows, size = seen[:, own], math.sqrt(seen[own, own])
     if not 0.0 < size < math.inf:
         return started(solution)
-    return [
-        p._replace(start=clip(p, p.start + errors * float(row) / size))
-        for p, row in zip(started(solution), rows, strict=True)
-    ]
+    pairs = zip(started(solution), rows, strict=True)
+    return [p._replace(start=clip(p, p.start + errors * float(row) / size)) for p, row in pairs]
 
 
 def expected_decrease(solution: Solution) -> float:
@@ -599,16 +556,12 @@ class Tests(NamedTuple):
 def tests_of(residual: Array) -> Tests:
     """Tests of one recording's residuals."""
     n, centred = residual.size, residual - residual.mean()
-    power = max(float((centred**2).sum()), 1e-300)
-    lag = float((centred[1:] * centred[:-1]).sum()) / power
+    lag = float((centred[1:] * centred[:-1]).sum()) / max(float((centred**2).sum()), 1e-300)
     signs = centred > 0.0
     above, below = int(signs.sum()), n - int(signs.sum())
     runs = 1 + int((signs[1:] != signs[:-1]).sum())
     mean = 1.0 + 2.0 * above * below / n
-    variance = max((mean - 1.0) * (mean - 2.0) / max(n - 1, 1), 1e-300)
-    z = (runs - mean) / math.sqrt(variance)
+    z = (runs - mean) / math.sqrt(max((mean - 1.0) * (mean - 2.0) / max(n - 1, 1), 1e-300))
     white = abs(lag) <= 3.0 / math.sqrt(n) and abs(z) <= 3.0
     inflation = 1.0 if white else max((1.0 + lag) / max(1.0 - lag, 1e-3), 1.0)
-    return Tests(
-        math.sqrt(float((residual**2).mean())), float(np.abs(residual).max()), lag, z, white, inflation
-    )  # fmt: skip
+    return Tests(rms(residual), float(np.abs(residual).max()), lag, z, white, inflation)

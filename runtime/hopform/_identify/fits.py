@@ -2,7 +2,6 @@
 identify.
 """
 
-import dataclasses
 import math
 import time as clock
 from collections.abc import Mapping, Sequence
@@ -109,9 +108,8 @@ class Fit(Shown):
     def _card(self) -> Card:
         ends = [(each.name, f"{each.value:.4g} +- {0.5 * (each.high - each.low):.2g}")
                 for each in self.estimates if not each.own][:5]  # fmt: skip
-        found = [("rms", self.rms), ("notes", len(self.statements)), ("warnings", len(self.warnings))]
         title = f"Fit ({self.kind}): {len(self.estimates)} parameters from {len(self.traces)} recording(s)"
-        return Card(title, ends, found)
+        return Card(title, ends, [("rms", self.rms), ("notes", len(self.statements)), ("warnings", len(self.warnings))])
 
     def _curve(self) -> Curve:
         trace = self.traces[0]
@@ -166,18 +164,14 @@ class Fit(Shown):
         if self.units.position != "m":
             raise HopformError("a fit in rad is of no hopper: take it to a simulator by --export mjcf, urdf or isaac")
         fields = [each.name for each in Robot.fields()]
-        letters = ["L0" if each.name == "length" else each.name.partition("@")[0] for each in self.estimates]
-        seen = [each.method != "not identifiable" and each.name[:6] != "offset" for each in self.estimates]
-        rows = {letter: [n for n, (own, ok) in enumerate(zip(letters, seen, strict=True)) if own == letter and ok]
-                for letter in fields}  # fmt: skip
-        names = [letter for letter in fields if rows[letter]]
-        mean = np.zeros((len(names), len(letters)))
-        for n, letter in enumerate(names):
-            mean[n, rows[letter]] = 1.0 / len(rows[letter])
-        values = mean @ np.array([each.value for each in self.estimates])
-        low, high = (
+        seen = ["" if each.method == "not identifiable" else each.name.partition("@")[0] for each in self.estimates]
+        letters = ["L0" if letter == "length" else letter for letter in seen]
+        names = [name for name in fields if name in letters]
+        mean = np.array([[1.0 / letters.count(name) if own == name else 0.0 for own in letters] for name in names])
+        mean = mean.reshape(len(names), len(letters))
+        values, low, high = (
             mean @ np.nan_to_num([getattr(each, end) for each in self.estimates], posinf=0.0, neginf=0.0)
-            for end in ("low", "high")
+            for end in ("value", "low", "high")
         )
         shift = np.array([base.c if letter == "L0" else 0.0 for letter in names])  # the fit has L0 + c
         known = {"L0" if name == "length" else name: value for name, value in self.known.items()}
@@ -189,7 +183,7 @@ class Fit(Shown):
             base.name or "another robot", all(trace.tests.white for trace in self.traces),
         )  # fmt: skip
         changed = given | dict(zip(names, fit.values, strict=True))
-        return dataclasses.replace(base, **changed, fit=fit)  # type: ignore[arg-type]
+        return replace(base, **changed, fit=fit)  # type: ignore[arg-type]
 
     def sample(self, count: int, seed: int | None = None, base: Robot | None = None) -> tuple[Robot, ...]:
         """Robots drawn from the joint distribution of what was fitted; the rest is that of `base`, hopper_c if none."""
@@ -201,38 +195,22 @@ def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
     return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
 
 
-def _hopeless(problem: Problem, solution: Solution) -> bool:
-    """Whether a minimum is no fit at all."""
-    return any(
-        each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
-        for each, test in zip(problem.experiments, solution.tests, strict=True)
-    )
-
-
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
     """Outliers, which are left out of rms and tests."""
-    return [
-        f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them "
-        "out"
-        for trace, some in zip(traces, inliers, strict=True) if not some.all()
-    ]  # fmt: skip
+    words = "samples are outliers; rms and tests leave them out"
+    left = [(trace.label, some.size - int(some.sum()), some.size) for trace, some in zip(traces, inliers, strict=True)]
+    return [f"{label}: {off} of {size} {words}" for label, off, size in left if off]
 
 
 def blind(spread: estimation.Spread) -> list[str]:
     """What recordings do not identify."""
-    statements = list[str]()
-    if spread.weak:
-        statements.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
-    statements += [f"only combinations of {together} are fixed" for together in spread.combinations]
-    return statements
+    weak = [f"not identifiable from these recordings: {', '.join(spread.weak)}"] if spread.weak else []
+    return weak + [f"only combinations of {together} are fixed" for together in spread.combinations]
 
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
-    return [
-        f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip()
-        for each in estimates
-        if each.method.endswith("at 0")
-    ]
+    some = [each for each in estimates if each.method.endswith("at 0")]
+    return [f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip() for each in some]
 
 
 _MISSED, _NO_FIT = 0.1, 0.2
@@ -261,22 +239,21 @@ def is_no_fit(trace: Trace) -> bool:
 
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
     """Warnings about residuals: of a fit that fails, and of residuals that are not white."""
-    statements = list[str]()
-    for trace in traces:
-        if missed(trace):
-            statements.append(
-                f"{trace.label}: the fit misses the recording by "
-                f"{100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of its "
-                "motion: it is of another rig, or no start led to it; give more of what is known"
-            )
-    coloured = [
+    statements = [
+        f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of "
+        "its motion: it is of another rig, or no start led to it; give more of what is known"
+        for trace in traces
+        if missed(trace)
+    ]
+    statements += [
         f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "
         f"{trace.tests.runs_z:.1f}): the model misses something, or the noise has a memory"
         for trace in traces
         if not trace.tests.white
     ]
-    widened = f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common"
-    return [*statements, *coloured, *([widened] if inflation > 1.0 else [])]
+    if inflation > 1.0:
+        statements += [f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common"]
+    return statements
 
 
 def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> dict[tuple[str, str], float]:
@@ -301,7 +278,9 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     problem = problem_of(given, known, asked.backend, asked.loss)
     asked.stage("fit")
     problem, solution = _minimum(problem, asked.nuisances)
-    usable, inflation = not _hopeless(problem, solution), solution.inflation
+    usable, inflation = True, solution.inflation
+    for each, test in zip(problem.experiments, solution.tests, strict=True):
+        usable &= each.kind == "threshold" or not _is_off(each.measured, test.rms, _NO_FIT)
     estimates, spread = estimation.estimates(solution, inflation=inflation, profiles=usable, progress=asked.stage)
     asked.stage("diagnoses")
     diagnoses = nuisances.diagnose(problem, solution) if asked.diagnose else ()
@@ -309,7 +288,7 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     old = _old(problem, solution) if asked.compare and usable and problem.coulomb else {}
     asked.stage("hold-out")
     left_out = _holdout(problem, solution) if asked.holdout and usable else [math.nan] * len(solution.sigma)
-    repeats, differing = nuisances.repeats_of(problem, solution, estimates) if usable else ((), ())
+    repeats, differing = nuisances.repeats_of(problem, solution, estimates) if usable else ([], [])
     traces = _traces(problem, solution, old, left_out)
     odd = [*_outlying(traces, solution.inliers), *_coloured(traces, inflation)]
     return Fit(
@@ -317,7 +296,7 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
         statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
         warnings=(*problem.warnings, *odd, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
-        covariance=spread.covariance * inflation, repeats=repeats, units=problem.units, scale=problem.scale,
+        covariance=spread.covariance * inflation, repeats=tuple(repeats), units=problem.units, scale=problem.scale,
     )  # fmt: skip
 
 
@@ -345,19 +324,15 @@ def checked(options: Options) -> Asked:
     return Asked(loss, compare, holdout, further, wanted, options.get("backend"), stage)
 
 
-def _traces(
-    problem: Problem, solution: Solution, old: Mapping[int, Array], left_out: Sequence[float]
-) -> tuple[Trace, ...]:
+def _traces(problem: Problem, solution: Solution, old: dict[int, Array], holdout: Sequence[float]) -> tuple[Trace, ...]:
     tests, inliers = solution.tests, solution.inliers
-    return tuple(
-        Trace(
-            each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
-            each.measured + residual,
-            each.measured + old[n] if n in old else None, tests[n],
-            estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan, left_out[n],
-        )
-        for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
-    )  # fmt: skip
+    found = list[Trace]()
+    for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True)):
+        x, of = each.measured, each.of if each.kind == "free" else _QUANTITY[each.kind]
+        worse = x + old[n] if n in old else None
+        rms = estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan
+        found.append(Trace(each.label, of, each.time + each.begin, x, x + residual, worse, tests[n], rms, holdout[n]))
+    return tuple(found)
 
 
 def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution]:
@@ -380,14 +355,10 @@ def _old(problem: Problem, solution: Solution) -> dict[int, Array]:
     It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more
     and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
     """
-    inliers = solution.inliers
+    inliers, shares = solution.inliers, (1.0, 1.6, 3.0)
     numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
-    viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
-    starts = tuple(
-        solution.values
-        | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
-        for more in (1.0, 1.6, 3.0)
-    )
+    viscous, at = [p for p in problem.parameters if p.name[:1] == "b"], solution.values
+    starts = tuple(at | {p.name: more * at[p.name] + 0.02 * (more - 1.0) * p.scale for p in viscous} for more in shares)
     whole, fixed = [problem.experiments[n] for n in numbers], dict.fromkeys(problem.coulomb, 0.0)
     some = selected(whole, [inliers[n] for n in numbers])
     found = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)

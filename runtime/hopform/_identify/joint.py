@@ -21,16 +21,14 @@ from hopform._identify import estimation
 from hopform._identify.drop import ATTACHED, FREE, GROUND
 from hopform._identify.estimation import Estimate, Solution
 from hopform._identify.fits import Fit, Options, blind, fit
-from hopform._identify.kinds import Kind, Recordings, problem_of, read_several
+from hopform._identify.kinds import Recordings, problem_of, read_several
 from hopform._identify.motion import Array, Values
 from hopform._identify.ramp import RAMP
 from hopform._identify.recordings import HOPPER, Recording, Units, gaps_of, noise_of, outliers, quantum_of
 from hopform._identify.search import Problem, follow
 from hopform._identify.step import AIR, HELD
 
-KINDS: Mapping[str, Kind] = {
-    "drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE, "ramp": RAMP,
-}  # fmt: skip
+KINDS = {"drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE, "ramp": RAMP}
 """Of each role its kind; a free drop comes late, since it shows least about its starts."""
 LETTERS = tuple(dict.fromkeys(letter for kind in (GROUND, FREE) for letter in (*kind.letters, *kind.given)))
 
@@ -100,12 +98,10 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
     problem = problem_of({kind: of.get(role, ()) for role, kind in KINDS.items()}, known)
     telemetry = tuple(_telemetry(each, role) for role, some in of.items() for each in some)
     found, spread = expected(problem, at if at is not None else follow(problem).values)
-    letters = [name.partition("@")[0] for name in spread.weak]
+    letters = (name.partition("@")[0] for name in spread.weak)
     helps = dict.fromkeys(_HELPS[letter] for letter in letters if letter in _HELPS)
-    warnings = [each for one in telemetry for each in _odd(one)]
-    return Check(
-        telemetry, found, (*problem.statements, *blind(spread), *helps), (*problem.warnings, *warnings), problem.units
-    )
+    warnings = (*problem.warnings, *(each for one in telemetry for each in _odd(one)))
+    return Check(telemetry, found, (*problem.statements, *blind(spread), *helps), warnings, problem.units)
 
 
 _HELPS = {
@@ -129,10 +125,8 @@ def expected(problem: Problem, at: Values) -> tuple[tuple[Estimate, ...], estima
     sigma = [each.noise or noise_level(each.measured) for each in problem.experiments]
     _, rows = estimation.residuals(problem.experiments, problem.parameters, values)
     # Residuals of one standard deviation, so that the covariance is that of the noise.
-    rest = tuple(
-        np.full(each.time.size, size * math.sqrt(1.0 - len(problem.parameters) / max(rows.shape[0], 1)))
-        for each, size in zip(problem.experiments, sigma, strict=True)
-    )
+    share = math.sqrt(1.0 - len(problem.parameters) / max(rows.shape[0], 1))
+    rest = tuple(np.full(each.time.size, size * share) for each, size in zip(problem.experiments, sigma, strict=True))
     solution = Solution(problem.parameters, values, rest, tuple(sigma), rows, float(rows.shape[0]), 1)
     return estimation.estimates(solution, profiles=False)
 
@@ -143,8 +137,7 @@ def noise_level(values: Array) -> float:
 
 
 def _telemetry(recording: Recording, role: str) -> Telemetry:
-    of = "x1" if role in ("step", "air", "ramp") else "x2"
-    x, time = recording.position(of), recording.time
+    x, time = recording.position("x1" if role in ("step", "air", "ramp") else "x2"), recording.time
     u = recording.current() if recording.has_current() else np.zeros(1)
     return Telemetry(
         recording.source, role, time.size, float(time[-1] - time[0]), 1.0 / float(np.median(np.diff(time))),
@@ -169,8 +162,7 @@ def _odd(one: Telemetry) -> list[str]:
         found.append(f"{one.outliers} samples are far off their neighbours: fit it with --loss huber")
     if one.gap > 0.0:
         found.append(f"a gap of {one.gap:.3g} s")
-    if one.role in ("step", "air", "free") and min(-one.lowest, one.highest) < _ONE_SIDED * max(
-        -one.lowest, one.highest
-    ):
+    down, up = -one.lowest, one.highest
+    if one.role in ("step", "air", "free") and min(down, up) < _ONE_SIDED * max(down, up):
         found.append("the current has one direction: friction and a constant load are one; record both")
     return [f"{one.source}: {each}" for each in found]

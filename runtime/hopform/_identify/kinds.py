@@ -5,7 +5,7 @@ names.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hopform._checks import items, mapping, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter
-from hopform._identify.motion import Array, Values
+from hopform._identify.motion import Array, Known, Values
 from hopform._identify.recordings import HOPPER, Recording, Units, independent, mended, read_recording, units_of
 from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
@@ -156,6 +156,10 @@ class Kind:
         )  # fmt: skip
 
 
+Given = Mapping[Kind, Recordings]
+"""Recordings, or their files, by their kind."""
+
+
 def read_several(recordings: Recordings, name: str) -> tuple[Recording, ...]:
     """One recording, several or none, as several, those of files read; HopformError for what is no recording."""
     one = isinstance(recordings, Recording | File)
@@ -163,9 +167,8 @@ def read_several(recordings: Recordings, name: str) -> tuple[Recording, ...]:
     found = [read_recording(each) if isinstance(each, File) else each for each in several]
     for n, each in enumerate(found):
         if not isinstance(each, Recording):
-            raise HopformError(
-                f"{name}[{n}] must be a Recording, as read_recording gives it, or a file of one, got {shown(each)}"
-            )
+            what = "a Recording, as read_recording gives it, or a file of one"
+            raise HopformError(f"{name}[{n}] must be {what}, got {shown(each)}")
     return tuple(found)
 
 
@@ -177,16 +180,14 @@ def read_some(recordings: Recordings) -> tuple[Recording, ...]:
     return several
 
 
-def check(
-    recordings: Mapping[Kind, Sequence[Recording]], known: Values | None = None, loss: str = "linear"
-) -> list[Group]:
+def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: str = "linear") -> list[Group]:
     """Each kind with its units, with what is known of it, and with what fixes its scale. A spring that a body shows
     gives the scale of step responses against it.
     """
-    allowed = tuple(dict.fromkeys(letter for kind in recordings for letter in (*kind.letters, *kind.given)))
-    some = {kind: several for kind, several in recordings.items() if several}
+    allowed = tuple(dict.fromkeys(letter for kind in given for letter in (*kind.letters, *kind.given)))
+    some = {kind: several for kind, several in given.items() if several}
     if all(kind.rig == "threshold" for kind in some):
-        of = " of a drop, a decay or a step; a ramp alone gives a threshold" if len(recordings) > 1 else ", got none"
+        of = " of a drop, a decay or a step; a ramp alone gives a threshold" if len(given) > 1 else ", got none"
         raise HopformError(f"a fit needs at least one recording{of}")
     shared = any("k" in kind.letters and kind.position == "x2" for kind in some) or "k" in (known or {})
     scaled = shared and any(kind.rig == "held" for kind in some)
@@ -205,9 +206,7 @@ def _motions(groups: Sequence[Group]) -> int:
     return sum(len(each.cuts) for each in groups)
 
 
-def problem_of(
-    given: Mapping[Kind, Recordings], known: Values | None = None, backend: str | None = None, loss: str = "linear"
-) -> Problem:
+def problem_of(given: Given, known: Known = None, backend: str | None = None, loss: str = "linear") -> Problem:
     """The least-squares problem of recordings by their kind: read, checked, cut into motions, with the starts that
     these show; of several kinds that of a robot.
     """
@@ -247,9 +246,8 @@ def _by_name(guesses: Sequence[Guess], names: Sequence[Mapping[str, str]]) -> Gu
 
 
 def _parameter(letter: str, name: str, value: float, x: Array, units: Units) -> Parameter:
-    reach = float(np.ptp(x))
-    scales = dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach) | dict.fromkeys(("v", "v1"), reach)
-    scale = (scales | {"impact_loss": 0.1, "offset": 0.1}).get(letter, max(abs(value), 0.1))
+    scales = dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * float(np.ptp(x))) | {"impact_loss": 0.1, "offset": 0.1}
+    scale = float(np.ptp(x)) if letter in ("v", "v1") else scales.get(letter, max(abs(value), 0.1))
     return Parameter(name, units.of(UNITS[letter]), value, scale, _DOMAINS.get(letter, "real"),
                      profiled=letter in ("f1", "f2"), own=letter in _OWN)  # fmt: skip
 
@@ -265,39 +263,33 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         own = {p.name: p.start for p in problem.parameters}
         shared = next((name for name in ("k", "m_eff") if name in parameters and own.get(name, 0.0) > 0.0), None)
         factor = parameters[shared].start / own[shared] if shared and problem.quantity == "x1" else 1.0
-        factors = {name: factor for name in _SCALED}
-        several = [
-            {name: value * factors.get(name, 1.0) for name, value in each.items()} for each in problem.starts or (own,)
-        ]
+        factors = {name: factor if name in _SCALED else 1.0 for each in (own, *problem.starts) for name in each}
         for p in problem.parameters:
-            by = factors.get(p.name, 1.0)
+            by = factors[p.name]
             parameters.setdefault(p.name, p._replace(start=p.start * by, scale=max(p.scale * by, 1e-12)))
-        new = [{name: value for name, value in each.items() if name not in first} for each in several]
+        starts = problem.starts or (own,)
+        new = [{name: value * factors[name] for name, value in each.items() if name not in first} for each in starts]
         others += [each for each in new[1:] if each != new[0]]
         first |= new[0]
         known |= problem.known
     known = {name: value for name, value in known.items() if name not in parameters}
+    experiments = list[Experiment]()
+    for each in (each for problem in problems for each in problem.experiments):
+        if each.kind != "threshold":
+            experiments.append(each)
+        elif "f1" in parameters:  # of parameters that others fit or know; it counts where friction is fitted
+            names = {letter: letter for letter in each.names if letter in parameters}
+            fixed = {name: known[name] for name in each.names if name not in names}
+            experiments.append(replace(each, names=names, constants=fixed))
     statements = dict.fromkeys(each for p in problems for each in p.statements)
     return Problem(
-        "robot", "x1, x2", tuple(_experiments(problems, parameters, known)), tuple(parameters.values()),
+        "robot", "x1, x2", tuple(experiments), tuple(parameters.values()),
         (first, *(first | each for each in others)), known, (*statements, *_missing(parameters, known)),
         tuple(each for p in problems for each in p.warnings),
         parts=max((p.parts for p in problems), key=len),
         units=next((each.units for each in problems if each.quantity == "x1"), problems[0].units),
         scale=all(p.scale for p in problems), loss=problems[0].loss,
     )  # fmt: skip
-
-
-def _experiments(
-    problems: Sequence[Problem], parameters: Mapping[str, Parameter], known: Values
-) -> Iterator[Experiment]:
-    """All of them; a threshold is one of parameters that others fit or know, and counts where friction is fitted."""
-    for each in (each for problem in problems for each in problem.experiments):
-        if each.kind != "threshold":
-            yield each
-        elif "f1" in parameters:
-            names = {letter: letter for letter in each.names if letter in parameters}
-            yield replace(each, names=names, constants={name: known[name] for name in each.names if name not in names})
 
 
 def _missing(names: Iterable[str], known: Values) -> list[str]:
@@ -307,16 +299,14 @@ def _missing(names: Iterable[str], known: Values) -> list[str]:
     if "b2" not in has:
         statements.append("nothing was recorded of the body: a drop test gives k/m_s, b2, f2, L0 + c and impact_loss")
     elif "length" not in has:
-        statements.append(
-            "L0 + c and impact_loss cannot be identified from a body that is fixed to its spring: "
-            "drop it onto the ground"
-        )
+        fixed = "L0 + c and impact_loss cannot be identified from a body that is fixed to its spring"
+        statements.append(f"{fixed}: drop it onto the ground")
     if "b1" not in has:
         statements.append("nothing was recorded of the actuator: a step response gives m_eff, b1, f1 and gamma2")
     return statements
 
 
-def checked_known(known: Values | None, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
+def checked_known(known: Known, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
     """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
     values = dict[str, float]()
     for name, value in mapping("known", known).items():

@@ -23,7 +23,6 @@ under one current, and from there on, where time is the clock's again, under all
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,12 +31,15 @@ from numpy.typing import NDArray
 from hopform._errors import HopformError
 from hopform._sensitivities import COLUMNS, in_height
 from hopform._solver.choice import DEFAULT, SolvedStance
-from hopform._solver.package import ENDINGS, ROWS, Steps, records
+from hopform._solver.package import ENDINGS, ROWS, LegState, Steps, records
 from hopform._stance import DOUBLE
 
 Array = NDArray[np.float64]
+Robot = records.Robot
 Values = Mapping[str, float]
 """Letters of a rig, or parameters, by their names."""
+Known = Values | None
+"""Known parameters, if any are."""
 STATE = ("x1", "v1", "x2", "v2")
 AT = {name: number for number, name in enumerate(COLUMNS)}
 """Where a derivative's column is: initial state x1, v1, x2, v2, the current u (all steps alike), the robot's fields."""
@@ -47,16 +49,14 @@ FIRM = 1e12
 _LENGTHS = [AT["L0"], AT["c"]]
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """States (times, 4), rows x1, v1, x2, v2, and their derivatives (times, 4, columns)."""
 
     states: Array
     by: Array
 
 
-@dataclass(frozen=True)
-class Piece:
+class Piece(NamedTuple):
     """A stance up to its ending: the motion at the times asked for, and the take-off if there is one."""
 
     motion: Motion
@@ -66,9 +66,7 @@ class Piece:
     duration_by: Array | None
 
 
-def stance(
-    robot: records.Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None
-) -> Motion:
+def stance(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Motion:
     """The motion from a state x1, v1, x2, v2 at t = 0 at times that do not decrease; HopformError if the leg takes off
     before.
     """
@@ -78,20 +76,16 @@ def stance(
     return piece.motion
 
 
-def states(
-    robot: records.Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None
-) -> Array:
+def states(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Array:
     """The states alone of such a motion, (times, 4), without their derivatives."""
     x1, v1, x2, v2 = start
-    state = records.LegState(x1, v1, v2, x1 - x2 + robot.L0 + robot.c)
+    state = LegState(x1, v1, v2, x1 - x2 + robot.L0 + robot.c)
     found = solved(robot, state, steps, float(times[-1]) * (1.0 + 1e-12), backend)
     at = found.state_at(np.minimum(times, found.outcome()[1]))
     return np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
 
 
-def solved(
-    robot: records.Robot, state: records.LegState, steps: Steps, horizon: float, backend: str | None
-) -> SolvedStance:
+def solved(robot: Robot, state: LegState, steps: Steps, horizon: float, backend: str | None) -> SolvedStance:
     """A stance as its back end has it; HopformError for more phases than any recording has."""
     found = DEFAULT.back_end(backend).solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
     if ENDINGS[found.outcome()[0]] == "too_many_phases":
@@ -118,20 +112,17 @@ def _of_height(rows: NDArray[Any], given: bool) -> Array:
 
 
 def stance_piece(
-    robot: records.Robot, start: Sequence[float], steps: Steps, times: Array, y: float | None, backend: str | None
+    robot: Robot, start: Sequence[float], steps: Steps, times: Array, y: float | None, backend: str | None
 ) -> Piece:
     """A stance of at most the given times; y is the compression at the start, from the state if None."""
     x1, v1, x2, v2 = start
     given = y is None
     compression = max(x1 - x2 + robot.L0 + robot.c, 0.0) if y is None else y
     horizon = max(float(times[-1]), 1e-9) * (1.0 + 1e-12) if times.size else 1e-9
-    found = solved(robot, records.LegState(x1, v1, v2, compression), steps, horizon, backend)
+    found = solved(robot, LegState(x1, v1, v2, compression), steps, horizon, backend)
     ending, duration, last, *_ = found.outcome()
-    within = times if ENDINGS[ending] == "rest" else times[times <= duration]
-    at, rows = found.tangents(np.ascontiguousarray(within))
-    by = _of_height(rows, given)
-    height = at.x1 - at.y + robot.L0 + robot.c
-    motion = Motion(np.stack([at.x1, at.v1, height, at.v2], axis=1), by)
+    at, rows = found.tangents(np.ascontiguousarray(times if ENDINGS[ending] == "rest" else times[times <= duration]))
+    motion = Motion(np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1), _of_height(rows, given))
     if ENDINGS[ending] != "takeoff":
         return Piece(motion, duration, None, None, None)
     ends = in_height(found.sensitivities(), given)
@@ -158,13 +149,12 @@ _AIRBORNE = [AT[name] for name in ("x1", "v1", "u", "m_eff", "b1", "f1", "gamma2
 class _Rig(NamedTuple):
     """The dropped rig: the robot, whose c is 0 (a constant force on the actuator is a current's), and the current."""
 
-    robot: records.Robot
+    robot: Robot
     steps: Steps
     backend: str | None
 
 
-@dataclass(frozen=True)
-class _Run:
+class _Run(NamedTuple):
     """A drop under way: time, state, and the derivatives of both by the columns."""
 
     begin: float
@@ -176,9 +166,7 @@ class _Run:
     """the foot is exactly on the ground: the compression is 0, whatever the parameters are"""
 
 
-def drop(
-    robot: records.Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None
-) -> Motion:
+def drop(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Motion:
     """The motion of a body that falls, meets the ground and hops on, at times [s] that do not decrease; impacts lose
     energy.
 
@@ -190,17 +178,14 @@ def drop(
     if robot.c != 0.0:
         raise HopformError(f"a drop takes the whole length as L0, c must be 0 m, got {robot.c!r}")
     rig, state, columns = _Rig(robot, steps, backend), np.array(start, dtype=float), len(COLUMNS)
-    flies = bool(state[2] - state[0] > robot.L0)
-    run = _Run(0.0, np.zeros(columns), state, np.eye(4, columns), flies, touches=False)
+    run = _Run(0.0, np.zeros(columns), state, np.eye(4, columns), bool(state[2] - state[0] > robot.L0), touches=False)
     pieces, done = list[Motion](), 0
     for _ in range(_MOST_PIECES):
         moved, run = _piece(rig, run, times[done:])
         pieces.append(moved)
         done += moved.states.shape[0]
         if done == times.size:
-            return Motion(
-                np.concatenate([each.states for each in pieces]), np.concatenate([each.by for each in pieces])
-            )
+            return Motion(*map(np.concatenate, zip(*pieces, strict=True)))
     message = f"the drop has more than {_MOST_PIECES} flights and stances: give a shorter recording, or more friction"
     raise HopformError(message)
 
@@ -240,7 +225,7 @@ def _pull(rig: _Rig, times: Array) -> Array:
     return np.asarray(rig.robot.gamma2 * currents[np.maximum(np.searchsorted(begins, times, side="left") - 1, 0)])
 
 
-def _acceleration(robot: records.Robot, v1: Array, spring: Array, pull: Array) -> Array:
+def _acceleration(robot: Robot, v1: Array, spring: Array, pull: Array) -> Array:
     """x1'' of an actuator that moves, 0 of one that is held."""
     a1 = -(spring + robot.b1 * v1 + pull) / robot.m_eff - robot.f1 * np.sign(v1)
     return np.asarray(np.where(v1 != 0.0, a1, 0.0))
@@ -259,10 +244,8 @@ def _stance(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     """The stance that a run is in: the motion at the times that lie in it, and the take-off if it comes before the
     last.
     """
-    steps = _steps_from(rig.steps, run.begin)
-    piece = stance_piece(
-        rig.robot, run.state.tolist(), steps, times - run.begin, 0.0 if run.touches else None, rig.backend
-    )
+    steps, y = _steps_from(rig.steps, run.begin), 0.0 if run.touches else None
+    piece = stance_piece(rig.robot, run.state.tolist(), steps, times - run.begin, y, rig.backend)
     states = piece.motion.states
     rows = _chain(piece.motion.by, run.state_by, run.begin_by, _stance_rates(rig, times[: states.shape[0]], states))
     if piece.end is None or piece.end_by is None or piece.duration_by is None:
@@ -278,8 +261,7 @@ def _actuator(rig: _Rig, run: _Run, longest: float) -> SolvedStance | None:
         return None
     x1, v1 = run.state[:2].tolist()
     alone = rig.robot._replace(k=_NO_SPRING, L0=0.0, c=_FAR, b2=0.0, f2=FIRM, g=0.0)
-    state = records.LegState(x1, v1, 0.0, x1 + _FAR)
-    return solved(alone, state, _steps_from(rig.steps, run.begin), longest, rig.backend)
+    return solved(alone, LegState(x1, v1, 0.0, x1 + _FAR), _steps_from(rig.steps, run.begin), longest, rig.backend)
 
 
 def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
@@ -302,16 +284,14 @@ def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     by[:, 2, AT["x2"]], by[:, 2, AT["v2"]], by[:, 2, AT["g"]] = 1.0, moments, -0.5 * moments**2
     by[:, 3, AT["v2"]], by[:, 3, AT["g"]] = 1.0, -moments
     zero = np.zeros(moments.size)
-    rates = np.stack(
-        [v1, _acceleration(robot, v1, zero, _pull(rig, run.begin + moments)), fall, zero - robot.g], axis=1
-    )
+    rates = np.stack([v1, _acceleration(robot, v1, zero, _pull(rig, run.begin + moments)), fall, zero - robot.g], -1)
     local = _chain(by, run.state_by, np.zeros(len(COLUMNS)), rates)
     rows = local[: t.size] - rates[: t.size, :, np.newaxis] * run.begin_by
     moved = Motion(states[: t.size], rows)
     return moved, None if airtime is None else _landed(robot, run, airtime, states[-1], local[-1], rates[-1])
 
 
-def _landed(robot: records.Robot, run: _Run, airtime: float, state: Array, by: Array, rates: Array) -> _Run:
+def _landed(robot: Robot, run: _Run, airtime: float, state: Array, by: Array, rates: Array) -> _Run:
     """The run after a touchdown: its time moves so that the foot stays at 0; the impact takes its share of v2."""
     late = (by[2] - by[0] - _LENGTH_BY) / -(rates[2] - rates[0])
     at_event = by + rates[:, np.newaxis] * late

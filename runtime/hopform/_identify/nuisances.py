@@ -20,7 +20,7 @@ Q = sum (value - mean)^2/stderr^2 exceeds what chance allows.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
@@ -43,6 +43,10 @@ _SHAPES: Mapping[str, Parameter] = {
     "clock": Parameter("clock", UNITS["clock"], 1.0, 1.0, "positive"),
     "lag": Parameter("lag", UNITS["lag"], 0.0, 1e-3, "nonnegative"),
 }
+
+
+Parts = Sequence[Array]
+"""Residuals of each recording."""
 
 
 class Diagnosis(NamedTuple):
@@ -196,29 +200,25 @@ def _fitted(problem: Problem, solution: Solution, letter: str) -> list[Diagnosis
         return []
     again = estimation.again(solution, problem.experiments, start, most=25, precision=1e-6)
     if not is_noise(problem, again):  # the minimum without it may be far from that with it
-        other = follow(problem)
-        noise = [min(pair) for pair in zip(again.sigma, other.sigma, strict=True)]
-        again = min(again, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise))
-    values = {name: again.values[name] for name in new}
-    return _worth(letter, values, solution, again.residuals)
+        again = estimation.better(again, follow(problem), problem.experiments)
+    return _worth(letter, {name: again.values[name] for name in new}, solution, again.residuals)
 
 
-def _worth(name: str, values: Values, solution: Solution, after: Sequence[Array]) -> list[Diagnosis]:
-    """A diagnosis, if it explains more than noise would, of the samples that are no outliers after it."""
-    chosen = [estimation.bulk(part, solution.loss) for part in after]
-    old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in (solution.residuals, after))
-    return brought(name, values, old, new, solution.sigma, len(solution.parameters))
+def _worth(name: str, values: Values, of: Solution, after: Parts) -> list[Diagnosis]:
+    """A diagnosis of a fit, if it explains more than noise would."""
+    return brought(name, values, (of.residuals, after), of.sigma, len(of.parameters), of.loss)
 
 
 def brought(
-    name: str, values: Values, old: Sequence[Array], new: Sequence[Array], sigma: Sequence[float], free: int
+    name: str, values: Values, residuals: tuple[Parts, Parts], sigma: Sequence[float], free: int, loss: str
 ) -> list[Diagnosis]:
-    """A diagnosis by the residuals of each recording without a cause and with it, if it explains more than noise would;
-    sigma: the noise of each; free: how many parameters the fit without it has.
+    """A diagnosis by the residuals of each recording without a cause and with it, of the samples that are no outliers
+    after it, if it explains more than noise would; sigma: the noise of each; free: how many parameters the fit without
+    it has.
     """
-    before, left = (
-        sum(_power(part) / each**2 for part, each in zip(parts, sigma, strict=True)) for parts in (old, new)
-    )
+    chosen = [estimation.bulk(part, loss) for part in residuals[1]]
+    old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in residuals)
+    before, left = (sum(_power(one) / size**2 for one, size in zip(parts, sigma, strict=True)) for parts in (old, new))
     count = sum(part.size for part in new)
     inflation = max(estimation.tests_of(part).inflation for part in new if part.size > 3)
     unit = max(left, 1e-300) / max(count - free - len(values), 1) * inflation
@@ -232,7 +232,7 @@ def _power(residual: Array) -> float:
 
 
 _OPTIONS = {each: f"--{each}" for each in NUISANCES}
-WORTH = 0.97
+_WORTH = 0.97
 """Share of the rms that friction higher at rest must leave: below it, an encoder's quantum looks like it."""
 SPEEDS = (0.02, 0.06, 0.2)
 """Stribeck velocities that are tried, as shares of the largest velocity."""
@@ -241,8 +241,12 @@ SPEEDS = (0.02, 0.06, 0.2)
 def _stribeck(problem: Problem, solution: Solution) -> list[Diagnosis]:
     """The score of friction that is higher at rest; over a free actuator of its own friction, not of the body's."""
     response = np.concatenate([each.response_to_stribeck(solution.values, SPEEDS) for each in problem.experiments])
-    tried = [each for column in response.T if column.any() for each in _stribeck_at(solution, column)]
-    found = [each for each in tried if each.values["level"] > 0.0 and each.after < WORTH * each.before]
+    return stiffest(each for column in response.T if column.any() for each in _stribeck_at(solution, column))
+
+
+def stiffest(tried: Iterable[Diagnosis]) -> list[Diagnosis]:
+    """Of friction that is higher at rest what explains most, if it explains enough."""
+    found = [each for each in tried if each.values["level"] > 0.0 and each.after < _WORTH * each.before]
     return [max(found, key=lambda each: each.decrease)] if found else []
 
 
@@ -263,10 +267,8 @@ def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
     masks: list[NDArray[np.bool_]] = [~outliers(each.measured) for each in problem.experiments]
     if all(mask.all() for mask in masks):
         return []
-    some = selected(problem.experiments, masks)
-    again = estimation.again(solution, some, most=25, precision=1e-6)
-    whole = estimation.again(again, problem.experiments, most=1)
-    pairs = zip(whole.residuals, again.residuals, strict=True)
+    again = estimation.again(solution, selected(problem.experiments, masks), most=25, precision=1e-6)
+    pairs = zip(estimation.again(again, problem.experiments, most=1).residuals, again.residuals, strict=True)
     off = sum(int((np.abs(part) > _OFF * estimation.rms(kept)).sum()) for part, kept in pairs)
     if not off:
         return []
@@ -301,9 +303,7 @@ class Repeat(NamedTuple):
     differ: bool
 
 
-def repeats_of(
-    problem: Problem, solution: Solution, estimates: Sequence[Estimate]
-) -> tuple[tuple[Repeat, ...], tuple[str, ...]]:
+def repeats_of(problem: Problem, solution: Solution, estimates: Sequence[Estimate]) -> tuple[list[Repeat], list[str]]:
     """The parameters that each of several recordings of one rig identifies alone, and statements about them."""
     found, statements = list[Repeat](), list[str]()
     for group in _groups(problem):
@@ -313,7 +313,7 @@ def repeats_of(
         found += some
         differing = [each for each in some if each.differ]
         statements += [*map(_said, differing), *_traded(differing)]
-    return tuple(found), tuple(statements)
+    return found, statements
 
 
 def _groups(problem: Problem) -> list[list[list[int]]]:
@@ -334,11 +334,8 @@ def _alone(problem: Problem, solution: Solution, numbers: Sequence[int]) -> dict
     sigma = [solution.sigma[n] for n in numbers]
     found = estimation.again(solution, motion, start, sigma=sigma, most=30, precision=1e-7)
     spread = estimation.spread(found)
-    errors = np.sqrt(np.diag(spread.covariance) * found.inflation).tolist()
-    return {
-        p.name: (found.values[p.name], error) for p, error in zip(start, errors, strict=True)
-        if p.name not in spread.weak
-    }  # fmt: skip
+    pairs = zip(start, np.sqrt(np.diag(spread.covariance) * found.inflation).tolist(), strict=True)
+    return {p.name: (found.values[p.name], error) for p, error in pairs if p.name not in spread.weak}
 
 
 _CHANCE = 0.999
@@ -353,20 +350,17 @@ def _repeat(each: Estimate, alone: Sequence[tuple[float, float]]) -> Repeat:
     weights = np.array([1.0 / max(error, 1e-300) ** 2 for _, error in alone])
     mean = float(weights @ np.array(values)) / float(weights.sum())
     q = float(weights @ (np.array(values) - mean) ** 2)
-    differ = q > estimation.chi_square(_CHANCE, count - 1)
-    return Repeat(
-        each.name, each.unit, tuple(values), middle - half, middle + half, each.low, each.high, quote, differ
-    )  # fmt: skip
+    differ = q > float(estimation.of_scipy("special").chdtri(count - 1, 1.0 - _CHANCE))
+    return Repeat(each.name, each.unit, tuple(values), middle - half, middle + half, each.low, each.high, quote, differ)
 
 
 def _said(each: Repeat) -> str:
     values = ", ".join(f"{value:.4g}" for value in each.values)
     low, high = (each.low, each.high) if each.quote == "spread" else (each.fitted_low, each.fitted_high)
     which = "their mean" if each.quote == "spread" else "the fit"
-    return (
-        f"{each.name} of each recording alone: {values} {each.unit}".rstrip() + "; they differ by more than noise "
-        f"explains: quote {low:.4g} .. {high:.4g}, the interval of {which}, which is the wider one"
-    )
+    quote = f"quote {low:.4g} .. {high:.4g}, the interval of {which}, which is the wider one"
+    alone = f"{each.name} of each recording alone: {values} {each.unit}".rstrip()
+    return f"{alone}; they differ by more than noise explains: {quote}"
 
 
 _TRADED = 0.9

@@ -121,10 +121,8 @@ def friction_threshold(
     units = units_of(several, "x1", driven=True)
     for name, number in numbers.items():
         if number == 0.0 or (name != "gamma2" and number < 0.0):
-            raise HopformError(
-                f"{name} must be {'a number but 0 in' if name == 'gamma2' else '> 0'} {units.of(UNITS[name])}, got "
-                f"{number!r}"
-            )
+            allowed = "a number but 0 in" if name == "gamma2" else "> 0"
+            raise HopformError(f"{name} must be {allowed} {units.of(UNITS[name])}, got {number!r}")
     attached = flag("spring", spring) or k is not None
     robust = checked({"loss": loss}).loss != "linear"
     rises = tuple(rise for each in several for rise in _onsets(each, attached, robust))
@@ -135,9 +133,8 @@ def friction_threshold(
     if math.isnan(per):
         statements += ("a ramp fixes f1 m_eff/|gamma2| alone: m_eff and gamma2, as from step responses, make it f1",)
     if attached and carried == 0.0:
-        statements += (
-            "what the spring carries where the actuator rests counts as friction or load: k and gamma2 take it off",
-        )
+        carries = "what the spring carries where the actuator rests counts as friction or load"
+        statements += (f"{carries}: k and gamma2 take it off",)
     notes = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
     low, high = max(u - spread, 0.0), u + spread
     return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes, rises, units)
@@ -168,8 +165,7 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
     for sign in (1.0, -1.0):
         some = [each for each in onsets if (each.u + carried * each.x1) * sign > 0.0]
         if some:
-            widths = np.array([0.5 * (each.u_high - each.u_low) for each in some])
-            weight = 1.0 / np.maximum(widths, 1e-12) ** 2
+            weight = 1.0 / np.maximum(np.array([0.5 * (each.u_high - each.u_low) for each in some]), 1e-12) ** 2
             values = np.array([each.u + carried * each.x1 for each in some])
             means.append(float((values * weight).sum() / weight.sum()))
             own = 1.0 / math.sqrt(float(weight.sum()))
@@ -178,25 +174,19 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
     if len(means) == 2:
         half = 0.5 * math.hypot(*halves)
         return 0.5 * (means[0] - means[1]), half, 0.5 * (means[0] + means[1]), ()
-    statement = (
-        "one direction alone: a constant load (gravity, a preloaded spring) counts as friction; "
-        "record a ramp the other way"
-    )
-    return abs(means[0]), halves[0], math.nan, (statement,)
+    alone = "one direction alone: a constant load (gravity, a preloaded spring) counts as friction"
+    return abs(means[0]), halves[0], math.nan, (f"{alone}; record a ramp the other way",)
 
 
 def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:
     """The onset in each ramp of a recording: ramps begin where the current leaves 0, and go on while its sign stays."""
     x, u = recording.position("x1"), recording.driving_current()
     kept = ~of_recordings.outliers(x) if robust else np.full(x.size, True)
-    found = list[Rise]()
-    for begin, end in _ramps(u):
-        if np.count_nonzero(kept[begin:end]) >= 20:
-            found.append(_onset(recording, begin + np.flatnonzero(kept[begin:end]), x, u, spring))
+    ramps = [begin + np.flatnonzero(kept[begin:end]) for begin, end in _ramps(u)]
+    found = [_onset(recording, ramp, x, u, spring) for ramp in ramps if ramp.size >= 20]
     if not found:
-        raise recording.error_of(
-            "x1", "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
-        )
+        missing = "no ramp is found: the current must grow slowly from 0, in 20 samples at least"
+        raise recording.error_of("x1", missing, recording.line)
     return found
 
 
@@ -234,18 +224,14 @@ def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spr
     at = _least(cost, float(t[2]), float(t[seen]))
     freedom = max(count - (5 if spring else 4), 1)
     limit = cost(at) * (1.0 + student(0.5 + 0.5 * LEVEL, freedom) ** 2 / freedom)
-    low, high = (
-        _reach(cost, at, limit, end, float(np.median(np.diff(t)))) for end in (float(t[0]), float(t[last - 4]))
-    )
+    low, high = (_reach(cost, at, limit, end, np.median(np.diff(t))) for end in (float(t[0]), float(t[last - 4])))
     direction = 1 if float(x[last - 1]) > rest else -1
     cubic = np.polyfit(t[:last], u[:last], 3 if last > 50 else 1)
     wobble = float(np.std(u[:last] - np.polyval(cubic, t[:last]))) / math.sqrt(max(last, 1))
     currents = [float(np.polyval(cubic, each)) for each in (low, at, high)]
     around = student(0.5 + 0.5 * LEVEL, freedom) * 2.0 * wobble
-    half = math.hypot(max(abs(currents[1] - currents[0]), abs(currents[2] - currents[1])), around)
-    onset = Onset(
-        recording.source, direction, at, low, high, currents[1], currents[1] - half, currents[1] + half, noise, rest,
-    )  # fmt: skip
+    half, current = math.hypot(float(np.abs(np.diff(currents)).max()), around), currents[1]
+    onset = Onset(recording.source, direction, at, low, high, current, current - half, current + half, noise, rest)
     return Rise(onset, t[:last], x[:last], best(at).at(t[:last]), u[:last])
 
 
@@ -254,8 +240,7 @@ def _window(x: Array, rest: float, noise: float, seen: int) -> int:
     thrice.
     """
     far = np.flatnonzero(np.abs(x - rest) > 60.0 * noise)
-    last = int(far[0]) if far.size else x.size
-    return min(max(last, seen + 8), x.size)
+    return min(max(int(far[0]) if far.size else x.size, seen + 8), x.size)
 
 
 def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
@@ -325,8 +310,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
 
         def at(times: Array) -> Array:
             rise = rise_of(t, begin, rate, square)
-            slope = slope_of(rise)
-            return np.asarray(x.mean() + slope * (rise_of(times, begin, rate, square) - rise.mean()))
+            return np.asarray(x.mean() + slope_of(rise) * (rise_of(times, begin, rate, square) - rise.mean()))
 
         return _Best(float(rest @ rest), at)
 
@@ -342,31 +326,27 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
 
         low, high = max(about - _NEAR, lowest), min(about + _NEAR, highest)
         log = _between(left, low, high, 0.02 * _NEAR) if math.isfinite(about) else math.nan
-        inside = min(log - low, high - log) > 0.05 * _NEAR
-        about = log if inside else _least(left, lowest, highest, 15, 1e-3)
+        about = log if min(log - low, high - log) > 0.05 * _NEAR else _least(left, lowest, highest, 15, 1e-3)
         return found(begin, math.exp(about), 0.0)
 
     first = np.array([math.log(5.0), math.log(100.0)])
     near, size, smallest = first, float(np.sqrt(mean @ mean)), math.inf
+    how = {"bounds": ([-5.0, -5.0], [9.0, 14.0]), "ftol": 1e-9, "xtol": 1e-5, "max_nfev": 40}
+    least_squares = of_scipy("optimize").least_squares
 
     def against_a_spring(begin: float) -> _Best:
         """Over rates and springs, from where the last beginning had them, and from a guess where that is not enough."""
         nonlocal near, smallest
 
         def share(logs: Array) -> Array:
-            return missed(begin, math.exp(float(logs[0])), math.exp(float(logs[1]))) / size
+            return missed(begin, *map(math.exp, logs)) / size
 
-        def settled(start: Array) -> Any:
-            return of_scipy("optimize").least_squares(
-                share, start, bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40
-            )
-
-        tried = [settled(near)]
+        tried = [least_squares(share, near, **how)]
         if tried[0].cost > smallest * (1.0 + 4.0 / t.size) or not math.isfinite(smallest):
-            tried.append(settled(first))
+            tried.append(least_squares(share, first, **how))
         smallest = min(smallest, *(float(each.cost) for each in tried))
         near = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=float)
-        return found(begin, math.exp(near[0]), math.exp(near[1]))
+        return found(begin, *map(math.exp, near))
 
     return against_a_spring if spring else in_the_air, t.size
 
@@ -384,9 +364,8 @@ def _least(cost: Callable[[float], float], low: float, high: float, places: int 
 
 def _between(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
     """Minimiser of a cost between a and b, to a width."""
-    return float(
-        of_scipy("optimize").minimize_scalar(cost, bounds=(a, b), method="bounded", options={"xatol": width}).x
-    )
+    found = of_scipy("optimize").minimize_scalar(cost, bounds=(a, b), method="bounded", options={"xatol": width})
+    return float(found.x)
 
 
 def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, step: float) -> float:

@@ -138,9 +138,7 @@ class Recording(Shown):
         return f"{name} [{SI[column.quantity]}] over time [s]", self.time, column.values
 
     def _arrays(self) -> Arrays:
-        columns = {
-            name: (("time",), each.values, {"units": SI.get(each.quantity, "")}) for name, each in self.columns.items()
-        }
+        columns = {name: (("time",), each.values, {"units": SI[each.quantity]}) for name, each in self.columns.items()}
         return {"time": (("time",), self.time), **columns}
 
     def position(self, of: str) -> Array:
@@ -208,9 +206,8 @@ class Recording(Shown):
                     raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
                 return column
         titles = ", ".join(column.title for column in self.columns.values())
-        raise self.error(
-            f"no column is {what}: one must be named {' or '.join(names)}, with its unit; there are {titles}", 1
-        )
+        wanted = f"one must be named {' or '.join(names)}, with its unit"
+        raise self.error(f"no column is {what}: {wanted}; there are {titles}", 1)
 
     def _check_position(self, column: Column) -> None:
         values = column.values
@@ -235,9 +232,8 @@ class Recording(Shown):
             raise self.error(message, self.line, column)
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
-            raise self.error(
-                f"does not move beyond its noise of {noise:.2g} {unit}: let it move further", self.line, column
-            )
+            message = f"does not move beyond its noise of {noise:.2g} {unit}: let it move further"
+            raise self.error(message, self.line, column)
 
 
 def _jump(values: Array) -> float:
@@ -439,8 +435,7 @@ def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
         at = np.flatnonzero(np.abs(values - extreme) <= 1e-12 * max(abs(float(extreme)), 1.0))
         if at.size < least or noise == 0.0:
             continue
-        runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
-        longest = max(runs, key=len)
+        longest = max(np.split(at, np.flatnonzero(np.diff(at) > 1) + 1), key=len)
         if len(longest) >= least:
             return int(longest[0]), int(longest[-1])
     return None
@@ -449,8 +444,7 @@ def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
 def gaps_of(time: Array) -> list[tuple[float, float]]:
     """Gaps: begin and length [s] of each pause that is over 2.5 times the usual one."""
     steps = np.diff(time)
-    usual = float(np.median(steps))
-    return [(float(time[n]), float(steps[n])) for n in np.flatnonzero(steps > 2.5 * usual)]
+    return [(float(time[n]), float(steps[n])) for n in np.flatnonzero(steps > 2.5 * float(np.median(steps)))]
 
 
 def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
@@ -458,10 +452,8 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     gaps = gaps_of(time)
     if gaps:
         begin, length = max(gaps, key=lambda gap: gap[1])
-        notes.append(
-            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, the longest of {length:.4g} s after "
-            f"{begin - time[0]:.4g} s"
-        )
+        longest = f"the longest of {length:.4g} s after {begin - time[0]:.4g} s"
+        notes.append(f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, {longest}")
     steps = np.diff(time)
     if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
         notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")

@@ -33,8 +33,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import motion
-from hopform._identify.motion import AT, STATE, Array, Values
-from hopform._solver.package import Steps, records
+from hopform._identify.motion import AT, STATE, Array, Motion, Robot, Values
+from hopform._solver.package import Steps
 
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
@@ -63,10 +63,8 @@ def by_clock(at: Values, by: Mapping[str, Array], clock: float) -> dict[str, Arr
     """Derivatives by the letters in true time, and by the clock, from those by letters in recorded time."""
     powers = {name: power for name, power in _POWERS.items() if name in by and name in at}
     found = {name: rows * clock ** powers.get(name, 0) for name, rows in by.items()}
-    found["clock"] = sum(
-        (power * at[name] * clock ** (power - 1) * by[name] for name, power in powers.items()),
-        np.zeros_like(next(iter(by.values()))),
-    )
+    slopes = (power * at[name] * clock ** (power - 1) * by[name] for name, power in powers.items())
+    found["clock"] = sum(slopes, np.zeros_like(next(iter(by.values()))))
     return found
 
 
@@ -104,18 +102,7 @@ class _Filter:
     def __init__(self, time: Array, lag: float) -> None:
         self.lag, self.step = lag, np.diff(time)
         h = self.step / max(lag, 1e-300)
-        decay = np.exp(-h)
-        # Moments m_n = int_0^1 s^n e^(-h (1 - s)) h ds of the cubic's powers: m_0 = 1 - e^-h, m_n = 1 - n m_(n-1)/h;
-        # by their series where h is small and the recursion would lose digits.
-        moments = [1.0 - decay]
-        small = h < 0.1
-        for n in (1, 2, 3):
-            series, term = np.zeros_like(h), np.where(small, h, 0.0) / (n + 1)
-            for k in range(1, 12):
-                series = series + term
-                term = -term * np.where(small, h, 0.0) / (n + 1 + k)
-            moments.append(np.where(small, series, 1.0 - n * moments[-1] / np.where(small, 1.0, h)))
-        self.decay, self.moments = decay, moments
+        self.decay, self.moments = np.exp(-h), _moments(h)
 
     def __call__(self, x: Array, v: Array, first: float | None = None) -> Array:
         """y at the samples; from `first`, or from the steady state of a motion without acceleration."""
@@ -124,8 +111,14 @@ class _Filter:
         h, (m0, m1, m2, m3) = self.step, self.moments
         rise, left, right = np.diff(x), h * v[:-1], h * v[1:]
         gain = x[:-1] * m0 + left * m1 + (3.0 * rise - 2.0 * left - right) * m2 + (left + right - 2.0 * rise) * m3
-        start = x[0] - self.lag * v[0] if first is None else first
-        return _recursion(self.decay, np.concatenate([[start], gain]))
+        return _recursion(self.decay, np.concatenate([[x[0] - self.lag * v[0] if first is None else first], gain]))
+
+
+def _moments(h: Array) -> list[Array]:
+    """Those of a cubic's powers, int_0^1 s^n e^(-h (1 - s)) h ds = h/(n + 1) 1F1(1; n + 2; -h) (DLMF 13.4.1)."""
+    from scipy.special import hyp1f1
+
+    return [np.asarray(h / (n + 1) * hyp1f1(1, n + 2, -h)) for n in range(4)]
 
 
 def _recursion(decay: Array, gain: Array) -> Array:
@@ -192,25 +185,19 @@ class Experiment:
 
     def letters(self, values: Values) -> dict[str, float]:
         """The letters of the rig under values of the parameters."""
-        return {
-            letter: values[self.names[letter]] if letter in self.names else self.constants[letter]
-            for letter in LETTERS[self.kind]
-        }
+        names, known = self.names, self.constants
+        return {letter: values[names[letter]] if letter in names else known[letter] for letter in LETTERS[self.kind]}
 
     def sensor(self, values: Values) -> Sensor:
         """The letters of sensor, clock and logger under values of the parameters."""
-        here = {name: self.names.get(name) for name in Sensor._fields}
-        return Sensor(**{
-            name: values[parameter] if parameter is not None else self.constants.get(name, Sensor._field_defaults[name])
-            for name, parameter in here.items()
-        })  # fmt: skip
+        names, usual = self.names, Sensor._field_defaults | dict(self.constants)
+        return Sensor(**{each: values[names[each]] if each in names else usual[each] for each in Sensor._fields})
 
     def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
         """The predicted measurement, and its derivatives by the parameters."""
         time, sensor, at = self.time if time is None else time, self.sensor(values), self.letters(values)
         here = in_recorded_time(at, sensor.clock)
-        steps = delayed(self.steps, sensor.delay)
-        moved, rate = _PREDICT[self.kind](self, here, steps, time)
+        moved, rate = _PREDICT[self.kind](self, here, delayed(self.steps, sensor.delay), time)
         states, by = moved
         if "delay" in self.names:
             by["delay"] = _by_delay(states, by, rate, time)
@@ -222,8 +209,7 @@ class Experiment:
         by["gain"] = states
         found: dict[str, Array] = {}
         for letter, name in self.names.items():
-            scale = 1.0 if letter == "gain" else sensor.gain
-            found[name] = found.get(name, 0.0) + scale * by[letter][:, 0]
+            found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else sensor.gain) * by[letter][:, 0]
         return sensor.gain * states[:, 0], found
 
     def response_to_stribeck(self, values: Values, shares: Sequence[float]) -> Array:
@@ -233,13 +219,12 @@ class Experiment:
         """
         sensor = self.sensor(values)
         at = in_recorded_time(self.letters(values), sensor.clock)
-        if self.kind == "threshold" or at["f2" if self.kind in ("attached", "ground") else "f1"] == 0.0:
+        alone = self.kind in ("attached", "ground")
+        if self.kind == "threshold" or at["f2" if alone else "f1"] == 0.0:
             return np.zeros((self.time.size, len(shares)))
         fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
         steps = delayed(self.steps, sensor.delay)
-        found = (self._response if self.kind in ("attached", "ground") else self._driven_response)(
-            at, steps, fine, shares
-        )
+        found = (self._response if alone else self._driven_response)(at, steps, fine, shares)
         return np.asarray(sensor.gain * found[::4])
 
     def _response(self, at: Values, steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
@@ -296,9 +281,9 @@ class Experiment:
         return replace(self, time=self.time[:count:every], measured=self.measured[:count:every])
 
 
-def _robot(**fields: float) -> records.Robot:
+def _robot(**fields: float) -> Robot:
     whole = {"m_eff": 1.0, "m_s": 1.0, "k": 1.0, **_FREE, "x1_min": -np.inf, "x1_max": np.inf, "u_max": np.inf}
-    return records.Robot(**{**whole, "impact_loss": 0.0, **fields})
+    return Robot(**{**whole, "impact_loss": 0.0, **fields})
 
 
 _SMALL = 0.01
@@ -328,7 +313,7 @@ _OF_ACTUATOR = {"x": "x1", "v": "v1", "offset": "u"}
 """Columns of derivatives by letters that are not named as they are."""
 
 
-def _rows(of: Experiment, moved: motion.Motion, place: int, names: Mapping[str, str]) -> Moved:
+def _rows(of: Experiment, moved: Motion, place: int, names: Mapping[str, str]) -> Moved:
     """Position and velocity of one mass, and their derivatives by the letters of its rig but a rest."""
     both, letters = slice(place, place + 2), (letter for letter in LETTERS[of.kind] if letter != "rest")
     return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
@@ -336,10 +321,9 @@ def _rows(of: Experiment, moved: motion.Motion, place: int, names: Mapping[str, 
 
 def _attached(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     mass, preload = at["m_s"] + of.added_mass, of.preload + at["m_s"] * at["g"] / at["k"]
-    robot = _robot(
-        m_s=mass, k=at["k"], b2=at["b2"], f2=at["f2"], L0=at["rest"], c=preload, g=at["g"] + at["k"] * preload / mass,
-        x1_min=0.0, x1_max=0.0,
-    )  # fmt: skip
+    gravity = at["g"] + at["k"] * preload / mass
+    sprung = {"m_s": mass, "k": at["k"], "b2": at["b2"], "f2": at["f2"], "L0": at["rest"], "c": preload, "g": gravity}
+    robot = _robot(**sprung, x1_min=0.0, x1_max=0.0)
     moved = motion.stance(robot, (0.0, 0.0, at["x"], at["v"]), steps, time, of.backend)
     states, by = _rows(of, moved, 2, _OF_BODY)
     by["rest"] = moved.by[:, 2:4, AT["L0"]]
@@ -357,29 +341,23 @@ def _ground(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, R
 
 
 @lru_cache(maxsize=2)
-def _dropped(
-    robot: records.Robot, start: tuple[float, ...], steps: Steps, times: bytes, backend: str | None
-) -> motion.Motion:
+def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes, backend: str | None) -> Motion:
     """A drop of which both x1 and x2 were measured is solved once for both."""
     return motion.drop(robot, start, steps, np.frombuffer(times), backend)
 
 
-def _leg_robot(of: Experiment, at: Values) -> records.Robot:
-    own = {letter: value for letter, value in at.items() if letter in records.Robot._fields}
+def _leg_robot(of: Experiment, at: Values) -> Robot:
+    own = {letter: value for letter, value in at.items() if letter in Robot._fields}
     return _robot(**{**own, "m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
 
 
 def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
-    robot = _leg_robot(of, at)
     steps = tuple((t, u + at["offset"]) for t, u in steps)
-    moved = _dropped(robot, (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
+    moved = _dropped(_leg_robot(of, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
     pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
-    stopped = at["v1"] == 0.0 and (
-        (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
-    )
-    first = 0.0 if stopped else _first_acceleration(pull, at["v1"], at["f1"])
-    rates = {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
-    return _rows(of, moved, STATE.index(of.of), _OF_BODY), rates
+    onto_a_stop = (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
+    first = 0.0 if at["v1"] == 0.0 and onto_a_stop else _first_acceleration(pull, at["v1"], at["f1"])
+    return _rows(of, moved, STATE.index(of.of), _OF_BODY), {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
 
 
 def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
@@ -393,11 +371,9 @@ def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Mo
     return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}
 
 
-def _actuator_robot(of: Experiment, at: Values) -> records.Robot:
-    return _robot(
-        m_eff=at["m_eff"], k=at.get("k", SOFT * at["m_eff"]), b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"],
-        L0=-at.get("rest", 0.0), c=of.preload, f2=motion.FIRM,
-    )  # fmt: skip
+def _actuator_robot(of: Experiment, at: Values) -> Robot:
+    own = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}
+    return _robot(**own, k=at.get("k", SOFT * at["m_eff"]), L0=-at.get("rest", 0.0), c=of.preload, f2=motion.FIRM)
 
 
 def _threshold(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:

@@ -59,10 +59,7 @@ def minimise(problem: Problem) -> Solution:
     if is_noise(problem, first):
         return first
     other = _searched(problem, {}, first.sigma)
-
-    noise = [min(pair) for pair in zip(first.sigma, other.sigma, strict=True)]
-    least = min(first, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise))
-    return _unstuck(problem, _traded(problem, least))
+    return _unstuck(problem, _traded(problem, estimation.better(first, other, problem.experiments)))
 
 
 def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
@@ -90,8 +87,7 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
     """
     found = _from(problem, held, problem.starts or ({},), sigma)
     if not held and _level(problem, found) > 1.0:
-        again = _from(problem, held, _further(problem.parameters, found.values), sigma)
-        found = estimation.best([found, again])
+        found = estimation.best([found, _from(problem, held, _further(problem.parameters, found.values), sigma)])
     return _weighed(problem, found, held)
 
 
@@ -136,8 +132,7 @@ def _from(problem: Problem, held: Values, starts: Sequence[Values], sigma: Seque
     solve = partial(estimation.solve, fixed=held, loss=problem.loss, sigma=sigma)
     tried = [_from_start([p for p in problem.parameters if p.name not in held], start) for start in starts]
     if len(tried) > _FINALISTS:
-        costs = [solve(first, each, most=1).cost for each in tried]
-        order: list[int] = np.argsort(costs, kind="stable").tolist()
+        order: list[int] = np.argsort([solve(first, each, most=1).cost for each in tried], kind="stable").tolist()
         tried = [tried[n] for n in order[:_FINALISTS]]
 
     def settled(part: Sequence[Experiment], start: Sequence[Parameter]) -> Solution:
@@ -153,21 +148,17 @@ def _from(problem: Problem, held: Values, starts: Sequence[Values], sigma: Seque
             one = settled(part, estimation.started(one))
         return one
 
-    def explains(one: Solution) -> bool:
-        return not held and is_noise(problem, one)
-
     begun, ends = list[Solution](), list[Solution]()
     for start in tried:
         begun.append(settled(first, start))
-        if explains(begun[-1]):
+        if not held and is_noise(problem, begun[-1]):
             ends.append(followed(begun.pop()))
-            if explains(ends[-1]):
+            if not held and is_noise(problem, ends[-1]):
                 break
     else:
         rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)
         ends += [followed(each) for each in rest[: max(_CONTENDERS - len(ends), 1)]]
-    last = longer[-1] if longer else first
-    return solve(last, estimation.started(estimation.best(ends)), most=25, precision=1e-5)
+    return solve(longer[-1] if longer else first, estimation.started(estimation.best(ends)), most=25, precision=1e-5)
 
 
 _NEAR = 3.0
@@ -195,14 +186,12 @@ def _limit(experiment: Experiment) -> float:
 
 def _apart(found: Sequence[Solution], share: float) -> list[Solution]:
     """The best, and those of the others that came to another place: two starts that agree are followed as one."""
-    others = [
-        each for each in found[1:]
-        if any(
-            abs(each.values[p.name] - found[0].values[p.name]) > share * max(p.scale, abs(found[0].values[p.name]))
-            for p in found[0].parameters
-        )
-    ]  # fmt: skip
-    return [*found[:1], *others]
+    near = {p.name: share * max(p.scale, abs(best.values[p.name])) for best in found[:1] for p in best.parameters}
+
+    def elsewhere(each: Solution) -> bool:
+        return any(abs(each.values[name] - found[0].values[name]) > size for name, size in near.items())
+
+    return [*found[:1], *filter(elsewhere, found[1:])]
 
 
 _SAME, _ALIKE = 1e-3, 1e-2
@@ -272,8 +261,7 @@ def _traded(problem: Problem, found: Solution) -> Solution:
     some = [_beginning(each, 1.0) for each in problem.experiments]
 
     def least(start: Values) -> Solution:
-        tried = _from_start(estimation.started(found), start)
-        return estimation.again(found, some, tried, most=6, precision=1e-4)
+        return estimation.again(found, some, _from_start(estimation.started(found), start), most=6, precision=1e-4)
 
     first = best = least({})
     for b, f in _TRADES if white else _TRADES + _SMALL_TRADES:

@@ -11,7 +11,7 @@ That gives a fit in position its starts, and is the fit in force of a recording 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,8 +63,7 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     reach = float(np.abs(values - rest).max())
     start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())  # without friction all amplitudes are equal
     left = values[start:] - rest
-    crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
-    edges = [0, *crossings.tolist(), left.size]
+    edges = [0, *(np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1).tolist(), left.size]
     sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
     half_periods = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
     at = recording.line + begin + start
@@ -105,8 +104,7 @@ def _reach(values: Array, span: Span) -> float:
 
 def _hand(values: Array, span: Span, begin: int = 0) -> int:
     """Where the hand has taken the body from rest, before a decay: the last crossing of its rest."""
-    part = values[slice(*span)]
-    side = np.signbit(values[begin : span[0]] - rest_of(part))
+    side = np.signbit(values[begin : span[0]] - rest_of(values[slice(*span)]))
     crossings = np.flatnonzero(side[1:] != side[:-1])
     return begin + int(crossings[-1]) if crossings.size else begin
 
@@ -116,15 +114,12 @@ def _pace(recording: Recording, values: Array, span: Span) -> float:
     time, part = recording.time[slice(*span)], calm(values[slice(*span)])
     left = part - rest_of(part)
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1]))
-    large = [
-        n for n, (a, b) in enumerate(zip(crossings[:-1], crossings[1:], strict=True))
-        if float(np.abs(left[a : b + 1]).max()) > 0.1 * abs(float(left[0]))
-    ]  # fmt: skip
+    pairs = enumerate(zip(crossings[:-1], crossings[1:], strict=True))
+    large = [n for n, (a, b) in pairs if float(np.abs(left[a : b + 1]).max()) > 0.1 * abs(float(left[0]))]
     if len(large) < 3:
         return math.nan
     share = left[crossings] / (left[crossings] - left[crossings + 1])
-    moments = time[crossings] + share * (time[crossings + 1] - time[crossings])
-    return float(np.median(np.diff(moments)[large]))
+    return float(np.median(np.diff(time[crossings] + share * (time[crossings + 1] - time[crossings]))[large]))
 
 
 def drops(recording: Recording, values: Array, driven: bool = False) -> list[Span]:
@@ -139,11 +134,12 @@ def drops(recording: Recording, values: Array, driven: bool = False) -> list[Spa
     first = _fall(recording, values, 0, values.size, noise)
     size = float(np.ptp(calm(values[slice(*first)])))
     lifts = _lifts(recording.time, values, noise, size)
-    found, begin = [first] if not lifts else [_fall(recording, values, 0, lifts[0][0], noise)], 0
-    for n, (_, held) in enumerate(lifts):
-        begin, end = held, lifts[n + 1][0] if n + 1 < len(lifts) else values.size
+    found, ends = [first], [*(taken for taken, _ in lifts), values.size]
+    if lifts:
+        found = [_fall(recording, values, 0, ends[0], noise)]
+    for (_, held), end in zip(lifts, ends[1:], strict=True):
         try:
-            other = _fall(recording, values, begin, end, noise)
+            other = _fall(recording, values, held, end, noise)
         except HopformError:  # lifted, and held to the end
             continue
         if float(np.ptp(calm(values[slice(*other)]))) >= _LEAST_REACH * size:
@@ -186,8 +182,7 @@ def _lifts(time: Array, values: Array, noise: float, size: float) -> list[Span]:
         if float(np.median(smooth[begin:end])) <= high:
             continue
         rests = [b for a, b in spans if last < a and b <= begin and float(np.median(smooth[a:b])) <= high]
-        fell = begin > last and float(smooth[last:begin].min()) <= high - 0.25 * size
-        if last and fell:
+        if last and (begin > last and float(smooth[last:begin].min()) <= high - 0.25 * size):
             lifts.append((rests[-1] if rests else _taken(smooth, last, begin, 0.02 * size + 8.0 * noise), begin))
         last = end
     return lifts
@@ -233,8 +228,7 @@ def low_passed(rows: Array, cutoff: float, rate: float, derivative: int = 0) -> 
     return np.asarray(passed + way * rate / (count - 1) if derivative == 1 else passed)
 
 
-@dataclass(frozen=True)
-class Filtered:
+class Filtered(NamedTuple):
     """Both sides of the equation of motion, filtered alike and decimated: rows of acceleration, v, x, sign v, u, 1, and
     the rate of u.
     """
@@ -266,13 +260,12 @@ def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = 
     while _covered(time, long) < 0.5 * _covered(time, spans) and cut > _SLOWEST:
         cut = 0.5 * cut
         long, spans = _spans(time, step, cut)
-    parts = [filtered_part(time[a:b], x[a:b], u[a:b], step, cut) for a, b in sorted(long or spans[:1])]
-    return joined(parts)
+    return joined([filtered_part(time[a:b], x[a:b], u[a:b], step, cut) for a, b in sorted(long or spans[:1])])
 
 
 def joined(parts: Sequence[Filtered]) -> Filtered:
     """Parts in a row as one."""
-    return Filtered(*(np.concatenate([getattr(part, name) for part in parts]) for name in Filtered.__annotations__))
+    return Filtered(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 _SLOWEST = 2.0
@@ -283,8 +276,7 @@ def _spans(time: Array, step: float, cut: float) -> tuple[list[tuple[int, int]],
     """Parts between gaps that a filter may not bridge: those that are long enough for it, and all, the longest
     first.
     """
-    wide = np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1
-    edges = [0, *wide.tolist(), time.size]
+    edges = [0, *(np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1).tolist(), time.size]
     spans = sorted(zip(edges[:-1], edges[1:], strict=True), key=lambda span: float(time[span[0]] - time[span[1] - 1]))
     return [(a, b) for a, b in spans if time[b - 1] - time[a] >= 8.0 * _EDGE / cut], spans
 
@@ -304,8 +296,7 @@ def filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> F
     """
     rate = 1.0 / step
     t = np.arange(time[0], time[-1] + 0.5 * step, step)
-    even = np.abs(np.diff(time) - step).max() <= 1e-3 * step
-    raw = np.interp(t, time, x) if even else _interpolated(t, time, x)
+    raw = np.interp(t, time, x) if np.abs(np.diff(time) - step).max() <= 1e-3 * step else _interpolated(t, time, x)
     still = 3.0 * max(of_recordings.noise_of(raw), of_recordings.quantum_of(x)) * cut
     position, v, acceleration = (low_passed(raw, cut, rate, n) for n in range(3))
     side = np.where(np.abs(v) > still, np.sign(v), 0.0)

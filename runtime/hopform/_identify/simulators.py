@@ -46,10 +46,8 @@ def exported(fit: Fit, form: str) -> str:
     needs.
     """
     if not fit.scale:
-        raise HopformError(
-            "--export needs forces in N or N m, and motion fixes them only up to a factor: give --known gamma2, k or a "
-            "mass"
-        )
+        scale = "give --known gamma2, k or a mass"
+        raise HopformError(f"--export needs forces in N or N m, and motion fixes them only up to a factor: {scale}")
     return _FORMATS[form](fit, quantities(fit))
 
 
@@ -114,14 +112,11 @@ def _xml(lines: list[str]) -> list[str]:
     return [f"  <!-- {printable(each).replace('--', '- -')} -->" for each in lines]
 
 
-def _attributes(found: Mapping[str, Quantity], *words: str) -> str:
-    return "".join(f' {word}="{found[word].value!r}"' for word in words if word in found)
-
-
 def _mjcf(fit: Fit, found: Mapping[str, Quantity]) -> str:
     """A body on its joint. `angle` is set, since springref would be in degrees without; the bias acts through gear."""
     kind = "slide" if fit.units.position == "m" else "hinge"
-    words = _attributes(found, "armature", "damping", "frictionloss", "stiffness", "springref")
+    attributes = [word for word in ("armature", "damping", "frictionloss", "stiffness", "springref") if word in found]
+    words = "".join(f' {word}="{found[word].value!r}"' for word in attributes)
     lines = [
         f'<mujoco model="{NAME}">', *_xml(_head(fit, found)), '  <compiler angle="radian"/>', "  <worldbody>",
         f'    <body name="{NAME}">', f'      <joint name="{NAME}" type="{kind}" axis="0 0 1"{words}/>',
@@ -158,11 +153,9 @@ def _urdf(fit: Fit, found: Mapping[str, Quantity]) -> str:
 
 def _isaac(fit: Fit, found: Mapping[str, Quantity]) -> str:
     """An actuator of Isaac Lab (from 2.3 on), whose friction is an effort, and whose units are those of the fit."""
-    numbers = {
-        "stiffness": found.get("stiffness", Quantity(0.0, math.nan, math.nan, "none")), "armature": found["armature"],
-        "friction": found["frictionloss"], "dynamic_friction": found["frictionloss"],
-        "viscous_friction": found["damping"],
-    }  # fmt: skip
+    friction, loose = found["frictionloss"], Quantity(0.0, math.nan, math.nan, "none")
+    numbers = {"stiffness": found.get("stiffness", loose), "armature": found["armature"]}
+    numbers |= {"friction": friction, "dynamic_friction": friction, "viscous_friction": found["damping"]}
     lines = [f"# {printable(each)}" for each in _head(fit, found)]
     lines += ["# the effort of the joint is GEAR (drive + BIAS); its spring has the position target SPRINGREF", ""]
     lines += ["from isaaclab.actuators import ImplicitActuatorCfg", ""]

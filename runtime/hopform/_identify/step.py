@@ -24,8 +24,8 @@ from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.fits import Fit, Options, Trace, checked, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
-from hopform._identify.motion import Array, Values
-from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
+from hopform._identify.motion import Array, Known, Values
+from hopform._identify.nuisances import SPEEDS, Diagnosis, brought, said, stiffest
 from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import follow
@@ -33,7 +33,7 @@ from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, movi
 
 
 def fit_step_response(
-    recordings: Recordings, *, spring: bool = True, known: Values | None = None, **options: Unpack[Options]
+    recordings: Recordings, *, spring: bool = True, known: Known = None, **options: Unpack[Options]
 ) -> Fit:
     """Mass, friction and force constant of an actuator from recordings of x1 and the current.
 
@@ -75,8 +75,13 @@ class _Actuator(Kind):
         return [[_regress(each, self.letters, group.known, cutoff) for each in group.recordings] for cutoff in CUTOFFS]
 
     def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
-        """A recording that begins at rest begins within the noise of what is measured there."""
-        return _near(parameter, cut.x) if letter == "x" and "v" in cut.still else parameter
+        """A recording that begins at rest begins within the noise of what is measured there, whatever the fit would
+        gain.
+        """
+        if letter != "x" or "v" not in cut.still:
+            return parameter
+        wide = 8.0 * max(of_recordings.noise_of(cut.x), of_recordings.quantum_of(cut.x), 1e-9)
+        return parameter._replace(low=parameter.start - wide, high=parameter.start + wide)
 
     def further(self, starts: Sequence[Guess]) -> list[Guess]:
         """Of the most trusted two also with more and less Coulomb friction."""
@@ -87,14 +92,6 @@ class _Actuator(Kind):
 
 HELD = _Actuator("step", "held", "x1", ("m_eff", "k", "b1", "f1", "gamma2"), parts=(0.35, 1.0))
 AIR = _Actuator("step", "air", "x1", ("m_eff", "b1", "f1", "gamma2", "offset"), parts=(0.35, 1.0))
-
-
-def _near(position: Parameter, x: Array) -> Parameter:
-    """Where a recording begins that begins at rest: within the noise of what is measured there, whatever the fit would
-    gain.
-    """
-    wide = 8.0 * max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
-    return position._replace(low=position.start - wide, high=position.start + wide)
 
 
 def rests_at_first(x: Array) -> bool:
@@ -108,8 +105,7 @@ def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff
     x = of_recordings.mended(recording.position("x1"))
     rows = filtered(recording, cutoff, mend=True)
     spring = "k" in letters
-    columns = [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else [])
-    found = moving_rows(rows, columns)
+    found = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else []))
     b, f, gamma, constant = found[:4]
     k = max(found[4], 1e-3) if spring else 0.0
     scales = (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
@@ -169,23 +165,18 @@ def fit_force(
     viscous = b - kept @ np.linalg.lstsq(kept, b, rcond=None)[0] if asked.compare else np.full_like(b, np.nan)
     left_out = _left_out(equation) if asked.holdout else [math.nan] * len(parts)
     each_part = zip(several, parts, equation.split(residual), equation.split(viscous), left_out, strict=True)
-    traces = tuple(
-        Trace(
-            each.source, "force", part.time, scale * part.u, scale * part.u - rest,
-            None if np.isnan(worse).any() else scale * part.u - worse, estimation.tests_of(rest),
-            estimation.rms(worse), error,
-        )
-        for each, part, rest, worse, error in each_part
-    )  # fmt: skip
-    took = clock.perf_counter() - began
-    force = Fit(
-        "force", estimates, values, {}, traces, (), tuple(said(diagnoses, units.shown("force"))), 1, took,
-        covariance=spread, units=units, diagnoses=diagnoses,
-    )  # fmt: skip
-    if not position:
-        return force
-    asked.stage("fit in position")
-    return replace(force, statements=_beside(several, force, loss), seconds=clock.perf_counter() - began)
+    traces = list[Trace]()
+    for each, part, rest, worse, error in each_part:
+        force_of, tests = scale * part.u, estimation.tests_of(rest)
+        old = None if np.isnan(worse).any() else force_of - worse
+        fitted = force_of, force_of - rest, old, tests, estimation.rms(worse), error
+        traces.append(Trace(each.source, "force", part.time, *fitted))
+    notes = tuple(said(diagnoses, units.shown("force")))
+    force = Fit("force", estimates, values, {}, tuple(traces), (), notes, 1, 0.0, None, diagnoses, spread, units=units)
+    if position:
+        asked.stage("fit in position")
+        force = replace(force, statements=_beside(several, force, loss))
+    return replace(force, seconds=clock.perf_counter() - began)
 
 
 class _Equation(NamedTuple):
@@ -267,22 +258,17 @@ def _causes(equation: _Equation, loss: str, step: float) -> tuple[Diagnosis, ...
         of_time = name == "delay"
         further = equation._replace(names=[*names, "late"])
         value = further.late(found) if of_time else found[-1] / equation.of("coulomb", found)
-        chosen = [estimation.bulk(part, loss) for part in after]
-        old, new = ([part[some] for part, some in zip(rest, chosen, strict=True)] for rest in (before, after))
-        return brought(name, {"delay" if of_time else "level": value}, old, new, sigma, len(names))
+        values = {"delay" if of_time else "level": value}
+        return brought(name, values, (before, after), sigma, len(names), loss)
 
     rows = joined(equation.parts)
     side, v, rate = rows.side, rows.v, rows.rate
     # Between samples a current may be held or not, which is half a sample: no delay within one is named.
     late = [] if "late" in names else with_it("delay", rate)
     late = [each for each in late if abs(each.values["delay"]) > step]
-    stiff = [
-        each for share in SPEEDS
-        for each in with_it("Stribeck", side * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2)))
-        if each.values["level"] > 0.0 and each.after < WORTH * each.before
-    ]  # fmt: skip
-    best = [max(stiff, key=lambda each: each.decrease)] if stiff else []
-    return tuple(sorted([*late, *best], key=lambda each: -each.decrease))
+    shapes = (side * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2)) for share in SPEEDS)
+    stiff = stiffest(each for shape in shapes for each in with_it("Stribeck", shape))
+    return tuple(sorted([*late, *stiff], key=lambda each: -each.decrease))
 
 
 def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
@@ -306,8 +292,7 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
         tried = [least(missed, start, loss=loss, f_scale=estimation.BEND) for start in (found, trimmed)]
         found = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
-    tests = estimation.tests_of(residual)
-    variance = float((residual**2).sum()) / max(b.size - found.size, 1) * tests.inflation
+    variance = float((residual**2).sum()) / max(b.size - found.size, 1) * estimation.tests_of(residual).inflation
     inverse = np.asarray(np.linalg.inv(scaled.T @ scaled), dtype=np.float64)
     covariance = inverse * variance / np.outer(size, size)
     return (found / size).tolist(), covariance, residual
@@ -379,7 +364,6 @@ def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str
     return (
         f"the fit in position, by the same current without feedback, gives {found}, rms {factor * rms:.3g} {unit}",
         "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "
-        "1 % adds up "
-        "twice into position, unopposed: the fit in position bends the parameters after that drift, the one in force "
-        "does not",
+        "1 % adds up twice into position, unopposed: the fit in position bends the parameters after that drift, the "
+        "one in force does not",
     )

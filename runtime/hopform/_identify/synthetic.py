@@ -65,16 +65,14 @@ def record(
     encoder = _Encoder(nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw)
     time, hertz = _times(duration, rate)
     if repeats * (time.size + hertz) > MOST_SAMPLES:
-        raise HopformError(
-            f"repeats must be at most {int(MOST_SAMPLES / (time.size + hertz))} for so many samples each, got {repeats}"
-        )
+        most = int(MOST_SAMPLES / (time.size + hertz))
+        raise HopformError(f"repeats must be at most {most} for so many samples each, got {repeats}")
     against = flag("spring", spring)
     still, mass = nonnegative("hold", hold, "s"), nonnegative("added_mass", added_mass, "kg")
     if not still <= time[-1]:
         raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
     largest = robot.u_max if math.isfinite(robot.u_max) else 1.0
-    most = largest if current is None else positive("current", current, "A")
-    u = _current(test, time, still, most)
+    u = _current(test, time, still, largest if current is None else positive("current", current, "A"))
     if test in ("drop", "free", "decay"):
         x, x1 = _body(robot, test, time, positive("height", height, "m"), still, mass, u)
         if repeats > 1:
@@ -126,34 +124,32 @@ def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
 
 
 def _current(test: str, time: Array, still: float, most: float) -> Array:
-    """The current over a test; 0 where there is none."""
-    if test in _PATTERNS:
-        return _pulses(time, still, most, _PATTERNS[test])
-    return _ramps(time, still, most) if test == "ramp" else np.zeros(time.size)
+    """The current over a test, 0 where there is none: after stillness pulses of both signs, or ramps."""
+    if test not in _PATTERNS:
+        return _ramps(time, still, most) if test == "ramp" else np.zeros(time.size)
+    pattern = np.array(_PATTERNS[test])
+    part = np.floor(pattern.size * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
+    return np.where(time < still, 0.0, pattern[np.clip(part, 0, pattern.size - 1)] * most)
 
 
-def _body(
-    robot: Robot, test: str, time: Array, height: float, still: float, added: float, u: Array
-) -> tuple[Array, Array]:
+def _body(robot: Robot, test: str, time: Array, fall: float, hold: float, mass: float, u: Array) -> tuple[Array, Array]:
     """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the oscillation."""
     values = robot.parameters._asdict() | {"v": 0.0, "length": robot.L0 + robot.c}
     if test == "decay":
-        values |= {"g": 0.0, "rest": 0.0, "x": -height}
-        return _of("attached", values, time, added), np.zeros(time.size)
-    values["x"] = values["length"] + height
-    falls = time >= still
+        values |= {"g": 0.0, "rest": 0.0, "x": -fall}
+        return _of("attached", values, time, mass), np.zeros(time.size)
+    values["x"] = values["length"] + fall
+    falls = time >= hold
     x, x1 = np.full(time.size, values["x"]), np.zeros(time.size)
-    since = time[falls] - still
+    since = time[falls] - hold
     if test == "drop":
-        x[falls] = _of("ground", values, since, added)
+        x[falls] = _of("ground", values, since, mass)
         return x, x1
-    values |= {
-        "offset": -robot.k * robot.c / robot.gamma2, "x1": 0.0, "v1": 0.0,
-        "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0),
-    }  # fmt: skip
+    values |= {"offset": -robot.k * robot.c / robot.gamma2, "x1": 0.0, "v1": 0.0}
+    values |= {"x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0)}
     # A sample holds until the next.
     steps = ((0.0, 0.0), *((since[0] + t, each) for t, each in current_steps(since, u[falls])))
-    x[falls], x1[falls] = (_of("free", values, since, added, steps=steps, of=which) for which in ("x2", "x1"))
+    x[falls], x1[falls] = (_of("free", values, since, mass, steps=steps, of=which) for which in ("x2", "x1"))
     return x, x1
 
 
@@ -163,8 +159,7 @@ def _again(x: Array, repeats: int, rate: float) -> tuple[Array, Array]:
     """
     t = np.linspace(0.0, 1.0, max(round(0.6 * rate), 2))
     back = x[-1] + (x[0] - x[-1]) * (3.0 * t**2 - 2.0 * t**3)
-    held = np.full(max(round(0.3 * rate), 1), x[0])
-    whole = np.concatenate([x, *([back, held, x] * (repeats - 1))])
+    whole = np.concatenate([x, *([back, np.full(max(round(0.3 * rate), 1), x[0]), x] * (repeats - 1))])
     return whole, np.arange(whole.size) / rate
 
 
@@ -178,15 +173,8 @@ _PATTERNS = dict.fromkeys(("step", "air"), (1.0, -1.0, 0.5, -0.5)) | {"free": (0
 """Shares of the largest current, held as long each."""
 
 
-def _pulses(time: Array, still: float, most: float, pattern: tuple[float, ...]) -> Array:
-    """Currents of both signs and of several sizes after stillness."""
-    part = np.floor(len(pattern) * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
-    return np.where(time < still, 0.0, np.array(pattern)[np.clip(part, 0, len(pattern) - 1)] * most)
-
-
 def _ramps(time: Array, still: float, most: float) -> Array:
     """Up to the largest current in the first half, back to 0, down to its negative in the second."""
     half = 0.5 * float(time[-1])
     part = np.where(time < half, time, time - half)
-    sign = np.where(time < half, 1.0, -1.0)
-    return sign * most * np.clip((part - still) / max(half - still, 1e-9), 0.0, 1.0)
+    return np.where(time < half, 1.0, -1.0) * most * np.clip((part - still) / max(half - still, 1e-9), 0.0, 1.0)

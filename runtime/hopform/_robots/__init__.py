@@ -10,11 +10,10 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, NoReturn
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,10 +90,13 @@ def toml_string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
 
 
-def provenance_from(table: Mapping[str, Any], where: str) -> Provenance:
+def provenance_from(value: object) -> Provenance:
     """The provenance in a table `[fit]`; HopformError for one that is none."""
-    if set(table) != set(Provenance._fields):
-        raise HopformError(f"[fit] must have {', '.join(Provenance._fields)}, got {shown(list(table))} {where}")
+    if not isinstance(value, dict):
+        raise HopformError(f"fit must be a table [fit], got {shown(value)}")
+    table = cast(dict[str, Any], value)
+    if table.keys() != set(Provenance._fields):
+        raise HopformError(f"[fit] must have {', '.join(Provenance._fields)}, got {shown([*table])}")
     try:
         names, known = (_fields_in(name, table[name]) for name in ("names", "known"))
         count = len(names)
@@ -109,7 +111,7 @@ def provenance_from(table: Mapping[str, Any], where: str) -> Provenance:
             known, table["base"], flag("white", table["white"]),
         )  # fmt: skip
     except HopformError as error:
-        raise HopformError(f"[fit] {error} {where}") from None
+        raise HopformError(f"[fit] {error}") from None
 
 
 def _fields_in(name: str, value: object) -> tuple[str, ...]:
@@ -137,9 +139,8 @@ def _array(name: str, value: object, shape: tuple[int, ...], *, finite: bool = T
     if found.shape != shape:
         raise HopformError(f"{name} must be numbers of the shape {shape}, got {shown(value)}")
     made = array_of(name, found, "SI units") if found.size else found.astype(float)
-    refuse_any(
-        name, made, np.isfinite(made) if finite else ~np.isnan(made), lambda bad: f"must be a number, got {bad!r}"
-    )
+    allowed = np.isfinite(made) if finite else ~np.isnan(made)
+    refuse_any(name, made, allowed, lambda bad: f"must be a number, got {bad!r}")
     return made.astype(float)
 
 
@@ -181,13 +182,7 @@ class Robot(CheckedRobot):
         except ValueError as error:
             raise HopformError(str(error)) from None
         for key in ("name", "description"):
-            text: object = getattr(self, key)
-            if not isinstance(text, str):
-                raise HopformError(f"{key} must be a text, got {shown(text)}")
-            try:
-                text.encode()
-            except UnicodeEncodeError:
-                raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
+            _check_text(key, getattr(self, key))
 
     @staticmethod
     def fields() -> tuple[records.Field, ...]:
@@ -214,11 +209,19 @@ class Robot(CheckedRobot):
             raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
         number = whole("count", count, 1, MOST_SAMPLES)
         draw = np.random.default_rng() if seed is None else seeded(seed)
-        kept = {
-            name for name, value in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == value
-        }
+        kept = {name for name, own in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == own}
         drawn = [{name: each[name] for name in kept} for each in self.fit.draw(number, draw)]
         return tuple(replace(self, **each, fit=None) for each in drawn)  # type: ignore[arg-type]
+
+
+def _check_text(key: str, text: object) -> None:
+    """HopformError for what is no text, or none that a file can hold."""
+    if not isinstance(text, str):
+        raise HopformError(f"{key} must be a text, got {shown(text)}")
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
 
 
 def _checked(field: records.Field, value: object) -> float:
@@ -250,7 +253,11 @@ def load_robot(name_or_path: str | Path) -> Robot:
         text = resources.files("hopform._robots").joinpath(f"{name_or_path}.toml").read_text("utf-8")
         return robot_from_toml(text, f"{name_or_path}.toml")
     if not os.path.exists(path):
-        _no_such_robot(str(name_or_path))
+        name = str(name_or_path)
+        if "/" in name or "\\" in name or name.endswith(".toml"):
+            raise HopformError(f"there is no file {shown(name)}")
+        close, known = nearest(name, list(ROBOTS)), f"{', '.join(ROBOTS)}, or a TOML file"
+        raise HopformError(f"there is no robot {shown(name)}{f'{close} Known' if close else '; known'}: {known}")
     return robot_from_toml(read_text(path, LARGEST_TOML), name_of(path))
 
 
@@ -265,20 +272,17 @@ def robot_from_toml(text: str, source: str = "TOML") -> Robot:
     known = {field.name: field for field in FIELDS}
     for key, value in table.items():
         where = f"({source}, line {_line_of(key, text)})"
-        if key in ("name", "description"):
-            if not isinstance(value, str):
-                raise HopformError(f"{key} must be a text, got {shown(value)} {where}")
-        elif key == "fit":
-            if not isinstance(value, dict):
-                raise HopformError(f"fit must be a table [fit], got {shown(value)} {where}")
-            table[key] = provenance_from(value, where)  # pyright: ignore[reportUnknownArgumentType]
-        elif key not in known:
-            raise HopformError(f"unknown parameter {shown(key)}{_nearest(key, [*known, 'name'])} {where}")
-        else:
-            try:
+        try:
+            if key in ("name", "description"):
+                _check_text(key, value)
+            elif key == "fit":
+                table[key] = provenance_from(value)
+            elif key in known:
                 _checked(known[key], value)
-            except HopformError as error:
-                raise HopformError(f"{error} {where}") from None
+            else:
+                raise HopformError(f"unknown parameter {shown(key)}{nearest(key, [*known, 'name'])}")
+        except HopformError as error:
+            raise HopformError(f"{error} {where}") from None
     missing = [field.name for field in records.ROBOT_FIELDS if field.default is None and field.name not in table]
     if missing:
         raise HopformError(f"{source} lacks {', '.join(missing)}")
@@ -305,19 +309,10 @@ def _line_of(key: str, text: str) -> int:
     return next((number for number, line in enumerate(text.splitlines(), 1) if pattern.match(line)), 1)
 
 
-def _nearest(word: str, known: list[str]) -> str:
+def nearest(word: str, known: list[str]) -> str:
+    """A question about the known word that is nearest to one, nothing where none is near."""
     close = difflib.get_close_matches(word, known, 1, 0.5)
     return f", did you mean {close[0]!r}?" if close else ""
 
 
-def _no_such_robot(name: str) -> NoReturn:
-    looks_like_a_file = "/" in name or "\\" in name or name.endswith(".toml")
-    if looks_like_a_file:
-        raise HopformError(f"there is no file {shown(name)}")
-    nearest, known = _nearest(name, list(ROBOTS)), f"{', '.join(ROBOTS)}, or a TOML file"
-    raise HopformError(f"there is no robot {shown(name)}{f'{nearest} Known' if nearest else '; known'}: {known}")
-
-
-assert {field.name for field in fields(Robot)} == {field.name for field in FIELDS} | {
-    "name", "description", "fit",
-}  # fmt: skip
+assert {each.name for each in fields(Robot)} == {each.name for each in FIELDS} | {"name", "description", "fit"}

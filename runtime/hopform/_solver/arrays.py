@@ -1,8 +1,7 @@
 """The NumPy back end: the vectorised solver of a package, seen as the C back end shows it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, cast
+from collections.abc import Callable
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,7 @@ from hopform._solver.library import Backend
 from hopform._solver.package import Array, Columns, FlightRow, LegState, Package, Precision, Steps, Target, records
 
 
-@dataclass(frozen=True)
-class Solved:
+class Solved(NamedTuple):
     """A stance solved on arrays of length one."""
 
     package: Package
@@ -33,13 +31,12 @@ class Solved:
     def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         p = self.solution.phases
-        columns = (p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step)
-        rows = zip(*(column.tolist() for column in columns), strict=True)
+        rows = zip(*(column.tolist() for column in (p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step)), strict=True)
         return [(t, LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
 
     def state(self, t: float) -> LegState:
         """The state at one time."""
-        return LegState(*(float(column[0]) for column in self.state_at(np.array([t], self.solution.duration.dtype))))
+        return LegState(*(each.item() for each in self.state_at(np.array([t], self.solution.duration.dtype))))
 
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
@@ -48,15 +45,12 @@ class Solved:
     def grid(self, dt: float, out: LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension."""
         real = self.solution.duration.dtype.type
-        t = np.arange(out.x1.size, dtype=real) * real(dt)
-        for column, values in zip(out, self.state_at(t), strict=True):
+        for column, values in zip(out, self.state_at(np.arange(out.x1.size, dtype=real) * real(dt)), strict=True):
             column[...] = values
 
     def energy(self, t: float) -> records.Energy:
         """Energies at one time."""
-        return records.Energy(
-            *(float(column[0]) for column in self.energy_at(np.array([t], self.solution.duration.dtype)))
-        )
+        return records.Energy(*(each.item() for each in self.energy_at(np.array([t], self.solution.duration.dtype))))
 
     def energy_at(self, t: Array) -> records.Energy:
         """Energies at times of one dimension."""
@@ -80,8 +74,7 @@ class Solved:
         return self.state_at(t), self.package.sensitivity.tangents_of(self.solution, t)
 
 
-@dataclass(frozen=True)
-class ArrayFlight:
+class ArrayFlight(NamedTuple):
     """A flight solved with NumPy."""
 
     package: Package
@@ -99,8 +92,7 @@ class ArrayFlight:
 
     def rows(self) -> list[FlightRow]:
         """The phases."""
-        phases = self.flight.phases
-        return [FlightRow(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in phases]
+        return [FlightRow(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in self.flight.phases]
 
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
@@ -145,10 +137,8 @@ class OnArrays:
         self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
-        return cast(
-            "tuple[float, float, int, int]",
-            self.package.control.choose(parameters, start, target, max_phases, dtype.type),
-        )
+        choose: Callable[..., tuple[float, float, int, int]] = self.package.control.choose
+        return choose(parameters, start, target, max_phases, dtype.type)
 
     def apexes(
         self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float,
@@ -163,9 +153,7 @@ class OnArrays:
         apex = np.where(found.takes_off, found.apex, np.nan).astype(float)
         return apex.reshape(shape), found.largest_x1.astype(float).reshape(shape)
 
-    def solve_columns(
-        self, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool
-    ) -> package.Events:
+    def solve_columns(self, columns: Columns, results: Columns, max_phases: int, events: bool) -> package.Events:
         """Put the results of stances into arrays; their events."""
         real, size = results[1].dtype, results[0].size
         x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size) for column in columns)
@@ -190,9 +178,7 @@ class OnArrays:
         results[-1][...] = np.bincount(lane, minlength=size)
         return [(lane, t, kind)]
 
-    def read_columns(
-        self, name: str, columns: Columns, results: NDArray[Any], status: NDArray[Any], max_phases: int
-    ) -> None:
+    def read_columns(self, name: str, columns: Columns, results: Array, status: NDArray[Any], max_phases: int) -> None:
         """Put the `sensitivities`, rows times columns, or the largest `compressions` of stances into an array, NaN
         where there are none; `status` is that of `solve_columns`."""
         package = self.package
@@ -227,8 +213,7 @@ class OnArrays:
         if self.package.limits.BODY_IS_FIXED:
             misplaced |= start.v2 != 0.0
         pulls = (start.y < 0.0) & (not self.package.limits.FOOT_IS_FIXED)
-        cases = [outside, misplaced, pulls, beyond(u), endless]
-        return np.select(cases, [-2, -3, -4, -5, -6], 0).astype(np.intc)
+        return np.select([outside, misplaced, pulls, beyond(u), endless], [-2, -3, -4, -5, -6], 0).astype(np.intc)
 
 
 def _check_range(*numbers: Any) -> None:

@@ -6,11 +6,10 @@ A library that was built from other sources than the package is refused by name,
 import ctypes
 import struct
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,9 +68,7 @@ class Library:
 
     def address(self, name: str) -> int:
         """Address of a function of the library."""
-        address = ctypes.cast(getattr(self._handle, f"{self._prefix}_{name}"), ctypes.c_void_p).value
-        assert address is not None
-        return address
+        return cast(int, ctypes.cast(getattr(self._handle, f"{self._prefix}_{name}"), ctypes.c_void_p).value)
 
     def function(self, name: str, types: Types) -> Any:
         """A function in one precision, which returns a status."""
@@ -126,6 +123,7 @@ class Buffers:
         self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else _packed_floats
         self.one_state, self.one_energy = (ctypes.c_char * each.size for each in (self.state, self.energy))
         self.free: list[tuple[Any, Any]] = []
+        self.searches: list[Any] = []
 
     def memory(self, capacity: int = FIRST_CAPACITY) -> tuple[Any, Any]:
         """Room for a stance and its phases."""
@@ -136,12 +134,10 @@ def layout(structure: Any) -> struct.Struct:
     """The layout of a struct of numbers, as `struct` packs and unpacks it."""
 
     def letters(structure: Any) -> str:
-        return "".join(
-            letters(kind) if issubclass(kind, ctypes.Structure) else kind._type_ for _, kind in structure._fields_
-        )
+        kinds = (kind for _, kind in structure._fields_)
+        return "".join(letters(kind) if issubclass(kind, ctypes.Structure) else kind._type_ for kind in kinds)
 
-    longest = ctypes.alignment(structure)
-    return struct.Struct(f"{letters(structure)}0{'d' if longest == 8 else 'f'}")
+    return struct.Struct(f"{letters(structure)}0{'d' if ctypes.alignment(structure) == 8 else 'f'}")
 
 
 def _packed_doubles(*numbers: float) -> bytes:
@@ -172,10 +168,8 @@ class Solved:
         self.phases: bytes = phases[: answer[-2] * buffers.phase.size]
 
     def __reduce__(self) -> Any:
-        buffers = self.buffers
-        return _solved_again, (
-            buffers.library.source, np.dtype(buffers.types.real), self.plan, self.steps, self.phases, self.stance,
-        )  # fmt: skip
+        source, dtype = self.buffers.library.source, np.dtype(self.buffers.types.real)
+        return _solved_again, (source, dtype, self.plan, self.steps, self.phases, self.stance)
 
     def outcome(self) -> tuple[int, float, LegState, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
@@ -212,10 +206,8 @@ class Solved:
 
     def energy(self, t: float) -> records.Energy:
         """Energies at one time."""
-        buffers, energy = self.buffers, self.buffers.one_energy()
-        status = buffers.stance_energy(
-            self.plan, self.steps, self.phases, self.stance, buffers.pack(t), 1, energy, None, None
-        )
+        buffers, energy, at = self.buffers, self.buffers.one_energy(), self.buffers.pack(t)
+        status = buffers.stance_energy(self.plan, self.steps, self.phases, self.stance, at, 1, energy, None, None)
         if status < 0:
             raise refusal("stance_energy", status)
         return records.Energy._make(buffers.energy.unpack(energy))
@@ -229,11 +221,9 @@ class Solved:
     def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""
         of = self.buffers.library.package.records
-        energies = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
+        energy = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
         work, losses = np.empty((t.size, len(of.Work._fields)), dtype=t.dtype), np.empty_like(t)
-        self._call(
-            "stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), pointer(work), pointer(losses)
-        )
+        self._call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energy), pointer(work), pointer(losses))
         return cast("records.Ledger", of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses))
 
     def compression_max(self) -> float:
@@ -262,9 +252,8 @@ class Solved:
         return LegState(*states.T), tangents
 
     def _call(self, name: str, *arguments: Any) -> int:
-        return self.buffers.library.call(
-            name, self.buffers.types, self.plan, self.steps, self.phases, self.stance, *arguments
-        )
+        of = self.buffers
+        return of.library.call(name, of.types, self.plan, self.steps, self.phases, self.stance, *arguments)
 
 
 _Bytes = ctypes.c_char * 0
@@ -316,13 +305,7 @@ class Compiled:
 
 
 def solve_stance(
-    solver: Compiled,
-    parameters: tuple[Any, ...],
-    start: LegState,
-    steps: Steps,
-    horizon: float,
-    max_phases: int,
-    dtype: Precision,
+    solver: Compiled, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision
 ) -> Solved:
     """One stance, by the compiled library."""
     buffers = solver.library.buffers(dtype)
@@ -354,8 +337,7 @@ def solve_stance(
 _CAPACITY = 32
 
 
-@dataclass(frozen=True)
-class NativeFlight:
+class NativeFlight(NamedTuple):
     """A flight solved by the library; it can be pickled, as parameters and the bytes of its structs."""
 
     library: Library
@@ -380,8 +362,7 @@ class NativeFlight:
         return LegState(end.x1, end.v1, end.v2, end.y)
 
     def rows(self) -> list[FlightRow]:
-        kept = self.phases[: self.flight.phases_kept]
-        return [FlightRow(p.t, p.x1, p.v1, p.side, p.limit, p.event) for p in kept]
+        return [FlightRow(p.t, p.x1, p.v1, p.side, p.limit, p.event) for p in self.phases[: self.flight.phases_kept]]
 
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
@@ -399,15 +380,11 @@ class NativeFlight:
         return records.Energy(*energy.T), records.FlightLedger(**entries, stop_loss=losses)
 
     def _call(self, name: str, t: Array, *out: Array) -> None:
-        self.library.call(
-            name, self.types, self.plan, self.phases, ctypes.byref(self.flight),
-            pointer(t), ctypes.c_int32(t.size), *map(pointer, out),
-        )  # fmt: skip
+        of = self.plan, self.phases, ctypes.byref(self.flight)
+        self.library.call(name, self.types, *of, pointer(t), ctypes.c_int32(t.size), *map(pointer, out))
 
 
-def _flight_again(
-    source: str, dtype: Precision, parameters: records.Robot, phases: bytes, flight: bytes
-) -> NativeFlight:
+def _flight_again(source: str, dtype: Precision, parameters: Any, phases: bytes, flight: bytes) -> NativeFlight:
     """The flight of a pickle."""
     library = _library_of("flight", source)
     types = library.types(dtype)
@@ -425,13 +402,12 @@ def solve_flight(
     types = library.types(dtype)
     plan = ctypes.byref(plan_of(library, types, parameters))
     flight, phases, capacity = types.Flight(), (types.FlightPhase * _CAPACITY)(), _CAPACITY
-    begin = ctypes.byref(types.State(*start))
     law = None if gains is None else ctypes.byref(types.Gains(*gains))
+    begin = ctypes.byref(types.State(*start)), types.real(ground)
+    asked = plan, *begin, law, types.real(horizon), ctypes.c_int32(max_phases)
     while True:
-        status = library.call(
-            "solve_flight", types, plan, begin, types.real(ground), law, types.real(horizon),
-            ctypes.c_int32(max_phases), phases, ctypes.c_int32(capacity), ctypes.byref(flight),
-        )  # fmt: skip
+        room = phases, ctypes.c_int32(capacity), ctypes.byref(flight)
+        status = library.call("solve_flight", types, *asked, *room)
         if status != PHASES_NOT_KEPT:
             return NativeFlight(library, types, parameters, plan, phases, flight)
         capacity = int(flight.phase_count)

@@ -2,7 +2,6 @@
 
 import ctypes
 import importlib
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -11,8 +10,10 @@ from numpy.typing import NDArray
 
 from hopform._solver import package
 from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Compiled, Library, pointer
-from hopform._solver.package import RESULTS, STATES, Columns
+from hopform._solver.package import RESULTS, STATES, Columns, Events
 
+Listed = tuple[NDArray[Any], NDArray[np.int8]]
+"""Times and kinds of events, a row for each stance."""
 _FIRST_EVENTS = 16
 _INDEX_IN_API = 31
 
@@ -27,13 +28,12 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
     pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(("PyCapsule_GetPointer", api))
     capsule = importlib.import_module("numpy._core._multiarray_umath")._UFUNC_API
     table = ctypes.cast(pointer_of(capsule, None), ctypes.POINTER(ctypes.c_void_p))
-    integers = (ctypes.c_int,) * 4
-    prototype = ctypes.PYFUNCTYPE(
-        ctypes.py_object, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, *integers,
-        ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p,
-    )  # fmt: skip
+    pointers, integers, text = (ctypes.c_void_p,) * 3, (ctypes.c_int,) * 4, ctypes.c_char_p
+    prototype = ctypes.PYFUNCTYPE(ctypes.py_object, *pointers, *integers, text, text, ctypes.c_int, text)
     loops = (ctypes.c_void_p * 2)(*(library.address(f"stance_loop_{suffix}") for suffix in ("f32", "f64")))
-    types = bytes(np.dtype(code).num for row in _types() for code in row)
+    of_results = [np.intc if name in package.CODES else None for name in RESULTS]
+    codes = [*[None] * len(package.INPUTS), *of_results]
+    types = bytes(np.dtype(code or real).num for real in (np.float32, np.float64) for code in codes)
     type_numbers = (ctypes.c_char * len(types)).from_buffer_copy(types)
     data = (ctypes.c_void_p * 2)()
     texts = (b"stance", meaning.encode(), package.SIGNATURE.encode())
@@ -43,17 +43,7 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
     )
 
 
-def _types() -> list[list[Any]]:
-    """The types of inputs and results, once per precision."""
-    return [
-        [real] * len(package.INPUTS) + [np.intc if name in package.CODES else real for name in RESULTS]
-        for real in (np.float32, np.float64)
-    ]
-
-
-def solve_columns(
-    solver: Compiled, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool
-) -> package.Events:
+def solve_columns(solver: Compiled, columns: Columns, results: Columns, max_phases: int, events: bool) -> Events:
     """Put the results of stances into arrays; the events, if they are asked for."""
     if not events and max_phases == package.MAX_PHASES:
         _solve_by_ufunc(solver, columns, results)
@@ -86,15 +76,13 @@ def read_columns(
         state = np.empty(lanes.size, np.int32)
         types = solver.library.types(results.dtype)
         phases = (types.Phase * room)()
-        solver.library.call(
-            f"stances_{name}", types, ctypes.c_int64(lanes.size),
-            ctypes.byref(_arguments(types, chosen, max_phases)), phases, room, pointer(found), pointer(state),
-        )  # fmt: skip
+        asked, count = ctypes.byref(_arguments(types, chosen, max_phases)), ctypes.c_int64(lanes.size)
+        solver.library.call(f"stances_{name}", types, count, asked, phases, room, pointer(found), pointer(state))
         results[lanes] = found
         lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
 
 
-def _solve_by_ufunc(solver: Compiled, columns: Columns, results: Sequence[NDArray[Any]]) -> None:
+def _solve_by_ufunc(solver: Compiled, columns: Columns, results: Columns) -> None:
     fields = columns[len(STATES) :]
     rows = np.empty((len(fields), *np.broadcast_shapes(*(field.shape for field in fields))), results[1].dtype)
     for n, field in enumerate(fields):
@@ -114,9 +102,7 @@ def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:
     return arguments
 
 
-def _call(
-    library: Library, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, room: int
-) -> tuple[NDArray[Any], NDArray[np.int8]]:
+def _call(library: Library, columns: Columns, results: Columns, max_phases: int, room: int) -> Listed:
     """Solve the columns; the first `room` events of each stance."""
     real = results[1].dtype
     types = library.types(real)
@@ -139,7 +125,7 @@ def _column(array: NDArray[Any]) -> tuple[int, int]:
 
 
 def _listed(
-    found: tuple[NDArray[Any], NDArray[np.int8]], lanes: NDArray[np.intp], complete: NDArray[np.bool_]
+    found: Listed, lanes: NDArray[np.intp], complete: NDArray[np.bool_]
 ) -> tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]:
     times, kinds = found
     row, place = np.nonzero((kinds != 0) & complete[:, np.newaxis])

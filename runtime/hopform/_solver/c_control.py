@@ -1,7 +1,6 @@
 """The controller's search by the compiled library."""
 
 import ctypes
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,20 +18,18 @@ def choose_current(
     target: h_des, datum, stop_margin [m], horizon [s].
     """
     library = solver.library
-    types = library.types(dtype)
+    types, free = library.types(dtype), library.buffers(dtype).searches
     plan = plan_of(library, types, parameters)
     capacity = min(FIRST_CAPACITY, max_phases)
-    free = _free(types)
     try:
         memory = free.pop()
     except IndexError:
         memory = _Memory(types, FIRST_CAPACITY)
     begin, wanted = types.State(*start), types.Target(*target)
     while True:
-        status = library.call(
-            "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin),
-            ctypes.byref(wanted), memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command),
-        )  # fmt: skip
+        asked = (ctypes.byref(each) for each in (memory.search, plan, begin, wanted))
+        room = memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command)
+        status = library.call("choose_current", types, *asked, *room)
         if status != PHASES_NOT_KEPT or capacity == max_phases:
             break
         capacity = min(8 * capacity, max_phases)
@@ -44,15 +41,10 @@ def choose_current(
 
 
 class _Memory:
-    """Room for one search; taken from `_free` and put back, so that no two searches are ever in the same."""
+    """Room for one search; taken from the library's and put back, so that no two searches are ever in the same."""
 
     def __init__(self, types: Types, capacity: int) -> None:
         self.command, self.search, self.phases = types.Command(), types.Search(), (types.Phase * capacity)()
-
-
-@cache
-def _free(types: Types) -> list[_Memory]:
-    return []
 
 
 def try_currents(
@@ -67,14 +59,11 @@ def try_currents(
     trials = np.zeros((len(starts), currents.size), np.dtype(types.Trial))
     states = (types.State * len(starts))(*(types.State(*start) for start in starts))
     values = np.ascontiguousarray(currents, dtype=np.float64)
+    given = (ctypes.byref(plan), states, ctypes.c_int32(len(starts)), pointer(values), ctypes.c_int32(values.size))
     capacity = min(FIRST_CAPACITY, max_phases)
     while True:
-        phases = (types.Phase * capacity)()
-        status = library.call(
-            "try_currents", types, ctypes.byref(plan), states, ctypes.c_int32(len(starts)),
-            pointer(values), ctypes.c_int32(values.size), types.real(horizon),
-            phases, ctypes.c_int32(capacity), pointer(trials),
-        )  # fmt: skip
+        room = (types.Phase * capacity)(), ctypes.c_int32(capacity), pointer(trials)
+        status = library.call("try_currents", types, *given, types.real(horizon), *room)
         if status != PHASES_NOT_KEPT or capacity == max_phases:
             return trials
         capacity = min(8 * capacity, max_phases)

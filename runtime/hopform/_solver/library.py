@@ -31,10 +31,8 @@ def opened(path: Path, prefix: str, package: str, source: str) -> ctypes.CDLL:
         raise BackendError(f"{path.name} is no library of {package}: it does not name its source") from None
     source_of_library.restype = ctypes.c_char_p
     if (built := source_of_library().decode()) != source:
-        raise BackendError(
-            f"the compiled library {path.name} is stale: it was built from {built}, {package} from {source}; "
-            "rebuild it with `make test` or reinstall hopform"
-        )
+        stale = f"{path.name} is stale: it was built from {built}, {package} from {source}"
+        raise BackendError(f"the compiled library {stale}; rebuild it with `make test` or reinstall hopform")
     return handle
 
 
