@@ -211,7 +211,7 @@ class Stance(Motion):
         x1, v1, x2, v2 = map(float, self.takeoff)
         solve: Callable[..., Flight] = import_module("hopform._flight").solve_flight
         how = {"gains": gains, "horizon": horizon, "backend": self.backend, "dtype": self.dtype}
-        leg = self._last_compression
+        leg = self.end_compression
         return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, compression=leg, **how)
 
     def compression(self, t: ArrayLike) -> Real:
@@ -274,7 +274,7 @@ class Stance(Motion):
         return events_of(self.events) | {name: ((), getattr(self, name)) for name in names}
 
     @property
-    def _last_compression(self) -> float:
+    def end_compression(self) -> float:
         """Compression [m] at the ending; 0 exactly where k times it is the contact force, and the leg takes off."""
         return float(self._solved.outcome()[2].y)
 

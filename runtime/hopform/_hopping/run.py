@@ -482,7 +482,7 @@ def _run(task: _Task, start: State) -> Run:
         time = hop.takeoff_time
         if hop.stance.takeoff is None:
             return Run(task.plant, task.grounds, "stopped", time, tuple(hops), None)
-        state, leg, apex = hop.stance.takeoff, hop.stance._last_compression, hop.apex
+        state, leg, apex = hop.stance.takeoff, hop.stance.end_compression, hop.apex
     last = _flight(task, state, leg, None)
     return Run(task.plant, task.grounds, "completed", time + last.apex_time, tuple(hops), last)
 
