@@ -160,8 +160,7 @@ FLIGHT_PHASE = Struct.of(
 )
 FLIGHT = Struct.of(
     "Flight",
-    "A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead: how far the foot of a leg that"
-    " carries nothing is below it.",
+    "A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead.",
     Member("gains", "Gains", "of the law; 0 where the motor has no force"),
     Member("start", "State", "as given"),
     Member("ground", "real", "height of the ground ahead over that which was left", "m"),

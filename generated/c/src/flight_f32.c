@@ -726,8 +726,7 @@ static int32_t flight_run_f32(flight_chain_f32 *chain, hopform_state_f32 *end_st
 
 /* ---- what users call ---- */
 
-static const hopform_flight_f32 flight_nothing_f32 = {
-    {0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0, 0, 0, 0};
+static const hopform_flight_f32 flight_nothing_f32 = {0};
 
 static bool gains_are_sound_f32(const hopform_gains_f32 *gains)
 {

@@ -726,8 +726,7 @@ static int32_t flight_run_f64(flight_chain_f64 *chain, hopform_state_f64 *end_st
 
 /* ---- what users call ---- */
 
-static const hopform_flight_f64 flight_nothing_f64 = {
-    {0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0};
+static const hopform_flight_f64 flight_nothing_f64 = {0};
 
 static bool gains_are_sound_f64(const hopform_gains_f64 *gains)
 {

@@ -726,8 +726,7 @@ static int32_t flight_run_real(flight_chain_real *chain, hopform_state_real *end
 
 /* ---- what users call ---- */
 
-static const hopform_flight_real flight_nothing_real = {
-    {0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0};
+static const hopform_flight_real flight_nothing_real = {0};
 
 static bool gains_are_sound_real(const hopform_gains_real *gains)
 {

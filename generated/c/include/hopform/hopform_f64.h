@@ -235,7 +235,7 @@ typedef struct {
     int8_t spare; /**< 0 */
 } hopform_flight_phase_f64;
 
-/** A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead: how far the foot of a leg that carries nothing is below it. */
+/** A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead. */
 typedef struct {
     hopform_gains_f64 gains; /**< of the law; 0 where the motor has no force */
     hopform_state_f64 start; /**< as given */
