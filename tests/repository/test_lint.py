@@ -1,5 +1,5 @@
 """What `make lint` asks of C: that its tools look at the formulas, and that what they find is a failure. And that the
-driver of Eva knows the library of today.
+driver of Eva names functions of the library as it is.
 """
 
 import os
@@ -48,10 +48,10 @@ def test_without_cppcheck_it_says_so_and_in_ci_it_fails(tmp_path):
     assert lint(header, path=str(bare), HOPFORM_CI="1").returncode == 1
 
 
-def test_eva_calls_each_function_for_firmware_and_is_told_of_functions_that_exist():
+def test_eva_calls_each_function_for_firmware_and_its_options_name_functions_that_exist():
     library = "".join(path.read_text("utf-8") for path in sorted((eva.C / "src").glob("*_f32.[ch]")))
-    told = ",".join([*eva.UNROLLED.values(), *eva.SPLIT.values()]).split(",")
-    assert not {name for name, *_ in (each.split(":") for each in told) if f" {name}(" not in library}
+    options = ",".join([*eva.UNROLLED.values(), *eva.SPLIT.values()]).split(",")
+    assert not {name for name, *_ in (each.split(":") for each in options) if f" {name}(" not in library}
     driver = (eva.HERE / "eva.c").read_text("utf-8")
     header = (eva.C / "include" / "hopform" / "hopform_f32.h").read_text("utf-8")
     units = sorted({unit for part in eva.PARTS.values() for unit in part})
