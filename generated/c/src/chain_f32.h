@@ -380,15 +380,15 @@ static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, f
     }
 }
 
-/* What is looked for in a phase, and where; numbers from the start, whatever the phases before left of them. */
+/* The event functions of a phase, and where their first root is searched; zeroed once, so that nothing is unset. */
 typedef struct {
     stance_events_f32 events;
     interval_f32 in;
-} stance_watch_f32;
+} stance_search_f32;
 
 /* The first event of the phase that starts at the chain's state. */
 static inline stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *chain,
-                                                         const hopform_motion_f32 *motion, stance_watch_f32 *watch)
+                                                         const hopform_motion_f32 *motion, stance_search_f32 *search)
 {
     const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, chain->side_1, chain->side_2);
     const float until = end_of_step_f32(chain) - chain->t;
@@ -397,8 +397,8 @@ static inline stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *c
         const stance_phase_end_f32 result = {until, STANCE_END_LIMIT_f32, 0, start, 0.0f};
         return result;
     }
-    stance_events_f32 *events = &watch->events;
-    interval_f32 *in = &watch->in;
+    stance_events_f32 *events = &search->events;
+    interval_f32 *in = &search->in;
     put_events_f32(events, chain, motion);
     const event_set_f32 *set = &events->set;
     const float limit = events->rest_time < until ? events->rest_time : until;

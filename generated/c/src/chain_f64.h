@@ -380,15 +380,15 @@ static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, d
     }
 }
 
-/* What is looked for in a phase, and where; numbers from the start, whatever the phases before left of them. */
+/* The event functions of a phase, and where their first root is searched; zeroed once, so that nothing is unset. */
 typedef struct {
     stance_events_f64 events;
     interval_f64 in;
-} stance_watch_f64;
+} stance_search_f64;
 
 /* The first event of the phase that starts at the chain's state. */
 static inline stance_phase_end_f64 stance_find_end_f64(const stance_chain_f64 *chain,
-                                                         const hopform_motion_f64 *motion, stance_watch_f64 *watch)
+                                                         const hopform_motion_f64 *motion, stance_search_f64 *search)
 {
     const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, chain->side_1, chain->side_2);
     const double until = end_of_step_f64(chain) - chain->t;
@@ -397,8 +397,8 @@ static inline stance_phase_end_f64 stance_find_end_f64(const stance_chain_f64 *c
         const stance_phase_end_f64 result = {until, STANCE_END_LIMIT_f64, 0, start, 0.0};
         return result;
     }
-    stance_events_f64 *events = &watch->events;
-    interval_f64 *in = &watch->in;
+    stance_events_f64 *events = &search->events;
+    interval_f64 *in = &search->in;
     put_events_f64(events, chain, motion);
     const event_set_f64 *set = &events->set;
     const double limit = events->rest_time < until ? events->rest_time : until;

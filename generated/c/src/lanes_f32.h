@@ -107,7 +107,7 @@ typedef struct {
     hopform_step_f32 step;
     hopform_state_f32 start;
     hopform_motion_f32 motion; /* of its phase */
-    stance_watch_f32 watch;
+    stance_search_f32 search;
     float limit;
     int64_t index;
     hopform_phase_f32 phases[PHASES_OF_LANE];
@@ -308,15 +308,15 @@ static void put_phase(lanes *w, int l)
     put_state(&w->state, l, &chain->state);
     w->mode[l] = 3 * (chain->side_1 + 1) + chain->side_2 + 1;
     w->gap[l] = from_stop.x1;
-    put_events_f32(&one->watch.events, chain, &one->motion);
+    put_events_f32(&one->search.events, chain, &one->motion);
     const float until = end_of_step_f32(chain) - chain->t;
-    one->limit = one->watch.events.rest_time < until ? one->watch.events.rest_time : until;
+    one->limit = one->search.events.rest_time < until ? one->search.events.rest_time : until;
     w->limit[l] = one->limit;
     for (int s = 0; s < SLOTS; s++) {
-        const bool has = s < one->watch.events.set.count;
+        const bool has = s < one->search.events.set.count;
         w->has[s][l] = flag(has);
         if (has) {
-            put_function(&w->function[s], l, &one->watch.events.set.function[s]);
+            put_function(&w->function[s], l, &one->search.events.set.function[s]);
         }
     }
 }
@@ -711,8 +711,8 @@ static stance_phase_end_f32 end_of_phase(const lanes *w, int l)
 {
     lane *one = &w->stance[l];
     const stance_chain_f32 *chain = &one->chain;
-    const stance_events_f32 *events = &one->watch.events;
-    interval_f32 *in = &one->watch.in;
+    const stance_events_f32 *events = &one->search.events;
+    interval_f32 *in = &one->search.in;
     in->high = end_of_lane(w, l);
     in->found = (int32_t)w->found[l];
     for (int s = 0; s < events->set.count; s++) {
@@ -726,7 +726,7 @@ static stance_phase_end_f32 end_of_phase(const lanes *w, int l)
         alone = fabs_f32(later_takeoff_f32(chain, &w->poles, leg, &in->high.basis, in->high.t)) > 0.0f;
     }
     if (alone) {
-        return stance_find_end_f32(chain, &one->motion, &one->watch);
+        return stance_find_end_f32(chain, &one->motion, &one->search);
     }
     stance_phase_end_f32 end = end_of_f32(events, in, stops, one->limit);
     end.touch = touch_of_stop_f32(chain, &one->motion, &end);

@@ -150,11 +150,11 @@ int32_t hopform_solve_followed_f64(const hopform_plan_f64 *plan, const hopform_s
         stance_chain_from_f64(plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
     chain.follow = follow;
     chain.tally = tally;
-    stance_watch_f64 watch = {0};
+    stance_search_f64 search = {0};
     int32_t ending = stance_begin_f64(&chain);
     while (ending == 0) {
         const hopform_motion_f64 motion = motion_from_f64(&chain);
-        const stance_phase_end_f64 end = stance_find_end_f64(&chain, &motion, &watch);
+        const stance_phase_end_f64 end = stance_find_end_f64(&chain, &motion, &search);
         ending = stance_end_phase_f64(&chain, &motion, &end);
     }
     return stance_report_f64(&chain, &from, ending, stance);

@@ -380,15 +380,15 @@ static inline void reach_ahead_real(const event_set_real *set, interval_real *in
     }
 }
 
-/* What is looked for in a phase, and where; numbers from the start, whatever the phases before left of them. */
+/* The event functions of a phase, and where their first root is searched; zeroed once, so that nothing is unset. */
 typedef struct {
     stance_events_real events;
     interval_real in;
-} stance_watch_real;
+} stance_search_real;
 
 /* The first event of the phase that starts at the chain's state. */
 static inline stance_phase_end_real stance_find_end_real(const stance_chain_real *chain,
-                                                         const hopform_motion_real *motion, stance_watch_real *watch)
+                                                         const hopform_motion_real *motion, stance_search_real *search)
 {
     const hopform_poles_real *poles = hopform_poles_of_real(chain->plan, chain->side_1, chain->side_2);
     const real until = end_of_step_real(chain) - chain->t;
@@ -397,8 +397,8 @@ static inline stance_phase_end_real stance_find_end_real(const stance_chain_real
         const stance_phase_end_real result = {until, STANCE_END_LIMIT_real, 0, start, 0.0};
         return result;
     }
-    stance_events_real *events = &watch->events;
-    interval_real *in = &watch->in;
+    stance_events_real *events = &search->events;
+    interval_real *in = &search->in;
     put_events_real(events, chain, motion);
     const event_set_real *set = &events->set;
     const real limit = events->rest_time < until ? events->rest_time : until;

@@ -150,11 +150,11 @@ int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform
         stance_chain_from_real(plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
     chain.follow = follow;
     chain.tally = tally;
-    stance_watch_real watch = {0};
+    stance_search_real search = {0};
     int32_t ending = stance_begin_real(&chain);
     while (ending == 0) {
         const hopform_motion_real motion = motion_from_real(&chain);
-        const stance_phase_end_real end = stance_find_end_real(&chain, &motion, &watch);
+        const stance_phase_end_real end = stance_find_end_real(&chain, &motion, &search);
         ending = stance_end_phase_real(&chain, &motion, &end);
     }
     return stance_report_real(&chain, &from, ending, stance);
