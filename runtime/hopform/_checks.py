@@ -10,6 +10,7 @@ number written as text. They raise HopformError for any object whatever, also fo
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence, Sized
+from dataclasses import fields
 from itertools import islice
 from typing import Any, SupportsFloat, cast
 
@@ -188,10 +189,19 @@ def mapping(name: str, value: object) -> Mapping[str, Any]:
         raise HopformError(f"{name} must be a mapping of names to values, got {shown(value)}") from None
 
 
-def keep(record: object, **values: object) -> None:
-    """Put checked values in place of those that a frozen dataclass was made with."""
-    for name, value in values.items():
-        object.__setattr__(record, name, value)
+def by(check: Callable[..., object], *how: object) -> Mapping[str, Any]:
+    """Metadata of a field of a `Checked` dataclass: the check of its value, and what that takes behind the value."""
+    return {"check": check, "how": how}
+
+
+class Checked:
+    """A dataclass whose fields are checked when it is made, in their order; each keeps what its check returns."""
+
+    def __post_init__(self) -> None:
+        for each in fields(cast(Any, self)):
+            if each.metadata:
+                value = each.metadata["check"](each.name, getattr(self, each.name), *each.metadata["how"])
+                object.__setattr__(self, each.name, value)
 
 
 # ---- arrays ----

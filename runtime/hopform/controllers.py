@@ -9,18 +9,18 @@ controller may use; what it returns is then asked in its place.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol, SupportsFloat, runtime_checkable
+from typing import Any, NamedTuple, Protocol, SupportsFloat, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform._batch import solve_stances
-from hopform._checks import finite, flag, function, is_one, items, keep, nonnegative, positive, shown, whole
-from hopform._control import check_map, checked_target, choose_current, choose_current_as_printed, home_of
+from hopform._checks import Checked, by, finite, flag, function, is_one, items, nonnegative, positive, shown, whole
+from hopform._control import check_map, checked_target, choose_current_as_printed, home_of
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
-from hopform._solver.package import MAX_PHASES
+from hopform._solver.package import MAX_PHASES, formulas
 from hopform._stance import DOUBLE, Current, Stance, State, solve_stance, start_of
 from hopform.terrain import MOST_HOPS, heights_of
 
@@ -55,20 +55,21 @@ class Touchdown(NamedTuple):
     """the model that the controller has of the robot"""
 
 
+def _law(name: str, value: object) -> Any:
+    if function(name, value) is None:
+        raise HopformError(f"{name} must be a function of t and state, got None")
+    return value
+
+
 @dataclass(frozen=True)
-class Sampled:
+class Sampled(Checked):
     """A law that is asked for the current [A] every `period` [s] of the stance, which is held until the next time.
 
     law(t, state): t [s] since the touchdown was detected; state as measured there, x2 over level 0.
     """
 
-    period: float
-    law: Callable[[float, State], float]
-
-    def __post_init__(self) -> None:
-        if function("law", self.law) is None:
-            raise HopformError("law must be a function of t and state, got None")
-        keep(self, period=positive("period", self.period, "s"))
+    period: float = field(metadata=by(positive, "s"))
+    law: Callable[[float, State], float] = field(metadata=by(_law))
 
 
 Answer = Current | Sampled
@@ -85,20 +86,69 @@ class Preparing(Protocol):
 
 
 @dataclass(frozen=True)
-class ConstantCurrent:
+class ConstantCurrent(Checked):
     """The same current [A] in every stance."""
 
-    u: float = 0.0
-
-    def __post_init__(self) -> None:
-        keep(self, u=finite("u", self.u, "A"))
+    u: float = field(default=0.0, metadata=by(finite, "A"))
 
     def __call__(self, touchdown: Touchdown) -> float:
         return self.u
 
 
+def check_touchdown(touchdown: object) -> Touchdown:
+    """The value; HopformError for what is no Touchdown of a robot."""
+    if not isinstance(touchdown, Touchdown) or not isinstance(touchdown.robot, Robot):
+        raise HopformError(f"touchdown must be a Touchdown of a Robot, got {shown(touchdown)}")
+    whole("hop", touchdown.hop, 0)
+    return touchdown
+
+
+def set_points(name: str, h_des: SetPoints) -> Heights:
+    """Desired apexes [m] as floats: one, or one per hop; HopformError for what is not finite."""
+    if is_one(h_des):
+        return finite(name, h_des, "m")
+    each = items(name, h_des, "a height in m, or one per hop", MOST_HOPS)
+    return tuple(finite(f"{name}[{number}]", value, "m") for number, value in enumerate(each))
+
+
+def set_point(h_des: Any, hop: int) -> float:
+    """The desired apex [m] after a touchdown, of checked ones; HopformError for a hop that there is none for."""
+    if isinstance(h_des, float):
+        return h_des
+    if not hop < len(h_des):
+        raise HopformError(f"h_des must be one height, or one per hop: got {len(h_des)} for hop {hop}")
+    return cast(float, h_des[hop])
+
+
+class _Aiming(Checked):
+    """A controller that aims at apexes [m], to which a stance of at most `horizon` [s] leads."""
+
+    h_des: SetPoints
+    stop_margin: float = 0.0
+    horizon: float
+
+    def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> Any:
+        """Itself, if every set point is above its ground; HopformError if not."""
+        asked = cast(Heights, self.h_des)
+        grounds = heights_of(terrain)
+        if isinstance(asked, tuple) and len(asked) < len(grounds):
+            raise HopformError(f"h_des must be one height, or one per hop: got {len(asked)} for {len(grounds)} hops")
+        for hop, ground in enumerate(grounds):
+            if (wanted := set_point(asked, hop)) < ground:
+                where = f"at hop {hop}, where the ground is at {ground!r} m"
+                raise HopformError(f"h_des must not lie below the ground: got {wanted!r} m {where}")
+        checked_target(robot, set_point(asked, 0), -grounds[0], self.stop_margin, self.horizon)
+        return self
+
+    def target(self, touchdown: Touchdown) -> tuple[float, float]:
+        """h_des and datum as `choose_current` takes them: never below the ground, where a sensor may have put it."""
+        check_touchdown(touchdown)
+        ground = finite("ground", touchdown.ground, "m")
+        return max(set_point(self.h_des, touchdown.hop), ground), -ground
+
+
 @dataclass(frozen=True)
-class FeedForward:
+class FeedForward(_Aiming):
     """The energy-based controller (25)-(27), exact: the current of least |u| after which the next apex is h_des.
 
     h_des [m]: hop height over level 0, or one per hop. Where no current reaches it the nearest admissible is taken.
@@ -110,67 +160,43 @@ class FeedForward:
     [0.2, 0.2, 0.2]
     """
 
-    h_des: SetPoints
-    stop_margin: float = 0.0
-    horizon: float = 2.0
+    h_des: SetPoints = field(metadata=by(set_points))
+    stop_margin: float = field(default=0.0, metadata=by(nonnegative, "m"))
+    horizon: float = field(default=2.0, metadata=by(positive, "s"))
     backend: str | None = None
 
-    def __post_init__(self) -> None:
-        h_des, margin = set_points(self.h_des), nonnegative("stop_margin", self.stop_margin, "m")
-        keep(self, h_des=h_des, stop_margin=margin, horizon=positive("horizon", self.horizon, "s"))
-
-    def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "FeedForward":
-        """Itself, if every set point is above its ground; HopformError if not."""
-        check_set_points(robot, self.h_des, terrain, self.stop_margin, self.horizon)
-        return self
-
     def __call__(self, touchdown: Touchdown) -> float:
-        check_touchdown(touchdown)
-        if type(self.h_des) is float:  # checked once, when it was made
-            ground = finite("ground", touchdown.ground, "m")
-            start = start_of(touchdown.robot, touchdown.x1, touchdown.v1, None, touchdown.v2)
-            target = (self.h_des if self.h_des > ground else ground, -ground, self.stop_margin, self.horizon)
-            robot = touchdown.robot
-            back_end = robot.solver.back_end(self.backend)
-            return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, DOUBLE)[0]
-        options = {name: getattr(self, name) for name in ("stop_margin", "horizon", "backend")}
-        return choose_current(touchdown.robot, **target_of(self.h_des, touchdown), **options).u
+        h_des, datum = self.target(touchdown)
+        robot = touchdown.robot
+        start = start_of(robot, touchdown.x1, touchdown.v1, None, touchdown.v2)
+        target = checked_target(robot, h_des, datum, self.stop_margin, self.horizon)
+        back_end = robot.solver.back_end(self.backend)
+        return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, DOUBLE)[0]
 
 
 @dataclass(frozen=True)
-class AsPrinted:
+class AsPrinted(_Aiming):
     """The controller as the paper prints it: J of (27) minimised on a grid; options as for
     `choose_current_as_printed`.
     """
 
-    h_des: SetPoints
-    grid: float = 0.01
-    half: bool = True
-    signed: bool = False
-    spring_coordinate: bool = False
-    horizon: float = 2.0
+    h_des: SetPoints = field(metadata=by(set_points))
+    grid: float = field(default=0.01, metadata=by(positive, "A"))
+    half: bool = field(default=True, metadata=by(flag))
+    signed: bool = field(default=False, metadata=by(flag))
+    spring_coordinate: bool = field(default=False, metadata=by(flag))
+    horizon: float = field(default=2.0, metadata=by(positive, "s"))
     backend: str | None = None
 
-    def __post_init__(self) -> None:
-        horizon = positive("horizon", self.horizon, "s")
-        keep(self, h_des=set_points(self.h_des), grid=positive("grid", self.grid, "A"), horizon=horizon)
-        for name in ("half", "signed", "spring_coordinate"):
-            flag(name, getattr(self, name))
-
-    def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "AsPrinted":
-        """Itself, if every set point is above its ground; HopformError if not."""
-        check_set_points(robot, self.h_des, terrain, 0.0, self.horizon)
-        return self
-
     def __call__(self, touchdown: Touchdown) -> float:
-        check_touchdown(touchdown)
-        names = ("grid", "half", "signed", "spring_coordinate", "horizon", "backend")
-        options = {name: getattr(self, name) for name in names}
-        return choose_current_as_printed(touchdown.robot, **target_of(self.h_des, touchdown), **options).u
+        h_des, datum = self.target(touchdown)
+        asked: dict[str, Any] = {**vars(self), "h_des": h_des, "datum": datum}
+        state = {name: getattr(touchdown, name) for name in ("x1", "v1", "v2")}
+        return choose_current_as_printed(touchdown.robot, **state, **asked).u
 
 
 @dataclass(frozen=True)
-class ReturnMap:
+class ReturnMap(_Aiming):
     """Hopper B's first controller (section II): return maps for the compression, feedback in the expansion.
 
     The current of the compression is read from return maps, the next apex over the last one for a family of constant
@@ -183,26 +209,22 @@ class ReturnMap:
     how many of each are measured.
     """
 
-    h_des: SetPoints
-    Kp: float = 60.0
-    Kd: float = 3.0
-    period: float = 1e-3
-    heights: int = 20
-    currents: int = 61
-    horizon: float = 2.0
+    h_des: SetPoints = field(metadata=by(set_points))
+    Kp: float = field(default=60.0, metadata=by(finite, "A/m"))
+    Kd: float = field(default=3.0, metadata=by(finite, "A s/m"))
+    period: float = field(default=1e-3, metadata=by(positive, "s"))
+    heights: int = field(default=20, metadata=by(whole, 2))
+    currents: int = field(default=61, metadata=by(whole, 2))
+    horizon: float = field(default=2.0, metadata=by(positive, "s"))
 
     def __post_init__(self) -> None:
-        keep(
-            self, h_des=set_points(self.h_des), Kp=finite("Kp", self.Kp, "A/m"), Kd=finite("Kd", self.Kd, "A s/m"),
-            period=positive("period", self.period, "s"), horizon=positive("horizon", self.horizon, "s"),
-            heights=whole("heights", self.heights, 2), currents=whole("currents", self.currents, 2),
-        )  # fmt: skip
+        super().__post_init__()
         check_map(self.heights, self.currents)
 
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "Tracking":
         """The controller with its return maps."""
-        check_set_points(robot, self.h_des, terrain, 0.0, self.horizon)
-        h_des = set_points(self.h_des)
+        super().prepare(robot, terrain)
+        h_des = cast(Heights, self.h_des)
         highest = max(h_des) if isinstance(h_des, tuple) else h_des
         if not highest > 0.0:
             raise HopformError(f"h_des must be > 0 m for maps that are measured up to twice that, got {highest!r}")
@@ -211,8 +233,7 @@ class ReturnMap:
         return Tracking(self, h_des, robot, measured(robot, heights, family, self.horizon))
 
     def __call__(self, touchdown: Touchdown) -> Answer:
-        check_touchdown(touchdown)
-        return self.prepare(touchdown.robot, (0.0,))(touchdown)
+        return self.prepare(check_touchdown(touchdown).robot, (0.0,))(touchdown)
 
 
 @dataclass(frozen=True)
@@ -260,7 +281,7 @@ def _fallen(robot: Robot, height: Array, x1: Array) -> Array:
     """Velocity of the body [m/s] after the impact of a hop from a height [m]; 0 where the foot is not above the
     ground.
     """
-    return -np.sqrt(2.0 * robot.g * np.maximum(height - x1, 0.0) * (1.0 - robot.impact_loss))
+    return np.asarray(formulas.touchdown_velocity(robot.parameters, np.maximum(height - x1, 0.0)))
 
 
 def _apexes(robot: Robot, heights: Array, currents: Array, x1: Array, v1: Array, horizon: float) -> Array:
@@ -325,46 +346,3 @@ class Tracking:
             return min(max(command + lift * error, -self.robot.u_max), self.robot.u_max)
 
         return law
-
-
-def check_touchdown(touchdown: object) -> None:
-    """HopformError for what is no Touchdown of a robot."""
-    if not isinstance(touchdown, Touchdown) or not isinstance(touchdown.robot, Robot):
-        raise HopformError(f"touchdown must be a Touchdown of a Robot, got {shown(touchdown)}")
-    whole("hop", touchdown.hop, 0)
-
-
-def set_point(h_des: SetPoints, index: int) -> float:
-    """The desired apex [m] after a touchdown; HopformError for a hop that there is none for."""
-    if type(h_des) is float:  # the common case, before a protocol is asked
-        return h_des
-    if isinstance(h_des, Sequence) and not index < len(h_des):
-        raise HopformError(f"h_des must be one height, or one per hop: got {len(h_des)} for hop {index}")
-    return finite("h_des", h_des[index] if isinstance(h_des, Sequence) else h_des, "m")
-
-
-def set_points(h_des: SetPoints) -> Heights:
-    """The desired apexes [m] as floats: one, or one per hop; HopformError for what is not finite."""
-    if is_one(h_des):
-        return finite("h_des", h_des, "m")
-    each = items("h_des", h_des, "a height in m, or one per hop", MOST_HOPS)
-    return tuple(finite(f"h_des[{number}]", value, "m") for number, value in enumerate(each))
-
-
-def target_of(h_des: SetPoints, touchdown: Touchdown) -> dict[str, Any]:
-    """State and set point as `choose_current` takes them: never below the ground, where a sensor may have put it."""
-    wanted = {"h_des": max(set_point(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
-    return wanted | {"x1": touchdown.x1, "v1": touchdown.v1, "v2": touchdown.v2}
-
-
-def check_set_points(robot: Robot, h_des: SetPoints, terrain: tuple[float, ...], margin: float, horizon: float) -> None:
-    """HopformError if a set point lies below its ground, or there are too few."""
-    asked, grounds = set_points(h_des), heights_of(terrain)
-    if isinstance(asked, tuple) and len(asked) < len(grounds):
-        raise HopformError(f"h_des must be one height, or one per hop: got {len(asked)} for {len(grounds)} hops")
-    for index, ground in enumerate(grounds):
-        wanted = set_point(asked, index)
-        if wanted < ground:
-            where = f"at hop {index}, where the ground is at {ground!r} m"
-            raise HopformError(f"h_des must not lie below the ground: got {wanted!r} m {where}")
-    checked_target(robot, set_point(asked, 0), -grounds[0], margin, horizon)

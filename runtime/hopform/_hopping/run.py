@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
-from hopform._checks import finite, nonnegative, positive, shaped, shown, times_within
+from hopform._checks import by, finite, nonnegative, positive, shaped, shown, times_within
 from hopform._control import home_of
 from hopform._errors import HopformError
 from hopform._files import path_of, write
@@ -63,8 +63,14 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
 """The table of a run: name, type, unit and meaning of each column; heights over level 0."""
 
 
+def _model(name: str, value: object) -> object:
+    if value is not None and not isinstance(value, Robot):
+        raise HopformError(f"{name} must be a Robot, got {shown(value)}")
+    return value
+
+
 @dataclass(frozen=True)
-class Errors:
+class Errors(checks.Checked):
     """Errors of sensors, motor and model. Standard deviations of what it measures, and what is wrong in the
     machine.
 
@@ -75,23 +81,15 @@ class Errors:
     believes in.
     """
 
-    x1: float = 0.0
-    v1: float = 0.0
-    x2: float = 0.0
-    v2: float = 0.0
-    ground: float = 0.0
-    current_scale: float = 1.0
-    quantum: float = 0.0
-    delay: float = 0.0
-    model: Robot | None = None
-
-    def __post_init__(self) -> None:
-        units = {"v1": "m/s", "v2": "m/s", "quantum": "s", "delay": "s"}
-        for name in ("x1", "v1", "x2", "v2", "ground", "quantum", "delay"):
-            checks.keep(self, **{name: nonnegative(name, getattr(self, name), units.get(name, "m"))})
-        checks.keep(self, current_scale=positive("current_scale", self.current_scale, "of the current"))
-        if self.model is not None and not isinstance(self.model, Robot):
-            raise HopformError(f"model must be a Robot, got {shown(self.model)}")
+    x1: float = field(default=0.0, metadata=by(nonnegative, "m"))
+    v1: float = field(default=0.0, metadata=by(nonnegative, "m/s"))
+    x2: float = field(default=0.0, metadata=by(nonnegative, "m"))
+    v2: float = field(default=0.0, metadata=by(nonnegative, "m/s"))
+    ground: float = field(default=0.0, metadata=by(nonnegative, "m"))
+    current_scale: float = field(default=1.0, metadata=by(positive, "of the current"))
+    quantum: float = field(default=0.0, metadata=by(nonnegative, "s"))
+    delay: float = field(default=0.0, metadata=by(nonnegative, "s"))
+    model: Robot | None = field(default=None, metadata=by(_model))
 
 
 NONE = Errors()

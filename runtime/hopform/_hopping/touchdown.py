@@ -10,13 +10,13 @@ the false alarms for a signal of 0, the delay for one of its level.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import SupportsFloat
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import MEMORY, count, finite, items, keep, nonnegative, positive, seeded
+from hopform._checks import MEMORY, Checked, by, count, finite, items, nonnegative, positive, seeded
 from hopform._errors import HopformError
 from hopform._robots import Robot
 from hopform._solver.package import records
@@ -31,7 +31,7 @@ _KINDS: dict[int, records.Contact] = {solver.TOUCHDOWN: "touchdown", solver.TAKE
 
 
 @dataclass(frozen=True, kw_only=True)
-class TouchdownDetector:
+class TouchdownDetector(Checked):
     """Thresholds in units of the signal (high >= low), `count` samples in a row, one every `dt` [s]; noise is white and
     normal.
 
@@ -44,16 +44,15 @@ class TouchdownDetector:
     (0.0, 0.00253)
     """
 
-    high: float = 0.6
-    low: float = 0.4
-    count: int = 3
-    dt: float = 1e-3
+    high: float = field(default=0.6, metadata=by(finite, "units of the signal"))
+    low: float = field(default=0.4, metadata=by(finite, "units of the signal"))
+    count: int = field(default=3, metadata=by(count, _EACH))
+    dt: float = field(default=1e-3, metadata=by(positive, "s"))
 
     def __post_init__(self) -> None:
-        low, high = (finite(name, getattr(self, name), "units of the signal") for name in ("low", "high"))
-        if low > high:
-            raise HopformError(f"low must be <= high = {high!r}, got {low!r}")
-        keep(self, high=high, low=low, count=count("count", self.count, _EACH), dt=positive("dt", self.dt, "s"))
+        super().__post_init__()
+        if self.low > self.high:
+            raise HopformError(f"low must be <= high = {self.high!r}, got {self.low!r}")
 
     def detect(self, samples: Iterable[SupportsFloat]) -> tuple[Event, ...]:
         """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that confirms it
