@@ -174,10 +174,12 @@ def search(v2: float, h_des: float) -> tuple[list[float], list[float], list[list
     """Candidates [A] and apices [m] of a search, and after each the intervals (A, A, lower bound [m]) that wait."""
     library = BODY.solver.compiled().library
     types = library.types(np.dtype(np.float64))
-    plan = plan_of(library, types, BODY.parameters)
+    plan = plan_of(types, BODY.parameters)
     found, room, command = types.Search(), (types.Phase * MAX_PHASES)(), types.Command()
     start, target = types.State(0.0, 0.0, v2, 0.0), types.Target(h_des, 0.0, 0.0, 2.0)
-    searching = library.call("choose_current_begin", types, *map(ctypes.byref, (found, plan, start, target, command)))
+    searching = library.call(
+        "choose_current_begin", types, ctypes.byref(found), plan, *map(ctypes.byref, (start, target, command))
+    )
     status = searching
     tried, waiting = list[float](), list[list[tuple[float, float, float]]]()
     while status == searching:

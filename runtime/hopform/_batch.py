@@ -1,7 +1,7 @@
 """Many stances at once: everything broadcasts, states, currents and the fields of the robot alike.
 
 Stances are solved in chunks of `ufuncs.CHUNK`, so that memory stays bounded, progress can be shown, and Ctrl-C
-is heard. Without event lists a chunk is one call of the ufunc `hopform.ufuncs.stance`.
+is heard.
 """
 
 import math

@@ -71,13 +71,16 @@ class Flight(Motion):
     def phases(self) -> tuple[FlightPhase, ...]:
         """The phases in their order."""
         rows = self._solved.rows()
-        ends = [*(row.t for row in rows[1:]), self.duration]
-        return tuple(FlightPhase(p.t, end, p.side, p.limit, p.x1, p.v1) for p, end in zip(rows, ends, strict=True))
+        ends = [*(row[0] for row in rows[1:]), self.duration]
+        return tuple(
+            FlightPhase(t, end, side, limit, x1, v1)
+            for (t, x1, v1, side, limit, _), end in zip(rows, ends, strict=True)
+        )
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """The events in their order: the kinds of a stance for the actuator, and u_saturates, u_desaturates."""
-        return tuple(Event(row.t, FLIGHT_EVENTS[row.event]) for row in self._solved.rows() if row.event)
+        return tuple(Event(t, FLIGHT_EVENTS[event]) for t, *_, event in self._solved.rows() if event)
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the ending: before the
@@ -186,12 +189,13 @@ def solve_flight(
     solved = back_end.solve_flight(robot.parameters, start, ground, law, longest, most, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
-    state = solved.end
-    end = State(state.x1, state.v1, float(body_height(robot, precision, state.x1, state.y)), state.v2)
+    x1_end, v1_end, v2_end, y_end = (float(getattr(flight.end, name)) for name in records.LegState._fields)
+    end = State(x1_end, v1_end, float(body_height(robot, precision, x1_end, y_end)), v2_end)
     after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
-    duration, gains, apex = float(flight.duration), solved.gains, (float(flight.apex), float(flight.apex_time))
-    losses = float(flight.impact_loss), float(flight.leg_loss)
-    return Flight(robot, back_end.name, precision, status, duration, end, after, gains, *apex, *losses, start.y, solved)
+    duration, followed = float(flight.duration), Gains(float(flight.gains.Kp), float(flight.gains.Kd))
+    apex, losses = (float(flight.apex), float(flight.apex_time)), (float(flight.impact_loss), float(flight.leg_loss))
+    reached = status, duration, end, after, followed, *apex, *losses, start.y
+    return Flight(robot, back_end.name, precision, *reached, solved)
 
 
 def design_return(robot: Robot, time: SupportsFloat) -> Gains:

@@ -236,12 +236,12 @@ class Resumable:
     ) -> None:
         self.library = native.library()
         self.types = self.library.types(np.dtype(dtype))
-        self.plan = native.plan_of(self.library, self.types, robot.parameters)
+        self.plan = native.plan_of(self.types, robot.parameters)
         target_type, command_type, search_type = self.types.Target, self.types.Command, self.types.Search
         self.search, self.command = search_type(), command_type()
         self.phases = (self.types.Phase * 256)()
         self.status = self.library.call(
-            "choose_current_begin", self.types, ctypes.byref(self.search), ctypes.byref(self.plan),
+            "choose_current_begin", self.types, ctypes.byref(self.search), self.plan,
             ctypes.byref(self.types.State(*start)), ctypes.byref(target_type(*target)), ctypes.byref(self.command),
         )  # fmt: skip
 

@@ -334,7 +334,7 @@ def fly(
     """The flight by the library."""
     types = leg.library.types(np.dtype(np.float64))
     flight, phases = types.Flight(), (types.FlightPhase * MOST)()
-    plan = ctypes.byref(native.plan_of(leg.library, types, parameters))
+    plan = native.plan_of(types, parameters)
     law = None if gains is None else ctypes.byref(types.Gains(*gains))
     leg.library.call(
         "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.c_double(ground), law,

@@ -5,7 +5,6 @@ b1, and hop with an integrator; a term that the closed form cannot carry, or tha
 name.
 """
 
-import ctypes
 import dataclasses
 import importlib
 import math
@@ -28,7 +27,7 @@ from derive.emit.program import program as derived_program
 from derive.emit.render import Options, render
 from derive.model.equations import Model, Term
 from derive.model.quantities import v2
-from hopform._solver import arrays, c
+from hopform._solver import arrays
 from hopform._solver import c as native
 from hopform._solver.choice import C
 from hopform._solver.package import Package
@@ -324,15 +323,9 @@ def fly_by_library(
     parameters: tuple[float, ...], start: records.LegState, gains: tuple[float, float], library: native.Library,
     horizon: float = 3.0, max_phases: int = 200,
 ) -> FlightReference:  # fmt: skip
-    types = library.types(np.dtype(np.float64))
-    flight, phases = types.Flight(), (types.FlightPhase * max_phases)()
-    plan = ctypes.byref(native.plan_of(library, types, parameters))
-    library.call(
-        "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.c_double(0.0),
-        ctypes.byref(types.Gains(*gains)), ctypes.c_double(horizon), ctypes.c_int32(max_phases), phases,
-        ctypes.c_int32(max_phases), ctypes.byref(flight),
-    )  # fmt: skip
-    solved = c.NativeFlight(library, types, parameters, plan, phases, flight)  # type: ignore[arg-type]
+    law, double = records.Gains(*gains), np.dtype(np.float64)
+    solved = C(library).solve_flight(parameters, start, 0.0, law, horizon, max_phases, double)  # type: ignore[arg-type]
+    flight = solved.flight
     _, ledger = solved.energy_at(np.array([flight.duration]))
     ledger = type(ledger)(*(entry[0] for entry in ledger))
     return flown(solved, flight.ending, flight.duration, ledger)
@@ -343,8 +336,8 @@ def flown(solved: Any, ending: int, duration: float, ledger: Any) -> FlightRefer
     return FlightReference(
         records.FLIGHT_ENDINGS[ending],
         duration,
-        (solved.end.x1, solved.end.v1, solved.end.v2, solved.end.y),
-        [hopform.Event(row.t, records.FLIGHT_EVENTS[row.event]) for row in solved.rows() if row.event],
+        tuple(getattr(solved.flight.end, name) for name in ("x1", "v1", "v2", "y")),
+        [hopform.Event(t, records.FLIGHT_EVENTS[event]) for t, *_, event in solved.rows() if event],
         tuple(ledger),
     )
 

@@ -87,7 +87,7 @@ def test_states_along_a_stance_have_it_too(backend, dtype):
 def test_a_flight_has_it_too(backend, dtype):
     for robot in ROBOTS:
         flight = hopform.solve_flight(robot, x1=0.05, v1=0.1, v2=1.9, backend=backend, dtype=dtype)
-        end = flight._solved.end
+        end = flight._solved.flight.end
         assert is_same(expected(robot, dtype, end.x1, end.y), flight.end.x2, dtype)
         t = np.linspace(0.0, flight.duration, 20).astype(dtype)
         t[-1] = flight.duration

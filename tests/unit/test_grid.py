@@ -164,7 +164,5 @@ def test_wider_registers_give_the_bits_of_the_plain_ones(tmp_path, dtype):
         solved.grid(step, State(*ours))
         columns = (ctypes.c_void_p(column.ctypes.data) for column in theirs)
         time = types.real(0.0), types.real(step)
-        assert (
-            plain(solved.plan, solved.steps, solved.phases, solved.stance, *time, ctypes.c_int32(count), *columns) == 0
-        )
+        assert plain(*solved.structs, *time, ctypes.c_int32(count), *columns) == 0
         assert ours.tobytes() == theirs.tobytes() and np.isfinite(ours).all()

@@ -80,19 +80,9 @@ class ArrayFlight(NamedTuple):
     package: Package
     flight: Any
 
-    @property
-    def gains(self) -> records.Gains:
-        """Gains of the actuator's law."""
-        return records.Gains(*map(float, self.flight.gains))
-
-    @property
-    def end(self) -> LegState:
-        """The state at the ending."""
-        return LegState(*map(float, self.flight.end))
-
     def rows(self) -> list[FlightRow]:
         """The phases."""
-        return [FlightRow(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in self.flight.phases]
+        return [(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in self.flight.phases]
 
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""

@@ -45,9 +45,6 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
 
 def solve_columns(solver: Compiled, columns: Columns, results: Columns, max_phases: int, events: bool) -> Events:
     """Put the results of stances into arrays; the events, if they are asked for."""
-    if not events and max_phases == package.MAX_PHASES:
-        _solve_by_ufunc(solver, columns, results)
-        return []
     room = _FIRST_EVENTS if events else 0
     found = _call(solver.library, columns, results, max_phases, room)
     if not events:
@@ -59,9 +56,7 @@ def solve_columns(solver: Compiled, columns: Columns, results: Columns, max_phas
         part = [result[lane : lane + 1] for result in results]
         again = _call(solver.library, one, part, max_phases, int(counts[lane]))
         kept.append(_listed(again, np.array([lane]), np.array([True])))
-    lanes, t, kind = (np.concatenate(column) for column in zip(*kept, strict=True))
-    order = np.argsort(lanes, kind="stable")
-    return [(lanes[order], t[order], kind[order])]
+    return kept
 
 
 def read_columns(
@@ -80,15 +75,6 @@ def read_columns(
         solver.library.call(f"stances_{name}", types, count, asked, phases, room, pointer(found), pointer(state))
         results[lanes] = found
         lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
-
-
-def _solve_by_ufunc(solver: Compiled, columns: Columns, results: Columns) -> None:
-    fields = columns[len(STATES) :]
-    rows = np.empty((len(fields), *np.broadcast_shapes(*(field.shape for field in fields))), results[1].dtype)
-    for n, field in enumerate(fields):
-        rows[n] = field
-    with np.errstate(all="ignore"):
-        ufunc_of(solver.library)(*columns[: len(STATES)], np.moveaxis(rows, 0, -1), out=tuple(results))
 
 
 def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:

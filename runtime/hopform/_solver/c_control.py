@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Compiled, Types, plan_of, pointer
+from hopform._solver.c import Compiled, plan_of, pointer, with_room
 from hopform._solver.package import Array, LegState, Precision, Target, records
 
 
@@ -17,34 +17,16 @@ def choose_current(
 
     target: h_des, datum, stop_margin [m], horizon [s].
     """
-    library = solver.library
-    types, free = library.types(dtype), library.buffers(dtype).searches
-    plan = plan_of(library, types, parameters)
-    capacity = min(FIRST_CAPACITY, max_phases)
-    try:
-        memory = free.pop()
-    except IndexError:
-        memory = _Memory(types, FIRST_CAPACITY)
-    begin, wanted = types.State(*start), types.Target(*target)
-    while True:
-        asked = (ctypes.byref(each) for each in (memory.search, plan, begin, wanted))
-        room = memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command)
-        status = library.call("choose_current", types, *asked, *room)
-        if status != PHASES_NOT_KEPT or capacity == max_phases:
-            break
-        capacity = min(8 * capacity, max_phases)
-        memory = _Memory(types, capacity)
-    found = memory.command.u, memory.command.apex, memory.command.status, memory.search.trials
-    if capacity <= FIRST_CAPACITY:
-        free.append(memory)
-    return found
+    types = solver.library.types(dtype)
+    search, command = types.Search(), types.Command()
+    begin, wanted = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target))
+    asked = ctypes.byref(search), plan_of(types, parameters), begin, wanted
 
+    def solve(*room: Any) -> int:
+        return types.library.call("choose_current", types, *asked, *room, ctypes.byref(command))
 
-class _Memory:
-    """Room for one search; taken from the library's and put back, so that no two searches are ever in the same."""
-
-    def __init__(self, types: Types, capacity: int) -> None:
-        self.command, self.search, self.phases = types.Command(), types.Search(), (types.Phase * capacity)()
+    with_room(types.Phase, max_phases, solve)
+    return command.u, command.apex, command.status, search.trials
 
 
 def try_currents(
@@ -53,20 +35,17 @@ def try_currents(
     """The stance of each current from each state, (states, currents), a structured array with the fields of
     hopform_trial.
     """
-    library = solver.library
-    types = library.types(np.dtype(np.float64))
-    plan = plan_of(library, types, parameters)
+    types = solver.library.types(np.dtype(np.float64))
     trials = np.zeros((len(starts), currents.size), np.dtype(types.Trial))
     states = (types.State * len(starts))(*(types.State(*start) for start in starts))
     values = np.ascontiguousarray(currents, dtype=np.float64)
-    given = (ctypes.byref(plan), states, ctypes.c_int32(len(starts)), pointer(values), ctypes.c_int32(values.size))
-    capacity = min(FIRST_CAPACITY, max_phases)
-    while True:
-        room = (types.Phase * capacity)(), ctypes.c_int32(capacity), pointer(trials)
-        status = library.call("try_currents", types, *given, types.real(horizon), *room)
-        if status != PHASES_NOT_KEPT or capacity == max_phases:
-            return trials
-        capacity = min(8 * capacity, max_phases)
+    given = states, ctypes.c_int32(len(starts)), pointer(values), ctypes.c_int32(values.size), types.real(horizon)
+
+    def solve(*room: Any) -> int:
+        return types.library.call("try_currents", types, plan_of(types, parameters), *given, *room, pointer(trials))
+
+    with_room(types.Phase, max_phases, solve)
+    return trials
 
 
 def apexes(

@@ -27,7 +27,7 @@ class C(c.Compiled):
 
 
 SolvedStance: TypeAlias = c.Solved | Solved
-SolvedFlight: TypeAlias = c.NativeFlight | ArrayFlight
+SolvedFlight: TypeAlias = c.SolvedFlight | ArrayFlight
 """A stance and a flight as their back end keeps them; arrays of times have one dimension."""
 
 

@@ -5,7 +5,7 @@ Stances in columns: an array or a number for each input, an array for each resul
 
 from collections.abc import Sequence
 from importlib import import_module
-from typing import Any, NamedTuple, TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,17 +87,8 @@ Target = tuple[float, float, float, float]
 """h_des, datum, stop_margin [m], horizon [s]."""
 
 
-class FlightRow(NamedTuple):
-    """A phase: when and where it starts, the sign of v_1, that of the pull at its limit, and the event that starts
-    it.
-    """
-
-    t: float
-    x1: float
-    v1: float
-    side: int
-    limit: int
-    event: int
+FlightRow = tuple[float, float, float, int, int, int]
+"""A phase: t, x1 and v1 where it starts, the sign of v_1, that of the pull at its limit, the event that starts it."""
 
 
 def results_like(shape: int | tuple[int, ...], real: np.dtype[Any]) -> tuple[NDArray[Any], ...]:

@@ -161,7 +161,7 @@ class CurrentScan:
     def __init__(self, robot: hopform.Robot) -> None:
         self.robot, self.library = robot, _library()
         types = native.library().types(np.dtype(np.float64))
-        self.plan = native.plan_of(native.library(), types, robot.parameters)
+        self.plan = native.plan_of(types, robot.parameters)
 
     def task(self, touchdown: Touchdown, stop: float, nearer: float, step: float) -> Any:
         robot = self.robot
@@ -176,13 +176,13 @@ class CurrentScan:
     def gap(self, touchdown: Touchdown, u: float) -> float:
         """Apex less what is wanted [m]; NaN if u is not admissible."""
         task = self.task(touchdown, math.inf, math.inf, 1.0)
-        return float(self.library.scan_gap(ctypes.byref(self.plan), ctypes.byref(task), ctypes.c_double(u)))
+        return float(self.library.scan_gap(self.plan, ctypes.byref(task), ctypes.c_double(u)))
 
     def scan(self, touchdown: Touchdown, stop: float, nearer: float, step: float) -> Any:
         """The least root below `stop` [A], and the least gap below `nearer` [m], of the admissible currents."""
         result = _Result()
         task = self.task(touchdown, stop, nearer, step)
-        self.library.scan(ctypes.byref(self.plan), ctypes.byref(task), ctypes.byref(result))
+        self.library.scan(self.plan, ctypes.byref(task), ctypes.byref(result))
         return result
 
 
