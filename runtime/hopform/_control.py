@@ -242,12 +242,12 @@ def next_apex(
     except ValueError:
         raise HopformError(f"height and u must broadcast, got shapes {heights.shape} and {currents.shape}") from None
     check_map(size, 1)
-    heights, currents = np.broadcast_arrays(heights, currents)
     longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
-    starts, values = _drops(robot, heights.reshape(-1)), currents.reshape(-1, 1)
-    apexes = partial(robot.solver.back_end(backend).apexes, robot.parameters)
-    found = [apexes([at], u, longest, MAX_PHASES)[0][0, 0] for at, u in zip(starts, values, strict=True)]
-    return shaped(found, heights)
+    v2 = np.reshape([start.v2 for start in _drops(robot, heights.reshape(-1))], heights.shape)
+    found = solve_stances(robot, x1=home_of(robot), v2=v2, u=currents, horizon=longest, backend=backend)
+    if np.any(found.status < 0):
+        raise HopformError(records.REFUSALS[-8])
+    return shaped(found.apex, found.apex)
 
 
 def reachability(
@@ -319,12 +319,8 @@ def _drops(robot: Robot, heights: Array) -> list[records.LegState]:
     for height in heights.tolist():
         if not height > home:
             raise HopformError(f"height must be > {home!r} m, the foot must be above the ground, got {height!r}")
-    return [records.LegState(home, 0.0, _velocity(robot, height), 0.0) for height in heights.tolist()]
-
-
-def _velocity(robot: Robot, height: float) -> float:
-    """Velocity of the body [m/s] after the impact."""
-    return -math.sqrt(2.0 * robot.g * (height - home_of(robot)) * (1.0 - robot.impact_loss))
+    velocity = formulas.touchdown_velocity(robot.parameters, heights - home)
+    return [records.LegState(home, 0.0, v2, 0.0) for v2 in velocity.tolist()]
 
 
 def _bounds(choose: Callable[..., Command], height: float, apex: Array) -> tuple[float, float, float, float, float]:
@@ -377,8 +373,8 @@ def _fixed_point(hop: _HopFrom, low: float, at_low: float, high: float, at_high:
 
 def _hop(robot: Robot, limit: float, how: dict[str, Any], u: float, height: float) -> tuple[float, list[FixedPoint]]:
     """Height gained by a hop under a current, and the fixed point there; NaN and none without take-off."""
-    v2 = _velocity(robot, height)
-    stance = solve_stance(robot, x1=home_of(robot), v2=v2, u=u, **how)
+    ((x1, _, v2, _),) = _drops(robot, np.array([height]))
+    stance = solve_stance(robot, x1=x1, v2=v2, u=u, **how)
     if stance.takeoff is None:
         return math.nan, []
     slope = float(stance.sensitivities["apex", "v2"]) * robot.g * (1.0 - robot.impact_loss) / v2

@@ -34,6 +34,15 @@ def test_the_next_apex_broadcasts_and_keeps_its_shape():
     assert math.isnan(hopform.next_apex(HOPPER, 0.02, 1.1))
 
 
+@pytest.mark.parametrize("backend", ["c", "numpy"])
+def test_the_next_apex_takes_whole_numbers_and_refuses_what_leaves_the_range(backend):
+    assert hopform.next_apex(HOPPER, 1, [0, 1], backend=backend)[1] == hopform.next_apex(
+        HOPPER, 1.0, 1.0, backend=backend
+    )
+    with pytest.raises(hopform.HopformError, match="out of the range of the precision"):
+        hopform.next_apex(HOPPER, 0.2, [1.0, 1e300], backend=backend)
+
+
 def test_bounds_are_those_of_all_currents_not_of_the_map(found):
     fine = np.linspace(-3.0, 3.0, 4001)
     for row, height in enumerate(HEIGHTS):
