@@ -119,10 +119,10 @@ def labelled(inputs: Mapping[str, Any]) -> tuple[dict[str, Any], Labels | None]:
     HopformError for coordinates of one name that differ, and for a plain array beside a DataArray.
     """
     xarray: Any = sys.modules.get("xarray")  # a DataArray is there only where xarray is
-    known = {name for name, each in inputs.items() if xarray is not None and isinstance(each, xarray.DataArray)}
+    known = {name: each for name, each in inputs.items() if xarray is not None and isinstance(each, xarray.DataArray)}
     if not known:
         return dict(inputs), None
-    dims = tuple(dict.fromkeys(str(dim) for name in inputs if name in known for dim in inputs[name].dims))
+    dims = tuple(dict.fromkeys(dim for each in known.values() for dim in each.dims))
     coords, arrays = dict[str, NDArray[Any]](), dict[str, Any]()
     for name, each in inputs.items():
         if name not in known:
@@ -135,10 +135,8 @@ def labelled(inputs: Mapping[str, Any]) -> tuple[dict[str, Any], Labels | None]:
                 own = coords.setdefault(str(dim), each.coords[dim].values)
                 if not np.array_equal(own, each.coords[dim].values):
                     raise HopformError(f"{name} must have the coordinates {dim} of the other inputs, got others")
-        sizes = {str(dim): size for dim, size in each.sizes.items()}
-        inner = each.transpose(*(dim for dim in dims if dim in sizes))
-        arrays[name] = np.reshape(inner.values, [sizes.get(dim, 1) for dim in dims])
-    return arrays, Labels(dims, coords)
+        arrays[name] = each.expand_dims([dim for dim in dims if dim not in each.dims]).transpose(*dims).values
+    return arrays, Labels(tuple(map(str, dims)), coords)
 
 
 def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
@@ -248,13 +246,13 @@ def solve_stances(
 def _run(
     job: _Job, back_end: BackEnd, events: bool, threads: int, progress: Progress | None
 ) -> tuple[NDArray[Any], NDArray[np.int8]] | tuple[None, None]:
-    found: dict[int, package.Events] = {}
+    lists: package.Events = []
 
     def solve(part: slice) -> int:
         columns, results = job.chunk(part), [result[part] for result in job.results]
-        lists = back_end.solve_columns(columns, results, job.max_phases, events)
+        found = back_end.solve_columns(columns, results, job.max_phases, events)
         if events:
-            found[part.start] = [(lane + part.start, t, kind) for lane, t, kind in lists]
+            lists.extend([(lane + part.start, t, kind) for lane, t, kind in found])
         for name, into in (("sensitivities", job.matrices), ("compressions", job.compressions)):
             if into is not None:
                 back_end.read_columns(name, columns, into[part], results[0], job.max_phases)
@@ -266,7 +264,7 @@ def _run(
         done += solved
         if progress is not None:
             progress(done, job.size)
-    return _joined(job, [each for start in sorted(found) for each in found[start]]) if events else (None, None)
+    return _joined(job, lists) if events else (None, None)
 
 
 def _in_threads(solve: Callable[[slice], int], parts: list[slice], threads: int) -> Iterator[int]:
@@ -312,7 +310,7 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
             def reason(bad: float, name: str = name, field: records.Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
 
-            refuse_any(name, array, np.asarray(checked.inside(field.domain, array)), reason)
+            refuse_any(name, array, checked.inside(field.domain, array), reason)
         columns[name] = array
     return columns
 
@@ -333,13 +331,10 @@ def _check_states(given: dict[str, NDArray[Any]], robots: dict[str, NDArray[Any]
     horizon, x1 = given["horizon"], given["x1"]
     refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
     low, high = robots["x1_min"], robots["x1_max"]
-    ordered = np.asarray(low <= high)
-    refuse_any("x1_min", np.broadcast_to(low, ordered.shape), ordered, lambda bad: f"must be <= x1_max m, got {bad!r}")
-    within = np.asarray((low <= x1) & (x1 <= high))
-    refuse_any(
-        "x1", np.broadcast_to(x1, within.shape), within,
-        lambda bad: f"must be within its stroke {float(low.min()):g} .. {float(high.max()):g} m, got {bad!r}",
-    )  # fmt: skip
+    refuse_any("x1_min", low, low <= high, lambda bad: f"must be <= x1_max m, got {bad!r}")
+    stroke = f"{float(np.min(low)):g} .. {float(np.max(high)):g} m"
+    within = (low <= x1) & (x1 <= high)
+    refuse_any("x1", x1, within, lambda bad: f"must be within its stroke {stroke}, got {bad!r}")
 
 
 def _compression(x1: NDArray[Any], x2: NDArray[Any] | None, robots: dict[str, NDArray[Any]]) -> NDArray[Any]:
@@ -350,8 +345,6 @@ def _compression(x1: NDArray[Any], x2: NDArray[Any] | None, robots: dict[str, ND
     y = (place - height + L0) + c  # in double precision, as for one stance
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
     highest = float(np.max(place + (L0 + c), initial=-math.inf))
-    refuse_any(
-        "x2", np.broadcast_to(height, y.shape), y >= 0.0,
-        lambda bad: f"must be <= x1 + L0 + c (at most {highest!r} m), or the spring pulls, got {bad!r}",
-    )  # fmt: skip
+    allowed = f"must be <= x1 + L0 + c (at most {highest!r} m), or the spring pulls"
+    refuse_any("x2", height, y >= 0.0, lambda bad: f"{allowed}, got {bad!r}")
     return y

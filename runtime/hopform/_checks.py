@@ -250,12 +250,11 @@ def numbers(name: str, value: object, unit: str) -> NDArray[Any]:
     return array
 
 
-def refuse_any(name: str, array: NDArray[Any], allowed: NDArray[np.bool_], reason: Callable[[float], str]) -> None:
-    """HopformError about the first value that is not allowed, if there is one."""
-    if np.all(allowed):
-        return
-    index = tuple(int(n) for n in np.argwhere(~np.asarray(allowed))[0])
-    raise HopformError(f"{name}{place(index)} {reason(float(array[index]))}")
+def refuse_any(name: str, array: NDArray[Any], allowed: Any, reason: Callable[[float], str]) -> None:
+    """HopformError about the first value that is not allowed, if there is one; the values broadcast to `allowed`."""
+    if not np.all(allowed):
+        index = tuple(np.argwhere(~np.asarray(allowed))[0].tolist())
+        raise HopformError(f"{name}{place(index)} {reason(float(np.broadcast_to(array, np.shape(allowed))[index]))}")
 
 
 def place(index: tuple[int, ...]) -> str:

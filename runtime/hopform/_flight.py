@@ -22,7 +22,7 @@ from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
 from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, formulas, records
-from hopform._stance import DOUBLE, TOUCHING_ULP, Event, Real, State, body_height, placed, precision_of
+from hopform._stance import DOUBLE, TOUCHING_ULP, Event, Real, State, body_height, in_order, placed, precision_of
 
 
 class FlightPhase(NamedTuple):
@@ -140,10 +140,7 @@ class Flight(Motion):
         return events_of(self.events) | {name: ((), getattr(self, name)) for name in names}
 
     def _energies(self, t: ArrayLike, which: int) -> list[Real]:
-        times = self._times(t)
-        order = np.argsort(times, kind="stable")
-        back = np.argsort(order, kind="stable")
-        return [shaped(each[back], t) for each in self._solved.energy_at(times[order])[which]]
+        return in_order(t, self._times(t), lambda times: self._solved.energy_at(times)[which])
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
         return times_within(t, self.dtype, self.duration)

@@ -32,9 +32,11 @@ Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 TOUCHING_ULP = 4.0
 EACH = 128  # [B] a time of a grid
 DOUBLE = np.dtype(np.float64)
-_PRECISIONS: dict[np.dtype[Any], tuple[str, ...]] = {
-    DOUBLE: ("float64", "double", "f8", "d", "float"), np.dtype(np.float32): ("float32", "single", "f4", "f"),
-}  # fmt: skip
+_SPELT: dict[Any, Precision] = {
+    **dict.fromkeys(("float64", "double", "f8", "d", "float", float, np.float64, DOUBLE), DOUBLE),
+    **dict.fromkeys(("float32", "single", "f4", "f", np.float32, np.dtype(np.float32)), np.dtype(np.float32)),
+}
+"""The precisions, as people may write them."""
 _TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
 
 
@@ -222,19 +224,14 @@ class Stance(Motion):
 
     def energy(self, t: ArrayLike) -> records.Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
-        if type(t) is float and self.dtype is DOUBLE:
-            return self._solved.energy(self._time(t))
         return records.Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
     def ledger(self, t: ArrayLike) -> records.Ledger:
         """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for
         `at`.
         """
-        times = self._times(t)
-        order = np.argsort(times, kind="stable")
-        back = np.argsort(order, kind="stable")
-        found = self._solved.ledger_at(times[order])
-        return type(found)(*(shaped(entry[back], t) for entry in found))
+        entries = in_order(t, self._times(t), self._solved.ledger_at)
+        return cast("records.Ledger", self.robot.solver.package.records.Ledger(*entries))
 
     @property
     def sensitivities(self) -> Sensitivities:
@@ -329,6 +326,13 @@ def aed_at(stance: Stance, t: ArrayLike) -> NDArray[np.floating]:
     """The AED (24) [J], the change of the body's energy since touchdown, at times t [s], by its ledger's entries."""
     entries = stance.ledger(t)
     return np.asarray(sum(getattr(entries, name) for name in stance.robot.solver.package.records.LEDGER_OF_BODY))
+
+
+def in_order(t: ArrayLike, times: NDArray[Any], values: Callable[[NDArray[Any]], Sequence[NDArray[Any]]]) -> list[Real]:
+    """Values of what takes times in their order, in t's shape."""
+    order = np.argsort(times, kind="stable")
+    back = np.argsort(order, kind="stable")
+    return [shaped(each[back], t) for each in values(times[order])]
 
 
 def uniform_times(
@@ -454,10 +458,8 @@ def steps_of(u: Current) -> Steps:
     return tuple(steps)
 
 
-def precision_of(dtype: Any) -> np.dtype[Any]:
-    if dtype is np.float64:
-        return DOUBLE
-    for precision, words in _PRECISIONS.items():
-        if (dtype in words) if isinstance(dtype, str) else isinstance(dtype, (type, np.dtype)) and precision == dtype:
-            return precision
-    raise HopformError(f"dtype must be float64 or float32, got {shown(cast(object, dtype))}")
+def precision_of(dtype: Any) -> Precision:
+    known = _SPELT.get(dtype) if isinstance(dtype, (str, type, np.dtype)) else None
+    if known is None:
+        raise HopformError(f"dtype must be float64 or float32, got {shown(cast(object, dtype))}")
+    return known

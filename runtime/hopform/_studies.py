@@ -71,7 +71,7 @@ def sweep(
         if "v2" in axes:
             raise HopformError("either height or v2 must be given, got both")
         given = np.asarray(drop)
-        refuse_any("height", given, np.asarray(given >= 0.0), lambda bad: f"must be >= 0 m, got {bad!r}")
+        refuse_any("height", given, given >= 0.0, lambda bad: f"must be >= 0 m, got {bad!r}")
         own = {name: axes[name] for name in ("g", "impact_loss") if name in axes}
         axes["v2"] = formulas.touchdown_velocity(checked_robot(robot).parameters._replace(**own), drop)
     elif "v2" not in axes:

@@ -264,17 +264,21 @@ def measured(robot: Robot, heights: Array, currents: Array, horizon: float) -> R
     before.
     """
     x1, v1 = np.full(heights.size, home_of(robot)), np.zeros(heights.size)
-    apex = _apexes(robot, heights, currents, x1, v1, horizon)
-    for _ in range(SETTLING):
+    hops = 0
+    while True:
         v2 = _fallen(robot, heights, x1)
-        for row in np.flatnonzero(v2 < v1):  # where the foot is above the ground
+        batch = solve_stances(robot, x1=x1[:, None], v1=v1[:, None], v2=v2[:, None], u=currents, horizon=horizon)
+        above = v2 < v1  # the foot is above the ground
+        apex = np.where(above[:, None], batch.apex.astype(float), np.nan)
+        if hops == SETTLING:
+            return ReturnMaps(heights, currents, apex, x1, v1)
+        hops += 1
+        for row in np.flatnonzero(above):
             u = crossing(currents, apex[row] - heights[row])
             stance = solve_stance(robot, x1=x1[row], v1=v1[row], v2=v2[row], u=u, horizon=horizon)
             if stance.takeoff is not None:
                 flight = solve_flight(robot, **stance.takeoff._asdict())
                 x1[row], v1[row] = flight.end.x1, flight.end.v1
-        apex = _apexes(robot, heights, currents, x1, v1, horizon)
-    return ReturnMaps(heights, currents, apex, x1, v1)
 
 
 def _fallen(robot: Robot, height: Array, x1: Array) -> Array:
@@ -282,13 +286,6 @@ def _fallen(robot: Robot, height: Array, x1: Array) -> Array:
     ground.
     """
     return np.asarray(formulas.touchdown_velocity(robot.parameters, np.maximum(height - x1, 0.0)))
-
-
-def _apexes(robot: Robot, heights: Array, currents: Array, x1: Array, v1: Array, horizon: float) -> Array:
-    """The apex that follows, (H, U); NaN without take-off, and where the foot is not above the ground."""
-    v2 = _fallen(robot, heights, x1)
-    batch = solve_stances(robot, x1=x1[:, None], v1=v1[:, None], v2=v2[:, None], u=currents, horizon=horizon)
-    return np.where((v2 < v1)[:, None], batch.apex.astype(float), np.nan)
 
 
 def crossing(currents: Array, miss: Array) -> float:

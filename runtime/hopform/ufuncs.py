@@ -36,13 +36,13 @@ def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = No
     single = all(np.can_cast(array.dtype, np.float32) for array in arrays)
     real = np.dtype(np.float32 if single else np.float64)
     *lanes, robot = arrays
+    fields = len(package.records.ROBOT_FIELDS)
     if not robot.shape:
-        raise ValueError(f"robot must have {len(package.records.ROBOT_FIELDS)} fields on its last axis, got {robot!r}")
-    if robot.shape[-1] != len(package.records.ROBOT_FIELDS):
-        robot = np.full((*robot.shape[:-1], len(package.records.ROBOT_FIELDS)), np.nan, real)
-    shape = np.broadcast_shapes(*(lane.shape for lane in lanes), robot.shape[:-1])
+        raise ValueError(f"robot must have {fields} fields on its last axis, got {robot!r}")
+    own = np.moveaxis(robot, -1, 0)
+    columns = [*lanes, *(own if len(own) == fields else np.full((fields, *own.shape[1:]), np.nan, real))]
+    shape = np.broadcast_shapes(*(column.shape for column in columns))
     results = package.results_like(shape, real) if out is None else tuple(out)
-    columns = [*lanes, *(robot[..., n] for n in range(len(package.records.ROBOT_FIELDS)))]
     for first in range(0, int(np.prod(shape)), CHUNK):
         part = slice(first, first + CHUNK)
         chunk = [np.asarray(np.broadcast_to(column, shape).flat[part], dtype=real) for column in columns]

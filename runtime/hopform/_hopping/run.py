@@ -527,13 +527,18 @@ def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) ->
 
 def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -> Touchdown:
     x1, v1, _, v2 = map(float, cast(State, flight.touchdown))
-    ground, errors, model = task.grounds[index], task.errors, task.model
-    if errors is not NONE:
-        noise = task.draw.standard_normal(5).tolist()
-        height += errors.x2 * noise[4]
-        x1 = min(max(x1 + errors.x1 * noise[0], model.x1_min), model.x1_max)
-        v1, v2, ground = v1 + errors.v1 * noise[1], v2 + errors.v2 * noise[2], ground + errors.ground * noise[3]
-    return Touchdown(index, time, x1, v1, v2, ground, height, model)
+    by = _noise(task, "x1", "v1", "v2", "ground", "x2")
+    place = min(max(x1 + by[0], task.model.x1_min), task.model.x1_max)
+    ground, apex = task.grounds[index] + by[3], height + by[4]
+    return Touchdown(index, time, place, v1 + by[1], v2 + by[2], ground, apex, task.model)
+
+
+def _noise(task: _Task, *names: str) -> list[float]:
+    """Errors of sensors, drawn; 0 where there are none."""
+    if task.errors is NONE:
+        return [0.0] * len(names)
+    drawn = task.draw.standard_normal(len(names)).tolist()
+    return [getattr(task.errors, name) * each for name, each in zip(names, drawn, strict=True)]
 
 
 def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Flight) -> Stance:
@@ -577,21 +582,18 @@ def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: St
 
 
 def _measured(task: _Task, state: State, ground: float) -> State:
-    x1, v1, x2, v2 = (float(value) for value in state)
-    if task.errors is NONE:
-        return State(x1, v1, x2 + ground, v2)
-    errors, noise = task.errors, task.draw.standard_normal(4).tolist()
-    x1, v1, x2 = x1 + errors.x1 * noise[0], v1 + errors.v1 * noise[1], x2 + ground + errors.x2 * noise[2]
-    return State(x1, v1, x2, v2 + errors.v2 * noise[3])
+    x1, v1, x2, v2 = map(float, state)
+    by = _noise(task, "x1", "v1", "x2", "v2")
+    return State(x1 + by[0], v1 + by[1], x2 + ground + by[2], v2 + by[3])
 
 
 def _row(hop: Hop) -> tuple[Any, ...]:
     stance, start = hop.stance, hop.touchdown
     end = stance.takeoff
     takeoff = (math.nan,) * 4 if end is None else (end.x1, end.v1, float(end.x2) + hop.ground, end.v2)
-    gained = float(stance.energy(stance.duration).body) - float(stance.energy(0.0).body)
+    before, after_it = stance.energy([0.0, stance.duration]).body.tolist()
     begin = (hop.index, hop.ground, hop.height, hop.touchdown_time, start.x1, start.v1, start.v2, hop.u)
-    after = (stance.status, stance.duration, *takeoff, hop.apex, stance.aed, gained)
+    after = (stance.status, stance.duration, *takeoff, hop.apex, stance.aed, after_it - before)
     return (*begin, *after, hop.energy_lost_at_impact, hop.hits_stop, hop.bottoms_out)
 
 

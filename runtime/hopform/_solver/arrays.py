@@ -48,10 +48,6 @@ class Solved(NamedTuple):
         for column, values in zip(out, self.state_at(np.arange(out.x1.size, dtype=real) * real(dt)), strict=True):
             column[...] = values
 
-    def energy(self, t: float) -> records.Energy:
-        """Energies at one time."""
-        return records.Energy(*(each.item() for each in self.energy_at(np.array([t], self.solution.duration.dtype))))
-
     def energy_at(self, t: Array) -> records.Energy:
         """Energies at times of one dimension."""
         return cast("records.Energy", self.package.energy.energy_at(self.solution, 0, t))

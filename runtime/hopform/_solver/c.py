@@ -27,12 +27,6 @@ tuple_of: Any = cast(Any, tuple).__new__
 """A named tuple of what it holds, in half the time that its class takes."""
 
 
-_SCALARS = {
-    "int8": ctypes.c_int8, "uint16": ctypes.c_uint16, "int32": ctypes.c_int32, "uint32": ctypes.c_uint32,
-    "bool": ctypes.c_bool, "ptrdiff": ctypes.c_ssize_t,
-}  # fmt: skip
-
-
 class Library:
     """A compiled library, and what it takes and gives in each precision."""
 
@@ -85,16 +79,14 @@ class Types:
             setattr(self, name, type(name, (ctypes.Structure,), {"_fields_": fields}))
         self.solve_stance = library.function("solve_stance", self)
         self.stance_at = library.function("stance_at", self)
-        self.stance_energy = library.function("stance_energy", self)
-        self.pack: Callable[..., bytes] = _packed_doubles if double else _packed_floats
         self.stance, self.phase = layout(self.Stance), layout(self.Phase)
-        self.state, self.energy = layout(self.State), layout(self.Energy)
+        self.state = layout(self.State)
         event, letter = self.Phase.event.offset, self.dtype.char
         self.event = struct.Struct(f"{letter}{event - self.dtype.itemsize}xb{self.phase.size - event - 1}x")
         """Of a phase only when it starts, and the event that starts it."""
-        self.pack_state: Callable[..., bytes] = self.state.pack if double else _packed_floats
-        self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else _packed_floats
-        self.one_state, self.one_energy = (ctypes.c_char * each.size for each in (self.state, self.energy))
+        self.pack_state: Callable[..., bytes] = self.state.pack if double else self.pack
+        self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else self.pack
+        self.one_state = ctypes.c_char * self.state.size
         self.free: list[tuple[Any, Any]] = []
 
     if TYPE_CHECKING:
@@ -105,8 +97,13 @@ class Types:
     def _type(self, kind: str, count: int) -> Any:
         if kind.endswith("*"):
             return ctypes.c_void_p
-        found: Any = self.real if kind == "real" else _SCALARS.get(kind) or getattr(self, kind)
+        ours = {"real": self.real, "ptrdiff": ctypes.c_ssize_t}
+        found: Any = ours.get(kind) or getattr(ctypes, f"c_{kind}", None) or getattr(self, kind)
         return found * count if count > 1 else found
+
+    def pack(self, *numbers: float) -> bytes:
+        """Numbers as C rounds them, to infinity what is too large; `struct` would raise for a float."""
+        return bytes((self.real * len(numbers))(*numbers))
 
     def memory(self, capacity: int = FIRST_CAPACITY) -> tuple[Any, Any]:
         """Room for a stance and its phases."""
@@ -121,15 +118,6 @@ def layout(structure: Any) -> struct.Struct:
         return "".join(letters(kind) if issubclass(kind, ctypes.Structure) else kind._type_ for kind in kinds)
 
     return struct.Struct(f"{letters(structure)}0{'d' if ctypes.alignment(structure) == 8 else 'f'}")
-
-
-def _packed_doubles(*numbers: float) -> bytes:
-    return struct.pack(f"{len(numbers)}d", *numbers)
-
-
-def _packed_floats(*numbers: float) -> bytes:
-    """As C rounds them, to infinity what is too large; `struct` would raise."""
-    return bytes((ctypes.c_float * len(numbers))(*numbers))
 
 
 @cache
@@ -204,13 +192,6 @@ class Solved(_Motion):
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
         real = self.types.real
         self.call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
-
-    def energy(self, t: float) -> records.Energy:
-        """Energies at one time."""
-        types, energy = self.types, self.types.one_energy()
-        if (status := types.stance_energy(*self.structs, types.pack(t), 1, energy, None, None)) < 0:
-            raise refusal("stance_energy", status)
-        return records.Energy._make(types.energy.unpack(energy))
 
     def energy_at(self, t: Array) -> records.Energy:
         """Energies at times of one dimension."""

@@ -12,8 +12,6 @@ from hopform._solver import package
 from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Compiled, Library, pointer
 from hopform._solver.package import RESULTS, STATES, Columns, Events
 
-Listed = tuple[NDArray[Any], NDArray[np.int8]]
-"""Times and kinds of events, a row for each stance."""
 _FIRST_EVENTS = 16
 _INDEX_IN_API = 31
 
@@ -45,18 +43,31 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
 
 def solve_columns(solver: Compiled, columns: Columns, results: Columns, max_phases: int, events: bool) -> Events:
     """Put the results of stances into arrays; the events, if they are asked for."""
-    room = _FIRST_EVENTS if events else 0
-    found = _call(solver.library, columns, results, max_phases, room)
-    if not events:
-        return []
-    counts = results[-1]
-    kept = [_listed(found, np.arange(counts.size), counts <= room)]
-    for lane in np.flatnonzero(counts > room).tolist():
+    return _solved(solver.library, columns, results, max_phases, _FIRST_EVENTS if events else 0)
+
+
+def _solved(library: Library, columns: Columns, results: Columns, max_phases: int, room: int, first: int = 0) -> Events:
+    """The events of the stances, numbered from `first` on; one that has more than `room` is solved once more."""
+    real, count = results[1].dtype, results[0].size
+    types = library.types(real)
+    arguments, out = _arguments(types, columns, max_phases), types.StancesOut()
+    for name, result in zip(RESULTS, results, strict=True):
+        setattr(out, name, _column(result))
+    times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
+    # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
+    phases = (types.Phase * (2 * room + 2))()
+    if room:
+        out.phases, out.phase_capacity = ctypes.addressof(phases), len(phases)
+        out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, room
+    library.call("solve_stances", types, ctypes.c_int64(count), ctypes.byref(arguments), ctypes.byref(out))
+    short = results[-1] > room
+    lanes, place = np.nonzero((kinds != 0) & ~short[:, np.newaxis])
+    found = [(first + lanes, times[lanes, place], kinds[lanes, place])]
+    for lane in np.flatnonzero(short).tolist() if room else ():
         one = [column if column.shape == () else column[lane : lane + 1] for column in columns]
         part = [result[lane : lane + 1] for result in results]
-        again = _call(solver.library, one, part, max_phases, int(counts[lane]))
-        kept.append(_listed(again, np.array([lane]), np.array([True])))
-    return kept
+        found += _solved(library, one, part, max_phases, int(part[-1][0]), lane)
+    return found
 
 
 def read_columns(
@@ -88,34 +99,5 @@ def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:
     return arguments
 
 
-def _call(library: Library, columns: Columns, results: Columns, max_phases: int, room: int) -> Listed:
-    """Solve the columns; the first `room` events of each stance."""
-    real = results[1].dtype
-    types = library.types(real)
-    arguments, out = _arguments(types, columns, max_phases), types.StancesOut()
-    for name, result in zip(RESULTS, results, strict=True):
-        setattr(out, name, _column(result))
-    count = results[0].size
-    times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
-    # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
-    phases = (types.Phase * (2 * room + 2))()
-    if room:
-        out.phases, out.phase_capacity = ctypes.addressof(phases), len(phases)
-        out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, room
-    library.call("solve_stances", types, ctypes.c_int64(count), ctypes.byref(arguments), ctypes.byref(out))
-    return times, kinds
-
-
 def _column(array: NDArray[Any]) -> tuple[int, int]:
     return array.ctypes.data, array.strides[0] if array.ndim else 0
-
-
-def _listed(
-    found: Listed, lanes: NDArray[np.intp], complete: NDArray[np.bool_]
-) -> tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]:
-    times, kinds = found
-    row, place = np.nonzero((kinds != 0) & complete[:, np.newaxis])
-    return lanes[row], times[row, place], kinds[row, place]
-
-
-# ---- a controller's search ----

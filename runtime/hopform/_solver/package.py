@@ -80,7 +80,7 @@ Array: TypeAlias = NDArray[np.floating]
 Columns = Sequence[NDArray[Any]]
 """The states, u, horizon, then the robot's fields: numbers (without a dimension) or arrays of one length."""
 Events = list[tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]]
-"""Stance, time and kind of events, in the order of the stances."""
+"""Stances, times and kinds of events: in each list in the order of its stances, all of one stance in one list."""
 Steps = tuple[tuple[float, float], ...]
 """Steps of the current [s, A]."""
 Target = tuple[float, float, float, float]
