@@ -389,11 +389,12 @@ def _stance(robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: 
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
     end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
     stance: Stance = object.__new__(Stance)
-    vars(stance).update(
-        robot=robot, u=u, backend=backend, dtype=dtype, status=status, duration=duration, end=end,
-        takeoff=end if lifts else None, apex=apex if lifts and robot.g > 0.0 else math.nan, aed=aed, _solved=solved,
-        _x2_is_given=given,
-    )  # fmt: skip
+    apex = apex if lifts and robot.g > 0.0 else math.nan
+    held: dict[str, Any] = {
+        "robot": robot, "u": u, "backend": backend, "dtype": dtype, "status": status, "duration": duration, "end": end,
+        "takeoff": end if lifts else None, "apex": apex, "aed": aed, "_solved": solved, "_x2_is_given": given,
+    }  # fmt: skip
+    object.__setattr__(stance, "__dict__", held)
     return stance
 
 

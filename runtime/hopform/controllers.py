@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from hopform._batch import solve_stances
 from hopform._checks import Checked, by, finite, flag, function, is_one, items, nonnegative, positive, shown, whole
-from hopform._control import check_map, checked_target, choose_current_as_printed, home_of
+from hopform._control import check_map, checked_target, choose_current, choose_current_as_printed, home_of
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
-from hopform._solver.package import MAX_PHASES, formulas
-from hopform._stance import DOUBLE, Current, Stance, State, solve_stance, start_of
+from hopform._solver.package import formulas
+from hopform._stance import Current, Stance, State, solve_stance
 from hopform.terrain import MOST_HOPS, heights_of
 
 Array = NDArray[np.float64]
@@ -140,11 +140,14 @@ class _Aiming(Checked):
         checked_target(robot, set_point(asked, 0), -grounds[0], self.stop_margin, self.horizon)
         return self
 
-    def target(self, touchdown: Touchdown) -> tuple[float, float]:
-        """h_des and datum as `choose_current` takes them: never below the ground, where a sensor may have put it."""
-        check_touchdown(touchdown)
+    def question(self, touchdown: Touchdown) -> dict[str, Any]:
+        """What `choose_current` and its like take: the state, the controller's fields, and the set point, not below the
+        ground, where a sensor may have put it.
+        """
+        h_des = set_point(self.h_des, check_touchdown(touchdown).hop)
         ground = finite("ground", touchdown.ground, "m")
-        return max(set_point(self.h_des, touchdown.hop), ground), -ground
+        state = {name: getattr(touchdown, name) for name in ("robot", "x1", "v1", "v2")}
+        return {**state, **vars(self), "h_des": max(h_des, ground), "datum": -ground}
 
 
 @dataclass(frozen=True)
@@ -166,12 +169,7 @@ class FeedForward(_Aiming):
     backend: str | None = None
 
     def __call__(self, touchdown: Touchdown) -> float:
-        h_des, datum = self.target(touchdown)
-        robot = touchdown.robot
-        start = start_of(robot, touchdown.x1, touchdown.v1, None, touchdown.v2)
-        target = checked_target(robot, h_des, datum, self.stop_margin, self.horizon)
-        back_end = robot.solver.back_end(self.backend)
-        return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, DOUBLE)[0]
+        return choose_current(**self.question(touchdown)).u
 
 
 @dataclass(frozen=True)
@@ -189,10 +187,7 @@ class AsPrinted(_Aiming):
     backend: str | None = None
 
     def __call__(self, touchdown: Touchdown) -> float:
-        h_des, datum = self.target(touchdown)
-        asked: dict[str, Any] = {**vars(self), "h_des": h_des, "datum": datum}
-        state = {name: getattr(touchdown, name) for name in ("x1", "v1", "v2")}
-        return choose_current_as_printed(touchdown.robot, **state, **asked).u
+        return choose_current_as_printed(**self.question(touchdown)).u
 
 
 @dataclass(frozen=True)
