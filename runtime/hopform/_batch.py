@@ -153,8 +153,7 @@ class _Job(NamedTuple):
     max_phases: int
     real: np.dtype[Any]
     results: tuple[NDArray[Any], ...]
-    matrices: NDArray[Any] | None
-    compressions: NDArray[Any] | None
+    readings: dict[str, NDArray[Any]]
 
     def chunk(self, part: slice) -> list[NDArray[Any]]:
         """The columns of some stances: numbers stay numbers, a column in one piece is not copied."""
@@ -206,8 +205,8 @@ def solve_stances(
     real = precision_of(dtype)
     checked_robot(robot)
     most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
-    with_events, with_derivatives = flag("events", events), flag("sensitivities", sensitivities)
-    with_compression = flag("compression", compression)
+    with_events = flag("events", events)
+    wanted = {"sensitivities": flag("sensitivities", sensitivities), "compressions": flag("compression", compression)}
     function("progress", progress)
     given_u = cast(object, u)
     if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
@@ -217,26 +216,27 @@ def solve_stances(
     plain, labels = labelled({**states, **fields})
     given = {name: numbers(name, plain[name], UNITS[name]) for name in states}
     robots = robot_columns(robot, {name: plain[name] for name in fields})
-    shape = _shape_of(given | robots, EACH_DIFFERENTIATED if with_derivatives else EACH)
+    shape = _shape_of(given | robots, EACH_DIFFERENTIATED if wanted["sensitivities"] else EACH)
     _check_states(given, robots)
     given["y"] = _compression(given["x1"], given.pop("x2", None), robots)
     columns = (*(given[name] for name in STATES), *robots.values())
     size = math.prod(shape)
     back_end = robot.solver.back_end(backend)
     results = package.results_like(size, real)
-    matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if with_derivatives else None
-    compressions = np.empty(size, real) if with_compression else None
-    job = _Job(columns, shape, size, most, real, results, matrices, compressions)
+    shapes = {"sensitivities": (size, len(ROWS), len(COLUMNS)), "compressions": (size,)}
+    readings = {name: np.empty(shape, real) for name, shape in shapes.items() if wanted[name]}
+    job = _Job(columns, shape, size, most, real, results, readings)
     times, kinds = _run(job, back_end, with_events, workers, progress)
     of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
 
     def shaped(values: NDArray[Any] | None) -> Any:
         return None if values is None else values.reshape((*shape, *values.shape[1:]))
 
-    derivatives = None if matrices is None else of_matrix(ManySensitivities, shaped(matrices), x2 is not None)
+    matrices = shaped(readings.get("sensitivities"))
+    derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, x2 is not None)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
-    lists = shaped(times), shaped(kinds), back_end.name, derivatives, shaped(compressions), labels
+    lists = shaped(times), shaped(kinds), back_end.name, derivatives, shaped(readings.get("compressions")), labels
     return Batch(*found, *lists)
 
 
@@ -249,13 +249,11 @@ def _run(
     lists: package.Events = []
 
     def solve(part: slice) -> int:
-        columns, results = job.chunk(part), [result[part] for result in job.results]
-        found = back_end.solve_columns(columns, results, job.max_phases, events)
+        results = [result[part] for result in job.results]
+        readings = {name: reading[part] for name, reading in job.readings.items()}
+        found = back_end.solve_columns(job.chunk(part), results, readings, job.max_phases, events)
         if events:
             lists.extend([(lane + part.start, t, kind) for lane, t, kind in found])
-        for name, into in (("sensitivities", job.matrices), ("compressions", job.compressions)):
-            if into is not None:
-                back_end.read_columns(name, columns, into[part], results[0], job.max_phases)
         return int(part.stop - part.start)
 
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]

@@ -59,7 +59,7 @@ class Command(Shown):
         """Currents over all that is allowed [A], and the next apex [m] that each gives, NaN where not admissible."""
         robot, start, (_, datum, margin, horizon), backend = self.question
         u = np.linspace(-robot.u_max, robot.u_max, TRIED if robot.u_max > 0.0 else 1)
-        apex, peak = robot.solver.back_end(backend).apexes(robot.parameters, [start], u, horizon, MAX_PHASES)
+        apex, peak = robot.solver.back_end(backend).apexes(robot.parameters, [start], u, horizon)
         return u, np.where(peak[0] < limit_of(robot, margin), apex[0] - datum, np.nan)
 
     def _curve(self) -> Curve:
@@ -283,7 +283,7 @@ def reachability(
     bounds = np.full((5, rows.size), np.nan)
     for first in range(0, rows.size, ROWS):
         part = slice(first, min(first + ROWS, rows.size))
-        apex[part], peak[part] = back_end.apexes(robot.parameters, starts[part], columns, longest, MAX_PHASES)
+        apex[part], peak[part] = back_end.apexes(robot.parameters, starts[part], columns, longest)
         for row in range(part.start, part.stop):
             choose = partial(choose_current, robot, x1=starts[row].x1, v2=starts[row].v2, stop_margin=margin, **how)
             bounds[:, row] = _bounds(choose, float(rows[row]), apex[row])

@@ -47,7 +47,7 @@ def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = No
         part = slice(first, first + CHUNK)
         chunk = [np.asarray(np.broadcast_to(column, shape).flat[part], dtype=real) for column in columns]
         found = package.results_like(chunk[0].size, real)
-        DEFAULT.arrays.solve_columns(chunk, found, MAX_PHASES, events=False)
+        DEFAULT.arrays.solve_columns(chunk, found, {}, MAX_PHASES, events=False)
         for result, values in zip(results, found, strict=True):
             result.flat[part] = values
     return results

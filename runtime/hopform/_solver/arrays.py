@@ -126,32 +126,35 @@ class OnArrays:
         choose: Callable[..., tuple[float, float, int, int]] = self.package.control.choose
         return choose(parameters, start, target, max_phases, dtype.type)
 
-    def apexes(
-        self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float,
-        max_phases: int,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+    def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
         columns = LegState(*(np.repeat([start[n] for start in starts], currents.size) for n in range(4)))
         u = np.tile(currents, len(starts))
         with np.errstate(all="ignore"):
-            found = self.package.trial.try_currents(parameters, columns, u, horizon, max_phases)
+            found = self.package.trial.try_currents(parameters, columns, u, horizon, package.MAX_PHASES)
         shape = len(starts), currents.size
         apex = np.where(found.takes_off, found.apex, np.nan).astype(float)
         return apex.reshape(shape), found.largest_x1.astype(float).reshape(shape)
 
-    def solve_columns(self, columns: Columns, results: Columns, max_phases: int, events: bool) -> package.Events:
-        """Put the results of stances into arrays; their events."""
+    def solve_columns(
+        self, columns: Columns, results: Columns, readings: package.Readings, max_phases: int, events: bool
+    ) -> package.Events:
+        """Put the results and readings of stances into arrays; their events."""
         real, size = results[1].dtype, results[0].size
         x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size) for column in columns)
         status = self._refusals(LegState(x1, v1, v2, y), u, horizon, fields, max_phases)
         for name, result in zip(package.RESULTS, results, strict=True):
             result[...] = 0 if name in package.CODES else np.nan
+        for into in readings.values():
+            into[...] = np.nan
         results[0][...] = status
         sound = np.flatnonzero(status == 0)
         if not sound.size:
             return [(np.zeros(0, np.intp), np.zeros(0, real), np.zeros(0, np.int8))]
-        solution = self._solved(columns, sound, size, max_phases, real)
+        x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size)[sound] for column in columns)
+        robot, start = self.package.records.Robot(*fields), LegState(x1, v1, v2, y)
         with np.errstate(all="ignore"):
+            solution = self.package.stance.solve(robot, start, u, 0.0, horizon, max_phases, real.type)
             x2 = self.package.formulas.body_height(solution.plan.robot, solution.end.x1, solution.end.y)
         end, phases = solution.end, solution.phases
         found = (solution.ending, solution.duration, end.x1, end.v1, x2, end.v2, solution.apex, solution.aed)
@@ -159,28 +162,15 @@ class OnArrays:
         for result, values in zip(results, found, strict=False):
             result[sound[finite]] = values[finite]
         results[0][sound[~finite]] = -8
+        of = self.package
+        read = {"sensitivities": of.sensitivity.sensitivities_of, "compressions": of.extrema.compressions}
+        for name, into in readings.items():
+            with np.errstate(all="ignore"):
+                into[sound[finite]] = read[name](solution)[finite]
         happens = (phases.event != 0) & finite[phases.lane]
         lane, t, kind = sound[phases.lane[happens]], phases.t[happens], phases.event[happens]
         results[-1][...] = np.bincount(lane, minlength=size)
         return [(lane, t, kind)]
-
-    def read_columns(self, name: str, columns: Columns, results: Array, status: NDArray[Any], max_phases: int) -> None:
-        """Put the `sensitivities`, rows times columns, or the largest `compressions` of stances into an array, NaN
-        where there are none; `status` is that of `solve_columns`."""
-        package = self.package
-        of = {"sensitivities": package.sensitivity.sensitivities_of, "compressions": package.extrema.compressions}
-        results[...] = np.nan
-        sound = np.flatnonzero(status >= 0)
-        if sound.size:
-            solution = self._solved(columns, sound, status.size, max_phases, results.dtype)
-            with np.errstate(all="ignore"):
-                results[sound] = of[name](solution)
-
-    def _solved(self, columns: Columns, lanes: NDArray[np.intp], size: int, max_phases: int, real: Precision) -> Any:
-        x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size)[lanes] for column in columns)
-        robot, start = self.package.records.Robot(*fields), LegState(x1, v1, v2, y)
-        with np.errstate(all="ignore"):
-            return self.package.stance.solve(robot, start, u, 0.0, horizon, max_phases, real.type)
 
     def _refusals(
         self, start: LegState, u: NDArray[Any], horizon: NDArray[Any], fields: list[NDArray[Any]], max_phases: int

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hopform._solver import package
 from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Compiled, Library, pointer
-from hopform._solver.package import RESULTS, STATES, Columns, Events
+from hopform._solver.package import RESULTS, STATES, Columns, Events, Readings
 
 _FIRST_EVENTS = 16
 _INDEX_IN_API = 31
@@ -41,9 +41,14 @@ def ufunc_of(library: Library, meaning: str = "") -> Any:
     )
 
 
-def solve_columns(solver: Compiled, columns: Columns, results: Columns, max_phases: int, events: bool) -> Events:
-    """Put the results of stances into arrays; the events, if they are asked for."""
-    return _solved(solver.library, columns, results, max_phases, _FIRST_EVENTS if events else 0)
+def solve_columns(
+    solver: Compiled, columns: Columns, results: Columns, readings: Readings, max_phases: int, events: bool
+) -> Events:
+    """Put the results and readings of stances into arrays; the events, if they are asked for."""
+    found = _solved(solver.library, columns, results, max_phases, _FIRST_EVENTS if events else 0)
+    for name, into in readings.items():
+        _read(solver.library, name, columns, into, max_phases)
+    return found
 
 
 def _solved(library: Library, columns: Columns, results: Columns, max_phases: int, room: int, first: int = 0) -> Events:
@@ -70,20 +75,17 @@ def _solved(library: Library, columns: Columns, results: Columns, max_phases: in
     return found
 
 
-def read_columns(
-    solver: Compiled, name: str, columns: Columns, results: NDArray[Any], status: NDArray[Any], max_phases: int
-) -> None:
-    """Put the `sensitivities` or the `compressions` of stances into an array, NaN where there are none; with more room
-    for phases where they were not kept."""
+def _read(library: Library, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:
+    """A reading of stances, with more room for phases where they were not kept."""
     lanes, room = np.arange(len(results)), FIRST_CAPACITY
     while lanes.size:
         chosen = [column if column.shape == () else column[lanes] for column in columns]
         found = np.empty((lanes.size, *results.shape[1:]), results.dtype)
         state = np.empty(lanes.size, np.int32)
-        types = solver.library.types(results.dtype)
+        types = library.types(results.dtype)
         phases = (types.Phase * room)()
         asked, count = ctypes.byref(_arguments(types, chosen, max_phases)), ctypes.c_int64(lanes.size)
-        solver.library.call(f"stances_{name}", types, count, asked, phases, room, pointer(found), pointer(state))
+        library.call(f"stances_{name}", types, count, asked, phases, room, pointer(found), pointer(state))
         results[lanes] = found
         lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
 

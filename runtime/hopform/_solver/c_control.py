@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._solver.c import Compiled, plan_of, pointer, with_room
-from hopform._solver.package import Array, LegState, Precision, Target, records
+from hopform._solver.package import MAX_PHASES, Array, LegState, Precision, Target, records
 
 
 def choose_current(
@@ -49,8 +49,8 @@ def try_currents(
 
 
 def apexes(
-    solver: Compiled, parameters: Any, starts: list[LegState], currents: Array, horizon: float, max_phases: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    solver: Compiled, parameters: Any, starts: list[LegState], currents: Array, horizon: float
+) -> tuple[Array, Array]:
     """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
-    made = try_currents(solver, parameters, starts, currents, horizon, max_phases)
+    made = try_currents(solver, parameters, starts, currents, horizon, MAX_PHASES)
     return np.where(made["takes_off"], made["apex"], np.nan), made["largest_x1"]

@@ -1,18 +1,15 @@
 """A solver: a generated package with its back ends, the compiled library where it is there and current, else NumPy."""
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Protocol, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
 
 from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
-from hopform._solver import c, c_batch, c_control
+from hopform._solver import c, c_batch, c_control, package
 from hopform._solver.arrays import ArrayFlight, OnArrays, Solved
 from hopform._solver.library import Backend
-from hopform._solver.package import OURS, Columns, Events, LegState, Package, Precision, Steps, Target, records
+from hopform._solver.package import OURS, Array, Columns, LegState, Package, Precision, Steps, Target, records
 
 
 class C(c.Compiled):
@@ -23,7 +20,6 @@ class C(c.Compiled):
     choose_current = c_control.choose_current
     apexes = c_control.apexes
     solve_columns = c_batch.solve_columns
-    read_columns = c_batch.read_columns
 
 
 SolvedStance: TypeAlias = c.Solved | Solved
@@ -54,24 +50,14 @@ class BackEnd(Protocol):
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
         ...
 
-    def apexes(
-        self, parameters: Any, starts: list[LegState], currents: NDArray[np.float64], horizon: float, max_phases: int, /
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
         ...
 
     def solve_columns(
-        self, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool, /
-    ) -> Events:
-        """Put the results of stances into arrays; the events, if they are asked for."""
-        ...
-
-    def read_columns(
-        self, name: str, columns: Columns, results: NDArray[Any], status: NDArray[Any], max_phases: int, /
-    ) -> None:
-        """Put the `sensitivities`, rows times columns, or the largest `compressions` of stances into an array, NaN
-        where there are none; `status` is that of `solve_columns`.
-        """
+        self, columns: Columns, results: Columns, readings: package.Readings, max_phases: int, events: bool, /
+    ) -> package.Events:
+        """Put the results and readings of stances into arrays; the events, if they are asked for."""
         ...
 
 

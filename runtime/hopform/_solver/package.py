@@ -3,7 +3,7 @@
 Stances in columns: an array or a number for each input, an array for each result.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any, TypeAlias, cast
 
@@ -79,6 +79,10 @@ Precision: TypeAlias = np.dtype[Any]
 Array: TypeAlias = NDArray[np.floating]
 Columns = Sequence[NDArray[Any]]
 """The states, u, horizon, then the robot's fields: numbers (without a dimension) or arrays of one length."""
+Readings = Mapping[str, NDArray[Any]]
+"""Arrays for what is asked of stances besides: `sensitivities`, rows times columns, and the largest `compressions`; NaN
+where there are none.
+"""
 Events = list[tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]]
 """Stances, times and kinds of events: in each list in the order of its stances, all of one stance in one list."""
 Steps = tuple[tuple[float, float], ...]
