@@ -10,6 +10,8 @@ another number of fields, has a negative status and NaN elsewhere: nothing raise
 `solve_stance`.
 """
 
+import ctypes
+import importlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,10 +20,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform._errors import BackendError
 from hopform._solver import package
-from hopform._solver.c import library
-from hopform._solver.c_batch import ufunc_of
+from hopform._solver.c import Library, library
 from hopform._solver.choice import DEFAULT
 from hopform._solver.package import CHUNK, CODES, INPUTS, MAX_PHASES, REFUSED, RESULTS, SIGNATURE, STATUS
+
+# What NumPy's ufunc points to for as long as it lives.
+_kept: list[Any] = []
+_INDEX_IN_API = 31
 
 __all__ = [
     "CHUNK", "CODES", "INPUTS", "MAX_PHASES", "REFUSED", "RESULTS", "SIGNATURE", "STATUS", "stance", "stance_on_arrays",
@@ -53,9 +58,30 @@ def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = No
     return results
 
 
+def _ufunc_of(library: Library, meaning: str) -> Any:
+    """The ufunc over the loops of a library, made as an extension module makes one, without Python.h."""
+    api: Any = ctypes.pythonapi
+    pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(("PyCapsule_GetPointer", api))
+    capsule = importlib.import_module("numpy._core._multiarray_umath")._UFUNC_API
+    table = ctypes.cast(pointer_of(capsule, None), ctypes.POINTER(ctypes.c_void_p))
+    pointers, integers, text = (ctypes.c_void_p,) * 3, (ctypes.c_int,) * 4, ctypes.c_char_p
+    prototype = ctypes.PYFUNCTYPE(ctypes.py_object, *pointers, *integers, text, text, ctypes.c_int, text)
+    loops = (ctypes.c_void_p * 2)(*(library.address(f"stance_loop_{suffix}") for suffix in ("f32", "f64")))
+    of_results = [np.intc if name in package.CODES else None for name in RESULTS]
+    codes = [*[None] * len(package.INPUTS), *of_results]
+    types = bytes(np.dtype(code or real).num for real in (np.float32, np.float64) for code in codes)
+    type_numbers = (ctypes.c_char * len(types)).from_buffer_copy(types)
+    data = (ctypes.c_void_p * 2)()
+    texts = (b"stance", meaning.encode(), package.SIGNATURE.encode())
+    _kept.append((loops, type_numbers, data, texts))
+    return prototype(table[_INDEX_IN_API])(
+        loops, data, type_numbers, 2, len(package.INPUTS), len(RESULTS), -1, texts[0], texts[1], 0, texts[2]
+    )
+
+
 def _stance() -> Any:
     try:
-        return ufunc_of(library(), __doc__ or "")
+        return _ufunc_of(library(), __doc__ or "")
     except BackendError:
         return stance_on_arrays
 

@@ -14,7 +14,6 @@ import pytest
 import hopform
 from hopform._cli.tables import PRINTED
 from hopform._solver import c as native
-from hopform._solver import c_control as native_control
 from hopform._solver.choice import DEFAULT
 from hopform_solver.records import COMMANDS, LegState
 from hopform_solver.trial import try_currents
@@ -313,7 +312,7 @@ def test_slopes_are_those_of_the_values_in_both_back_ends(robot, start):
     u = np.linspace(-0.97, 0.93, 20) * robot.u_max
     h = 1e-6 * robot.u_max
     around = np.concatenate([u - h, u, u + h])
-    c = native_control.try_currents(DEFAULT.back_end("c"), robot.parameters, [start], around, 2.0, 4096)[0]
+    c = DEFAULT.compiled().try_currents(robot.parameters, [start], around, 2.0, 4096)[0]
     n = try_currents(robot.parameters, start, around, 2.0, 4096)
     below, at, above = np.split(c, 3)
     alike = (below["events"] == at["events"]) & (at["events"] == above["events"]) & at["smooth"]
@@ -336,9 +335,7 @@ def test_slopes_are_those_of_the_values_in_both_back_ends(robot, start):
 def test_a_rebound_that_nearly_takes_off_is_seen_as_a_dip():
     """Where take-offs end (2 cm drop, 0.82 A) the least spring of the rebound passes zero."""
     start = LegState(0.0, 0.0, hopform.touchdown_velocity(HOPPER, 0.02), 0.0)
-    found = native_control.try_currents(
-        DEFAULT.back_end("c"), HOPPER.parameters, [start], np.linspace(0.70, 0.95, 2501), 2.0, 4096
-    )[0]
+    found = DEFAULT.compiled().try_currents(HOPPER.parameters, [start], np.linspace(0.70, 0.95, 2501), 2.0, 4096)[0]
     edge = int(np.flatnonzero(found["takes_off"][:-1] & ~found["takes_off"][1:])[0])
     assert found["least_contact"][edge + 1] < 1e-5
     assert np.all(found["least_contact"][edge + 1 : edge + 200] > 0.0)

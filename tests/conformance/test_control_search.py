@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._solver import c_control as native_control
 from hopform._solver.choice import DEFAULT
 from hopform_solver.records import LegState
 from hopform_solver.trial import try_currents
@@ -140,7 +139,7 @@ def test_a_hit_returns_how_far_it_is_from_not_being_one(backend):
         u, h = np.linspace(-0.97, 0.97, 24) * robot.u_max, 1e-6 * robot.u_max
         around = np.concatenate([u - h, u, u + h])
         if backend == "c":
-            trials = native_control.try_currents(DEFAULT.back_end("c"), robot.parameters, [start], around, 2.0, 4096)[0]
+            trials = DEFAULT.compiled().try_currents(robot.parameters, [start], around, 2.0, 4096)[0]
             peak, peak_u, events = (np.split(trials[name], 3) for name in ("largest_x1", "largest_x1_u", "events"))
         else:
             found = try_currents(robot.parameters, start, around, 2.0, 4096)
@@ -168,7 +167,7 @@ def test_the_peak_of_a_hit_has_no_jump_where_hits_begin(name, way):
     robot, start = changed(**fields), LegState(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
 
     def peaks(u: np.ndarray) -> np.ndarray:
-        trials = native_control.try_currents(DEFAULT.back_end("c"), robot.parameters, [start], u, 2.0, 4096)[0]
+        trials = DEFAULT.compiled().try_currents(robot.parameters, [start], u, 2.0, 4096)[0]
         return np.asarray(trials["largest_x1"]) - robot.x1_max
 
     inside = touchdown.ask(robot).u
@@ -243,7 +242,7 @@ def test_slopes_follow_the_events_and_the_take_off():
     start, h = LegState(0.02, 0.1, -1.5, 0.0), 1e-6
     u = np.linspace(-2.5, 2.5, 11)
     around = np.concatenate([u - h, u, u + h])
-    c = native_control.try_currents(DEFAULT.back_end("c"), HOPPER.parameters, [start], around, 2.0, 4096)[0]
+    c = DEFAULT.compiled().try_currents(HOPPER.parameters, [start], around, 2.0, 4096)[0]
     n = try_currents(HOPPER.parameters, start, around, 2.0, 4096)
     below, at, above = np.split(c, 3)
     alike = (below["events"] == at["events"]) & (at["events"] == above["events"]) & at["smooth"] & at["takes_off"]

@@ -23,9 +23,9 @@ from scipy.integrate import solve_ivp
 
 import hopform
 from derive.__main__ import main
-from hopform._solver import arrays, c_control
+from hopform._solver import arrays
 from hopform._solver import c as native
-from hopform._solver.choice import C
+from hopform._solver.c import C
 from hopform._solver.package import Package
 from hopform_solver.records import Robot
 from tests.conformance.random_stances import draw_stances
@@ -246,7 +246,7 @@ def tried(leg: Leg, back_end: str, parameters: tuple[float, ...], u: np.ndarray)
     """What candidate currents do, by name."""
     state = leg.package.LegState(*START.values())
     if back_end == "c":
-        found = c_control.try_currents(C(leg.library), parameters, [state], u, 2.0, MOST)[0]  # type: ignore[arg-type]
+        found = C(leg.library).try_currents(parameters, [state], u, 2.0, MOST)[0]  # type: ignore[arg-type]
         return {name: found[name] for name in found.dtype.names}
     trial = importlib.import_module(f"{leg.package.__name__}.trial")
     with np.errstate(all="ignore"):
@@ -281,9 +281,7 @@ def test_a_command_is_no_worse_than_the_best_of_a_scan(b12, back_end, legs):
     for wanted in (0.02, 0.05, 0.1, 0.3):
         target = (wanted, 0.0, margin, 2.0)
         if back_end == "c":
-            current, apex, _, _ = c_control.choose_current(
-                C(leg.library), parameters, state, target, MOST, np.dtype(np.float64)
-            )  # type: ignore[arg-type]
+            current, apex, _, _ = C(leg.library).choose_current(parameters, state, target, MOST, np.dtype(np.float64))
         else:
             control = importlib.import_module(f"{leg.package.__name__}.control")
             current, apex, _, _ = control.choose(leg.package.Robot(*parameters), state, target, MOST, np.float64)
@@ -376,9 +374,7 @@ def test_a_constant_force_on_the_body_is_another_gravity(share, legs):
     command = hopform.choose_current(
         lighter, x1=START["x1"], v1=START["v1"], v2=START["v2"], h_des=0.1, stop_margin=1e-3
     )
-    current, height, _, _ = c_control.choose_current(
-        C(leg.library), parameters, state, target, MOST, np.dtype(np.float64)
-    )  # type: ignore[arg-type]
+    current, height, _, _ = C(leg.library).choose_current(parameters, state, target, MOST, np.dtype(np.float64))
     assert (current, height) == pytest.approx((command.u, command.apex), rel=1e-9)
 
 

@@ -29,7 +29,7 @@ from derive.model.equations import Model, Term
 from derive.model.quantities import v2
 from hopform._solver import arrays
 from hopform._solver import c as native
-from hopform._solver.choice import C
+from hopform._solver.c import C
 from hopform._solver.package import Package
 from hopform_solver import records
 from tests.conformance.errors import TOLERANCE, plain_errors, rounded

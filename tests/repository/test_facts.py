@@ -23,7 +23,7 @@ from derive.model import answers, kinds
 from derive.model.equations import Model, Term
 from derive.model.quantities import v1
 from hopform._solver import c as native
-from hopform._solver.choice import C
+from hopform._solver.c import C
 from hopform._solver.package import Package
 from tools.build_library import compile_sources
 

@@ -98,7 +98,7 @@ def test_chains_longer_than_the_room_for_them_are_taken_again(hopper_c, monkeypa
     whole = hopform.solve_stances(hopper_c, sensitivities=True, backend="c", **SIDES)
     phases = whole.event_count[~np.isnan(whole.apex)] + 1
     assert (phases == 1).sum() < (phases > 1).sum()
-    monkeypatch.setattr("hopform._solver.c_batch.FIRST_CAPACITY", 1)
+    monkeypatch.setattr("hopform._solver.c.FIRST_CAPACITY", 1)
     again = hopform.solve_stances(hopper_c, sensitivities=True, backend="c", **SIDES)
     assert whole.sensitivities is not None
     assert again.sensitivities is not None

@@ -24,7 +24,7 @@ import hopform_solver
 from derive.emit import folder as files
 from derive.emit import render
 from hopform._solver import c as native
-from hopform._solver.choice import C
+from hopform._solver.c import C
 from hopform._solver.package import Package
 from hopform_solver.records import LegState
 from tools.build_library import compile_sources

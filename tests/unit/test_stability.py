@@ -26,7 +26,7 @@ from derive.model_file import read_model
 from derive.models.hopper import HOPPER
 from hopform import HopformError
 from hopform._solver import c as native
-from hopform._solver.choice import C
+from hopform._solver.c import C
 from hopform._solver.package import Package
 from tools.build_library import compile_sources
 

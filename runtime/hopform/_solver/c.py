@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 
 from hopform._errors import BackendError, HopformError
 from hopform._solver import library as of_library
+from hopform._solver import package
 from hopform._solver.library import Backend, handle, opened
-from hopform._solver.package import OURS, ROWS, Array, FlightRow, LegState, Package, Precision, Steps, records
+from hopform._solver.package import OURS, ROWS, Array, Columns, Events, LegState, Package, Precision, Steps, records
 
 PHASES_NOT_KEPT = 1
 FIRST_CAPACITY = 64
 """Phases that the buffer holds at first; hardly any stance has more."""
 NO_DERIVATIVE = 2
+_FIRST_EVENTS = 16
 tuple_of: Any = cast(Any, tuple).__new__
 """A named tuple of what it holds, in half the time that its class takes."""
 
@@ -242,7 +244,7 @@ class SolvedFlight(_Motion):
         """The struct of its results."""
         return self.types.Flight.from_buffer_copy(self.structs[-1])
 
-    def rows(self) -> list[FlightRow]:
+    def rows(self) -> list[package.FlightRow]:
         """The phases."""
         rows = layout(self.types.FlightPhase).iter_unpack(self.structs[1])
         return [(t, x1, v1, side, limit, event) for t, x1, v1, _, side, limit, event, _ in rows]
@@ -298,57 +300,167 @@ def with_room(phase: Any, most: int, solve: Callable[..., int]) -> Any:
         capacity = min(8 * capacity, most)
 
 
-class Compiled:
-    """A library as a back end."""
+class C:
+    """The compiled library of a package as a back end."""
 
     name: Backend = "c"
 
     def __init__(self, library: Library) -> None:
         self.library = library
 
+    def solve_stance(
+        self, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision
+    ) -> Solved:
+        """One stance, by the compiled library."""
+        types = self.library.types(dtype)
+        plan = plan_of(types, parameters)
+        one = len(steps) == 1
+        packed = types.pack_step(*steps[0]) if one else types.pack(*(number for step in steps for number in step))
+        begin, longest = types.pack_state(*start), types.real(horizon)
+        capacity = FIRST_CAPACITY if max_phases >= FIRST_CAPACITY else max_phases + 1
+        try:
+            stance, phases = types.free.pop()
+        except IndexError:
+            stance, phases = types.memory()
+        while True:
+            status = types.solve_stance(plan, begin, packed, len(steps), longest, max_phases, phases, capacity, stance)
+            if status != PHASES_NOT_KEPT:
+                break
+            capacity = types.stance.unpack(stance)[-3]
+            stance, phases = types.memory(capacity)
+        if status < 0:
+            raise refusal("solve_stance", status)
+        solved = Solved(types, plan, packed, phases, stance[:])
+        if capacity <= FIRST_CAPACITY:
+            types.free.append((stance, phases))
+        return solved
 
-def solve_stance(
-    solver: Compiled, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision
-) -> Solved:
-    """One stance, by the compiled library."""
-    types = solver.library.types(dtype)
-    plan = plan_of(types, parameters)
-    one = len(steps) == 1
-    packed = types.pack_step(*steps[0]) if one else types.pack(*(number for step in steps for number in step))
-    begin, longest = types.pack_state(*start), types.real(horizon)
-    capacity = FIRST_CAPACITY if max_phases >= FIRST_CAPACITY else max_phases + 1
-    try:
-        stance, phases = types.free.pop()
-    except IndexError:
-        stance, phases = types.memory()
-    while True:
-        status = types.solve_stance(plan, begin, packed, len(steps), longest, max_phases, phases, capacity, stance)
-        if status != PHASES_NOT_KEPT:
-            break
-        capacity = types.stance.unpack(stance)[-3]
-        stance, phases = types.memory(capacity)
-    if status < 0:
-        raise refusal("solve_stance", status)
-    solved = Solved(types, plan, packed, phases, stance[:])
-    if capacity <= FIRST_CAPACITY:
-        types.free.append((stance, phases))
-    return solved
+    def solve_flight(
+        self, parameters: records.Robot, start: LegState, ground: float, gains: records.Gains | None,
+        horizon: float, max_phases: int, dtype: Precision,
+    ) -> SolvedFlight:  # fmt: skip
+        """One flight, by the compiled library."""
+        types = self.library.types(dtype)
+        plan, flight = plan_of(types, parameters), types.Flight()
+        law = None if gains is None else ctypes.byref(types.Gains(*gains))
+        begin = ctypes.byref(types.State(*start)), types.real(ground), law
+        asked = plan, *begin, types.real(horizon), ctypes.c_int32(max_phases)
+
+        def solve(*room: Any) -> int:
+            return types.library.call("solve_flight", types, *asked, *room, ctypes.byref(flight))
+
+        phases = with_room(types.FlightPhase, max_phases + 1, solve)
+        kept = ctypes.sizeof(types.FlightPhase) * flight.phases_kept
+        return SolvedFlight(types, plan, bytes(phases)[:kept], bytes(flight))
+
+    def choose_current(
+        self, parameters: records.Robot, start: LegState, target: package.Target, max_phases: int, dtype: Precision
+    ) -> tuple[float, float, int, int]:
+        """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved.
+
+        target: h_des, datum, stop_margin [m], horizon [s].
+        """
+        types = self.library.types(dtype)
+        search, command = types.Search(), types.Command()
+        begin, wanted = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target))
+        asked = ctypes.byref(search), plan_of(types, parameters), begin, wanted
+
+        def solve(*room: Any) -> int:
+            return types.library.call("choose_current", types, *asked, *room, ctypes.byref(command))
+
+        with_room(types.Phase, max_phases, solve)
+        return command.u, command.apex, command.status, search.trials
+
+    def try_currents(
+        self, parameters: Any, starts: list[LegState], currents: Array, horizon: float, max_phases: int
+    ) -> NDArray[Any]:
+        """The stance of each current from each state, (states, currents), a structured array with the fields of
+        hopform_trial.
+        """
+        types = self.library.types(np.dtype(np.float64))
+        trials = np.zeros((len(starts), currents.size), np.dtype(types.Trial))
+        states = (types.State * len(starts))(*(types.State(*start) for start in starts))
+        values = np.ascontiguousarray(currents, dtype=np.float64)
+        given = states, ctypes.c_int32(len(starts)), pointer(values), ctypes.c_int32(values.size), types.real(horizon)
+
+        def solve(*room: Any) -> int:
+            return types.library.call("try_currents", types, plan_of(types, parameters), *given, *room, pointer(trials))
+
+        with_room(types.Phase, max_phases, solve)
+        return trials
+
+    def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
+        """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
+        made = self.try_currents(parameters, starts, currents, horizon, package.MAX_PHASES)
+        return np.where(made["takes_off"], made["apex"], np.nan), made["largest_x1"]
+
+    def solve_columns(
+        self,
+        columns: Columns,
+        results: Columns,
+        readings: package.Readings,
+        max_phases: int,
+        events: bool,
+    ) -> Events:
+        """Put the results and readings of stances into arrays; the events, if they are asked for."""
+        found = _solve(self.library, columns, results, max_phases, _FIRST_EVENTS if events else 0)
+        for name, into in readings.items():
+            _read(self.library, name, columns, into, max_phases)
+        return found
 
 
-def solve_flight(
-    solver: Compiled, parameters: records.Robot, start: LegState, ground: float, gains: records.Gains | None,
-    horizon: float, max_phases: int, dtype: Precision,
-) -> SolvedFlight:  # fmt: skip
-    """One flight, by the compiled library."""
-    types = solver.library.types(dtype)
-    plan, flight = plan_of(types, parameters), types.Flight()
-    law = None if gains is None else ctypes.byref(types.Gains(*gains))
-    begin = ctypes.byref(types.State(*start)), types.real(ground), law
-    asked = plan, *begin, types.real(horizon), ctypes.c_int32(max_phases)
+# ---- many stances, from columns into columns ----
 
-    def solve(*room: Any) -> int:
-        return types.library.call("solve_flight", types, *asked, *room, ctypes.byref(flight))
 
-    phases = with_room(types.FlightPhase, max_phases + 1, solve)
-    kept = ctypes.sizeof(types.FlightPhase) * flight.phases_kept
-    return SolvedFlight(types, plan, bytes(phases)[:kept], bytes(flight))
+def _solve(library: Library, columns: Columns, results: Columns, max_phases: int, room: int, first: int = 0) -> Events:
+    """The events of the stances, numbered from `first` on; one that has more than `room` is solved once more."""
+    real, count = results[1].dtype, results[0].size
+    types = library.types(real)
+    arguments, out = _arguments(types, columns, max_phases), types.StancesOut()
+    for name, result in zip(package.RESULTS, results, strict=True):
+        setattr(out, name, _column(result))
+    times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
+    # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
+    phases = (types.Phase * (2 * room + 2))()
+    if room:
+        out.phases, out.phase_capacity = ctypes.addressof(phases), len(phases)
+        out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, room
+    library.call("solve_stances", types, ctypes.c_int64(count), ctypes.byref(arguments), ctypes.byref(out))
+    short = results[-1] > room
+    lanes, place = np.nonzero((kinds != 0) & ~short[:, np.newaxis])
+    found = [(first + lanes, times[lanes, place], kinds[lanes, place])]
+    for lane in np.flatnonzero(short).tolist() if room else ():
+        one = [column if column.shape == () else column[lane : lane + 1] for column in columns]
+        part = [result[lane : lane + 1] for result in results]
+        found += _solve(library, one, part, max_phases, int(part[-1][0]), lane)
+    return found
+
+
+def _read(library: Library, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:
+    """A reading of stances, with more room for phases where they were not kept."""
+    lanes, room = np.arange(len(results)), FIRST_CAPACITY
+    while lanes.size:
+        chosen = [column if column.shape == () else column[lanes] for column in columns]
+        found = np.empty((lanes.size, *results.shape[1:]), results.dtype)
+        state = np.empty(lanes.size, np.int32)
+        types = library.types(results.dtype)
+        phases = (types.Phase * room)()
+        asked, count = ctypes.byref(_arguments(types, chosen, max_phases)), ctypes.c_int64(lanes.size)
+        library.call(f"stances_{name}", types, count, asked, phases, room, pointer(found), pointer(state))
+        results[lanes] = found
+        lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
+
+
+def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:
+    """hopform_stances_in for these columns, which must outlive it."""
+    arguments = types.StancesIn()
+    for name, column in zip(package.STATES, columns, strict=False):
+        setattr(arguments, name, _column(column))
+    for n, column in enumerate(columns[len(package.STATES) :]):
+        arguments.robot[n] = _column(column)
+    arguments.max_phases = max_phases
+    return arguments
+
+
+def _column(array: NDArray[Any]) -> tuple[int, int]:
+    return array.ctypes.data, array.strides[0] if array.ndim else 0

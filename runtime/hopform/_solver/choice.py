@@ -6,21 +6,11 @@ from typing import Any, Protocol, TypeAlias
 
 from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
-from hopform._solver import c, c_batch, c_control, package
+from hopform._solver import c, package
 from hopform._solver.arrays import ArrayFlight, OnArrays, Solved
+from hopform._solver.c import C
 from hopform._solver.library import Backend
 from hopform._solver.package import OURS, Array, Columns, LegState, Package, Precision, Steps, Target, records
-
-
-class C(c.Compiled):
-    """The compiled library of a generated package as a back end."""
-
-    solve_stance = c.solve_stance
-    solve_flight = c.solve_flight
-    choose_current = c_control.choose_current
-    apexes = c_control.apexes
-    solve_columns = c_batch.solve_columns
-
 
 SolvedStance: TypeAlias = c.Solved | Solved
 SolvedFlight: TypeAlias = c.SolvedFlight | ArrayFlight
