@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from hopform._batch import solve_stances
 from hopform._checks import Checked, by, finite, flag, function, is_one, items, nonnegative, positive, shown, whole
-from hopform._control import check_map, checked_target, choose_current, choose_current_as_printed, home_of
+from hopform._control import check_map, checked_target, choose_current_as_printed, home_of
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
-from hopform._solver.package import formulas
-from hopform._stance import Current, Stance, State, solve_stance
+from hopform._solver.package import MAX_PHASES, formulas
+from hopform._stance import DOUBLE, Current, Stance, State, solve_stance, start_of
 from hopform.terrain import MOST_HOPS, heights_of
 
 Array = NDArray[np.float64]
@@ -140,14 +140,11 @@ class _Aiming(Checked):
         checked_target(robot, set_point(asked, 0), -grounds[0], self.stop_margin, self.horizon)
         return self
 
-    def question(self, touchdown: Touchdown) -> dict[str, Any]:
-        """What `choose_current` and its like take: the state, the controller's fields, and the set point, not below the
-        ground, where a sensor may have put it.
-        """
+    def target(self, touchdown: Touchdown) -> tuple[float, float]:
+        """h_des and datum as `choose_current` takes them: never below the ground, where a sensor may have put it."""
         h_des = set_point(self.h_des, check_touchdown(touchdown).hop)
         ground = finite("ground", touchdown.ground, "m")
-        state = {name: getattr(touchdown, name) for name in ("robot", "x1", "v1", "v2")}
-        return {**state, **vars(self), "h_des": max(h_des, ground), "datum": -ground}
+        return max(h_des, ground), -ground
 
 
 @dataclass(frozen=True)
@@ -169,7 +166,12 @@ class FeedForward(_Aiming):
     backend: str | None = None
 
     def __call__(self, touchdown: Touchdown) -> float:
-        return choose_current(**self.question(touchdown)).u
+        target = *self.target(touchdown), self.stop_margin, self.horizon
+        robot = touchdown.robot
+        start = start_of(robot, touchdown.x1, touchdown.v1, None, touchdown.v2)
+        back_end = robot.solver.back_end(self.backend)
+        asked = start, checked_target(robot, *target), MAX_PHASES, DOUBLE
+        return back_end.choose_current(robot.parameters, *asked)[0]
 
 
 @dataclass(frozen=True)
@@ -187,7 +189,9 @@ class AsPrinted(_Aiming):
     backend: str | None = None
 
     def __call__(self, touchdown: Touchdown) -> float:
-        return choose_current_as_printed(**self.question(touchdown)).u
+        h_des, datum = self.target(touchdown)
+        state = {name: getattr(touchdown, name) for name in ("robot", "x1", "v1", "v2")}
+        return choose_current_as_printed(**state, **{**vars(self), "h_des": h_des, "datum": datum}).u
 
 
 @dataclass(frozen=True)
