@@ -116,11 +116,11 @@ class Flight(Motion):
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
-        return Energy(*self._energies(t, 0))
+        return Energy(*in_order(t, self._times(t), lambda times: self._solved.energy_at(times)[0]))
 
     def ledger(self, t: ArrayLike) -> FlightLedger:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
-        return FlightLedger(*self._energies(t, 1))
+        return FlightLedger(*in_order(t, self._times(t), lambda times: self._solved.energy_at(times)[1]))
 
     def _card(self) -> Card:
         start = self.at(0.0)
@@ -138,9 +138,6 @@ class Flight(Motion):
     def _arrays(self) -> Arrays:
         names = ("status", "duration", "apex", "apex_time", "impact_loss", "leg_loss")
         return events_of(self.events) | {name: ((), getattr(self, name)) for name in names}
-
-    def _energies(self, t: ArrayLike, which: int) -> list[Real]:
-        return in_order(t, self._times(t), lambda times: self._solved.energy_at(times)[which])
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
         return times_within(t, self.dtype, self.duration)

@@ -67,10 +67,8 @@ class Solver:
         """
         if name is None:
             return self._best or self._found()
-        if isinstance(name, str) and name == "c":
-            return self.compiled()
-        if isinstance(name, str) and name == "numpy":
-            return self.arrays
+        if isinstance(name, str) and name in ("c", "numpy"):
+            return self.compiled() if name == "c" else self.arrays
         raise HopformError(f"backend must be 'c' or 'numpy', got {shown(name)}")
 
     def compiled(self) -> C:
