@@ -17,7 +17,7 @@ import numpy as np
 import hopform._export as packages
 from hopform._checks import shown
 from hopform._cli.output import figures as renderer
-from hopform._cli.output import pick, show, to_json, warn
+from hopform._cli.output import show, to_json, warn
 from hopform._control import Reachability
 from hopform._errors import HopformError
 from hopform._export import PRECISIONS, System, Wanted
@@ -77,8 +77,7 @@ def figures(
     write_folder(folder, {Path(name): content for name, content in files.items()})
     warn(left_out)
     if json:
-        records = [pick(each, "number", "title", "paper", "ours", "robot") for each in pictures]
-        print(to_json(figures=records, files=[str(folder / name) for name in files]))
+        print(to_json("figures", figures=pictures, files=[folder / name for name in files]), end="")
     else:
         titles = (f"Fig. {each.number:<3} {each.title}" for each in pictures)
         show([*titles, f"wrote {len(files)} files to {name_of(folder)}"])

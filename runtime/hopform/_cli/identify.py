@@ -13,7 +13,7 @@ import hopform
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
-from hopform._cli.output import check_outputs, deliver, figures, picture, show, to_json
+from hopform._cli.output import check_outputs, deliver, figures, picture, show
 from hopform._errors import HopformError
 from hopform._files import Named
 from hopform._identify import synthetic
@@ -256,7 +256,7 @@ def identify(
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         model = model_of(answer, export) if export else ""
         written = files_of(answer, base, out, report, plot, model)
-    text = to_json(**reports.record_of(answer)) + "\n" if json else ""
+    text = reports.json_of(answer) if json else ""
     deliver(written, answer.warnings, model if model and not out else text, lambda: reports.tables_of(answer))
 
 

@@ -6,15 +6,15 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from urllib.parse import quote
 
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli.output import ends, number, pick, table
+from hopform._cli.output import ends, number, record, table, to_json
 from hopform._errors import HopformError, printable
-from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
+from hopform._identify.fits import NEW, OLD, TITLES, Fit
 from hopform._identify.joint import Check
 from hopform._identify.ramp import Threshold
 
@@ -122,32 +122,25 @@ def tables_of(answer: Answer) -> Iterator[RenderableType]:
     yield from (f"note: {each}" for each in answer.statements)
 
 
-def fit_record(fit: Fit) -> dict[str, Any]:
+def fit_json(fit: Fit) -> str:
     """A fit for JSON; the covariance is that of what is identifiable."""
     seen = [n for n, each in enumerate(fit.estimates) if each.method != "not identifiable"]
-    names = [fit.estimates[n].name for n in seen]
-    record: dict[str, Any] = {"kind": fit.kind, "parameters": fit.estimates, "known": fit.known}
-    record["covariance"] = {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()}
-    record["correlations"] = [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()]
-    record |= {"diagnoses": fit.diagnoses, "recordings": [trace_record(trace) for trace in fit.traces]}
-    return record | pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds", "units")
+    covariance = [fit.estimates[n].name for n in seen], fit.covariance[np.ix_(seen, seen)]
+    recordings = [
+        record("recording", each.tests, source=each.label, quantity=each.quantity, samples=each.time.size,
+               rms_viscous=each.old_rms, holdout=each.holdout, quantum=each.quantum) for each in fit.traces
+    ]  # fmt: skip
+    correlations = [(*pair, value) for pair, value in fit.correlations.items()]
+    own = {"covariance": covariance, "correlations": correlations, "recordings": recordings}
+    return to_json("identify", fit, parameters=fit.estimates, **own)
 
 
-def trace_record(trace: Trace) -> dict[str, Any]:
-    """A recording beside its fit, for JSON."""
-    record = {"source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms}
-    record |= {"rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest}
-    return record | {"quantum": trace.quantum} | pick(trace.tests, "autocorrelation", "runs_z", "white")
-
-
-def record_of(answer: Answer) -> dict[str, Any]:
+def json_of(answer: Answer) -> str:
     """An answer for JSON."""
-    if isinstance(answer, Check):
-        return {"kind": "check", **answer._asdict()}
     if isinstance(answer, Fit):
-        return fit_record(answer)
-    names = ("u", "low", "high", "load", "f1", "f1_low", "f1_high", "onsets", "statements", "warnings", "units")
-    return {"kind": "ramp", **pick(answer, *names)}
+        return fit_json(answer)
+    kind = "check" if isinstance(answer, Check) else "ramp"
+    return to_json(f"identify {kind}", answer, kind=kind)
 
 
 # ---- reports ----

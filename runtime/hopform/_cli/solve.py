@@ -14,7 +14,7 @@ from hopform._checks import shown
 from hopform._cli import tables
 from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
 from hopform._cli.options import BackendName, ControllerName, Precision
-from hopform._cli.output import check_outputs, emit, pick, show, to_json
+from hopform._cli.output import check_outputs, emit, picture, show, to_json
 from hopform._control import TRIED, check_map
 from hopform._files import Named, name_of
 from hopform._hopping.run import csv_of
@@ -32,7 +32,7 @@ def robots(name: str | None = None, json: bool = False, toml: bool = False, c: P
         return
     found = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
     if json:
-        print(to_json(**tables.robots_record(found)))
+        print(tables.robots_json(found), end="")
     else:
         show(tables.robots(found, with_meaning=name is not None))
 
@@ -56,8 +56,7 @@ def equations(number: str | None = None, json: bool = False) -> None:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
     if json:
-        names = ("number", "title", "printed", "derived", "verdict", "reason", "computed_by")
-        print(to_json(equations=[pick(each, *names) for each in found]))
+        print(to_json("equations", equations=found), end="")
     else:
         show(tables.equations(found) if number is None else tables.equation(found[0]))
 
@@ -77,8 +76,9 @@ def stance(
     velocity = velocity_after_impact(hopper, height, v2)
     solved = hopform.solve_stance(hopper, v2=velocity, x1=x1, v1=v1, x2=x2, u=u_steps or u, **how)
     emit(
-        solved, lambda: tables.stance_record(solved, height), lambda: tables.stance(solved, sensitivities),
-        solved.warnings, json=json, plot=plot, csv=csv, columns=lambda: tables.stance_csv(solved, samples),
+        lambda: tables.stance(solved, sensitivities), solved.warnings,
+        (csv, lambda _: tables.stance_csv(solved, samples)), (plot, lambda path: picture(path, solved)),
+        ("-" if json else None, lambda _: tables.stance_json(solved, height)),
     )  # fmt: skip
 
 
@@ -121,10 +121,10 @@ def hop(
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None}
     settings |= {"h_des": h_des, "seed": seed}
     emit(
-        run, lambda: tables.run_record(run, settings, drawn, bands),
         lambda: tables.run(run, gains is None, drawn, bands), [*run.warnings, *(drawn.warnings() if drawn else ())],
-        json=json, plot=plot, over=over, csv=csv, columns=lambda: tables.run_csv(run, samples),
-        more=[(hops_csv, lambda: csv_of(run.table).encode()), (npz, lambda: run.archive(samples))],
+        (csv, lambda _: tables.run_csv(run, samples)), (plot, lambda path: picture(path, run, over)),
+        (hops_csv, lambda _: csv_of(run.table)), (npz, lambda _: run.archive(samples)),
+        ("-" if json else None, lambda _: tables.run_json(run, settings, drawn, bands)),
     )  # fmt: skip
 
 
@@ -157,9 +157,9 @@ def control(
     band = bands(drawn, found.u).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
     emit(
-        found, lambda: tables.command_record(hopper, settings, found, others, drawn, band),
         lambda: tables.command(hopper, h_des, found, others, drawn, band), drawn.warnings() if drawn else (),
-        json=json, plot=plot, over=over,
+        (plot, lambda path: picture(path, found, over)),
+        ("-" if json else None, lambda _: tables.command_json(hopper, settings, found, others, drawn, band)),
     )  # fmt: skip
 
 
@@ -190,9 +190,11 @@ def reach(
             ends = [draw(bands[name], axes, 100.0 * range_of_h) for name in ("lowest", "highest")]
             legend(axes, ends[:1])
 
-    said = drawn.warnings() if drawn else ()
-    to: dict[str, Any] = {"json": json, "plot": plot, "over": over}
-    emit(found, lambda: tables.reach_record(found, drawn, bands), lambda: tables.reach(found, drawn, bands), said, **to)
+    emit(
+        lambda: tables.reach(found, drawn, bands), drawn.warnings() if drawn else (),
+        (plot, lambda path: picture(path, found, over)),
+        ("-" if json else None, lambda _: tables.reach_json(found, drawn, bands)),
+    )  # fmt: skip
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:
