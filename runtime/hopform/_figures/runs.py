@@ -115,29 +115,30 @@ def with_errors_of_measurement(robot: Robot) -> Drawn:
 
 def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
     """Heights and inputs of a run, its set points, and by how much the apexes of some runs, by name, miss them."""
-    figure, (top, middle, bottom) = panels(3, 5.0, sharex=True, height_ratios=[1.6, 0.8, 0.9])
-    draw_run(top, middle, run)
-    plots.shade_stances(bottom, run)
+    figure, bottom = over_hops(run, 5.0, 0.9)
     bottom.axhline(0.0, color=plots.BLACK, linestyle="--", linewidth=0.8)
     for (name, each), colour, marker in zip(compared.items(), (plots.BLUE, plots.GREEN), "oD", strict=False):
         times, heights = plots.apexes(each)
         miss = 1e3 * (heights - np.array(run.h_des[: times.size]))
         bottom.plot(times, miss, marker, color=colour, markersize=3.5, clip_on=False, label=name)
-    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
     if len(compared) > 1:
         legend(bottom)
     return figure
 
 
-def draw_run(top: Axes, middle: Axes, run: Run) -> None:
-    """Heights and current of a run, its stances shaded."""
+def over_hops(run: Run, height: float, share: float) -> tuple[Figure, Axes]:
+    """Heights and current of a run, its stances shaded, and the panel under these, for errors of its apexes."""
+    figure, (top, middle, bottom) = panels(3, height, sharex=True, height_ratios=[1.6, 0.8, share])
     t = plots.run_times(run)
     plots.draw_heights(top, run, t)
     plots.shade_stances(top, run, "stance")
     legend(top, 5)
     middle.plot(t, np.asarray(run.current(t)), color=plots.ORANGE, linewidth=0.9)
-    plots.shade_stances(middle, run)
+    for axes in (middle, bottom):
+        plots.shade_stances(axes, run)
     middle.set_ylabel(f"{'input' if volts(run.robot) == 'V' else 'current'} $u$ [{volts(run.robot)}]")
+    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
+    return figure, bottom
 
 
 def after_steps(miss: Array) -> Array:
@@ -203,15 +204,12 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
 
 
 def drawn(run: Run, miss: dict[str, Array]) -> Figure:
-    figure, (top, middle, bottom) = panels(3, 5.4, sharex=True, height_ratios=[1.6, 0.8, 1.3])
-    draw_run(top, middle, run)
+    figure, bottom = over_hops(run, 5.4, 1.3)
     times, _ = plots.apexes(run)
     for (name, off), (marker, colour) in zip(miss.items(), MARKS, strict=True):
         shown = 1e3 * np.abs(off[: times.size])
         bottom.plot(times[: shown.size], shown, marker, color=colour, markersize=3.5, clip_on=False, label=name)
     bottom.set_yscale("symlog", linthresh=LEAST)
-    plots.shade_stances(bottom, run)
-    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
     legend(bottom, 5)
     return figure
 
