@@ -7,7 +7,7 @@ A controller has the fitted robot, the one that hops is drawn. A band goes from 
 # matplotlib's own annotations leave the type of **kwargs open.
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,7 +24,6 @@ from hopform._progress import progress_bar
 from hopform._robots import Provenance, Robot
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
@@ -56,23 +55,21 @@ class Bands(NamedTuple):
         return Band(*(float(each[index]) for each in self))
 
 
-def draw(bands: Bands, axes: "Axes", x: Array, *, one_each: bool = False) -> "Artist":
-    """Shade bands [m] over x in centimetres, or draw a bar for each; what a legend shows."""
+def shade(axes: "Axes", x: Array, *several: Bands, one_each: bool = False) -> None:
+    """Shade bands [m] over x, in cm, or draw a bar for each; the legend of the panel has them, or one of their own."""
     from hopform._figures import plots
 
-    low, high, color, label = 100.0 * bands.low, 100.0 * bands.high, plots.MAGENTA, "95 % by the fit"
-    if not one_each:
-        return axes.fill_between(x, low, high, alpha=0.35, linewidth=0.0, color=color, label=label)
-    axes.plot([x, x], [low, high], "_", markersize=7.0, color=color, zorder=4)
-    return axes.vlines(x, low, high, linewidth=1.6, zorder=4, color=color, label=label)
-
-
-def legend(axes: "Axes", shown: "Sequence[Artist]") -> None:
-    """The legend of a panel with bands."""
-    from hopform._figures import plots
-
+    look: Record = {"color": plots.MAGENTA, "label": "95 % by the fit"}
+    for bands in several:
+        low, high = 100.0 * bands.low, 100.0 * bands.high
+        if one_each:
+            axes.plot([x, x], [low, high], "_", markersize=7.0, color=plots.MAGENTA, zorder=4)
+            axes.vlines(x, low, high, linewidth=1.6, zorder=4, **look)
+        else:
+            axes.fill_between(x, low, high, alpha=0.35, linewidth=0.0, **look)
+    shown = axes.get_legend_handles_labels()[0]
     with plots.house_style():
-        axes.legend(handles=list(shown))
+        axes.legend(handles=shown if axes.get_legend() else shown[-1:])
 
 
 class Draws(NamedTuple):

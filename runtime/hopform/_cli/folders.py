@@ -31,10 +31,9 @@ from hopform._robots import file_of as robot_file
 
 if TYPE_CHECKING:
     from hopform._figures.picture import Picture
-    from hopform._figures.plots import Look
 
 ANIMATION = "animation"
-CAPTIONS = "captions.md"
+CAPTIONS, IN_TEX = "captions.md", "captions.tex"
 CAPTIONED = ("image", "tex", "none")
 FORMATS = ("svg", "png", "pdf")
 ROLES = ("drop", "step", "ramp")
@@ -58,20 +57,22 @@ def figures(
     if caption not in CAPTIONED:
         raise HopformError(f"--caption takes {', '.join(CAPTIONED)}, got {shown(caption)}")
     sources = recordings_of(recordings) if recordings else {}
-    reads = [("--robot", robot_file(robot) if robot else None), ("--style", style)]
-    reads += [(f"--recordings {role}", Path(path)) for role, path in sources.items()]
-    check(folder, wanted, formats, reads, [CAPTIONS, *(["captions.tex"] if caption == "tex" else [])])
+    reads: list[Named] = [("--robot", robot_file(robot) if robot else None), ("--style", style)]
+    reads += [(f"--recordings {role}", path) for role, path in sources.items()]
+    check_folder(folder)
+    texts = [CAPTIONS, IN_TEX] if caption == "tex" else [CAPTIONS]
+    writes = [(called(what), folder / name) for what in wanted for name in names_of(what, formats)]
+    check_files(reads, [*writes, *(("the captions", folder / name) for name in texts)] if folder.is_dir() else [])
     plots = renderer()
-    look = plots.Look(width_of(width), style_of(style), caption == "image")
-    plots.LOOK.set(look)
+    plots.LOOK.set(plots.Look(width_of(width), style_of(style), caption == "image"))
     own = load_robot(robot) if robot else None
     try:
-        files, pictures, left_out = drawn(wanted, own, sources, formats, look)
+        files, pictures, left_out = drawn(wanted, own, sources, formats)
     finally:
         plots.LOOK.set(plots.Look())
     if pictures:
-        files |= {CAPTIONS: captions(pictures, formats).encode()}
-        files |= {"captions.tex": in_tex(pictures).encode()} if caption == "tex" else {}
+        both = {CAPTIONS: captions(pictures, formats), IN_TEX: in_tex(pictures)}
+        files |= {name: both[name].encode() for name in texts}
     if not files:
         raise HopformError(left_out[0])
     write_folder(folder, {Path(name): content for name, content in files.items()})
@@ -143,15 +144,8 @@ def called(what: What) -> str:
     return what if isinstance(what, str) else f"Fig. {what}"
 
 
-def check(folder: Path, wanted: Iterable[What], formats: list[str], reads: Iterable[Named], texts: list[str]) -> None:
-    """HopformError, before anything is drawn, if it cannot be written there, or would replace what is read."""
-    check_folder(folder)
-    files = [(called(what), folder / name) for what in wanted for name in names_of(what, formats)]
-    check_files(reads, [*files, *(("the captions", folder / name) for name in texts)] if folder.is_dir() else [])
-
-
 def drawn(
-    wanted: Sequence[What], robot: Robot | None, sources: Mapping[str, str], formats: list[str], look: "Look"
+    wanted: Sequence[What], robot: Robot | None, sources: Mapping[str, str], formats: list[str]
 ) -> "tuple[dict[str, bytes], list[Picture], list[str]]":
     """The files, by their names, the pictures, and what was left out and why."""
     plots = renderer()

@@ -12,7 +12,7 @@ import numpy as np
 import hopform
 from hopform._checks import shown
 from hopform._cli import tables
-from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
+from hopform._cli.bands import Bands, Draws, bands_of, robot_and_draws, shade
 from hopform._cli.options import BackendName, ControllerName, Precision
 from hopform._cli.output import check_outputs, emit, picture, show, to_json
 from hopform._control import TRIED, check_map
@@ -116,7 +116,7 @@ def hop(
     def over(axes: Any) -> None:
         apexes = [hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops]
         if bands:
-            legend(axes, [draw(bands, axes, np.array(apexes), one_each=True)])
+            shade(axes, np.array(apexes), bands, one_each=True)
 
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None}
     settings |= {"h_des": h_des, "seed": seed}
@@ -151,8 +151,7 @@ def control(
     def over(axes: Any) -> None:
         if drawn:
             u, _ = found.curve()
-            draw(bands(drawn, u), axes, u)
-            legend(axes, axes.get_legend_handles_labels()[0])
+            shade(axes, u, bands(drawn, u))
 
     band = bands(drawn, found.u).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
@@ -187,8 +186,7 @@ def reach(
 
     def over(axes: Any) -> None:
         if bands:
-            ends = [draw(bands[name], axes, 100.0 * range_of_h) for name in ("lowest", "highest")]
-            legend(axes, ends[:1])
+            shade(axes, 100.0 * range_of_h, bands["lowest"], bands["highest"])
 
     emit(
         lambda: tables.reach(found, drawn, bands), drawn.warnings() if drawn else (),

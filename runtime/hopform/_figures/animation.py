@@ -50,7 +50,7 @@ def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: fl
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # laid out once
         writer = PillowWriter(fps=pictures, metadata={"Software": "hopform"})
-        FuncAnimation(figure, lambda n: place(n * speed / pictures), count).save(path, writer, dpi=100)
+        FuncAnimation(figure, place, [n * speed / pictures for n in range(count)]).save(path, writer, dpi=100)
         return Animation(path.read_bytes(), f"Animation of {name_of(run.robot)}: {count} pictures, {pictures} a second")
 
 
