@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-import hopform
+from hopform import HopformError, Robot, load_robot, reachability, simulate, solve_stances, touchdown_velocity
 from hopform._checks import MEMORY
 from hopform._cli.output import Record, ends
-from hopform._errors import HopformError
 from hopform._files import name_of
 from hopform._progress import progress_bar
-from hopform._robots import Provenance, Robot
+from hopform._robots import Provenance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -106,10 +105,10 @@ class Draws(NamedTuple):
         columns: Record = {name: np.array([[getattr(each, name)] for each in self.robots]) for name in names}
         own = dict(start)
         if height is not None:
-            own["v2"] = np.array([[hopform.touchdown_velocity(each, height)] for each in self.robots])
+            own["v2"] = np.array([[touchdown_velocity(each, height)] for each in self.robots])
         if own["x2"] is not None:
             own["x2"] = own["x2"] + (columns["L0"] + columns["c"]) - (self.model.L0 + self.model.c)
-        return hopform.solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns).apex.astype(np.float64)
+        return solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns).apex.astype(np.float64)
 
     def runs(self, ground: tuple[float, ...], asked: Any, how: Record) -> Array:
         """The apexes [m] of each robot's run, (robots, hops), NaN from where it hops no more."""
@@ -119,13 +118,13 @@ class Draws(NamedTuple):
         prepared = asked.prepare(believed, ground) if hasattr(asked, "prepare") else asked
         how = {**how, "errors": replace(errors, model=believed)}
         for row, each in enumerate(self._counted()):
-            run = hopform.simulate(each, ground, prepared, **how)
+            run = simulate(each, ground, prepared, **how)
             found[row, : len(run.hops)] = [hop.apex for hop in run.hops]
         return found
 
     def maps(self, heights: Array, currents: Array, how: Record) -> dict[str, Bands]:
         """Bands of a map's `apex` (heights, currents), and of its `lowest`, `highest`, `hold` (heights)."""
-        found = [hopform.reachability(each, heights, currents, **how) for each in self._counted()]
+        found = [reachability(each, heights, currents, **how) for each in self._counted()]
         names = ("apex", "lowest", "highest", "hold")
         return {name: bands_of(np.array([getattr(each, name) for each in found])) for name in names}
 
@@ -142,12 +141,12 @@ def robot_and_draws(name: str, file: Path | None, count: int, seed: int, cells: 
     robot's answer.
     """
     if file is None:
-        return hopform.load_robot(name), None
+        return load_robot(name), None
     if name != "hopper_c":
         raise HopformError("--robot and --from-fit exclude each other: both name the robot")
     if count * cells > MEMORY // 128:
         raise HopformError(f"--draws must be at most {MEMORY // 128 // cells} for so large an answer, got {count}")
-    robot = hopform.load_robot(file)
+    robot = load_robot(file)
     if robot.fit is None:
         raise HopformError(f"--from-fit takes a robot that `identify --out` wrote; {name_of(file)} has no fit")
     return robot, Draws(robot, robot.fit, robot.sample(count, seed), seed)

@@ -14,20 +14,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-import hopform._export as packages
+from hopform import HopformError, Reachability, Robot, Run, _export, load_robot
 from hopform._checks import shown
-from hopform._cli.output import figures as renderer
-from hopform._cli.output import show, to_json, warn
-from hopform._control import Reachability
-from hopform._errors import HopformError
-from hopform._export import PRECISIONS, System, Wanted
-from hopform._export import selftest as digest
+from hopform._cli.output import renderer, show, to_json, warn
 from hopform._figures import DRAWN, draw
 from hopform._files import Named, check_files, check_folder, name_of, read_text, write_folder
-from hopform._hopping.run import Run
 from hopform._progress import progress_bar
-from hopform._robots import Robot, load_robot
-from hopform._robots import file_of as robot_file
+from hopform._robots import robot_file
 
 if TYPE_CHECKING:
     from hopform._figures.picture import Picture
@@ -234,8 +227,8 @@ def export(
     json: bool = False,
 ) -> None:  # fmt: skip
     """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest."""
-    chosen = tuple(name for name, wanted in zip(PRECISIONS, (f32, f64), strict=True) if wanted) or PRECISIONS
-    files = packages.export(folder, Wanted(cast(System, system), prefix, chosen))
+    chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
+    files = _export.export(folder, _export.Wanted(cast(Any, system), prefix, chosen))
     if json:
         print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
     else:
@@ -245,5 +238,5 @@ def export(
 def selftest(json: bool = False) -> None:
     """Print the digests of the C library's selftest, which a board must repeat."""
     dtypes = {"f32": "float32", "f64": "float64"}
-    digests = {f"hopform_selftest_{name}": f"{digest(dtype):08x}" for name, dtype in dtypes.items()}
+    digests = {f"hopform_selftest_{name}": f"{_export.selftest(dtype):08x}" for name, dtype in dtypes.items()}
     print(json_module.dumps(digests, indent=2) if json else "\n".join(map(" ".join, digests.items())))

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 import hopform
+from hopform import HopformError, Robot, fit_force, friction_threshold, read_recording
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
-from hopform._cli.output import check_outputs, deliver, figures, picture, show
-from hopform._errors import HopformError
+from hopform._cli.output import check_outputs, deliver, picture, renderer, show
 from hopform._files import Named
 from hopform._identify import synthetic
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
@@ -22,13 +22,11 @@ from hopform._identify.joint import KINDS, LETTERS, Check, check
 from hopform._identify.kinds import problem_of
 from hopform._identify.motion import Values
 from hopform._identify.nuisances import NUISANCES, said
-from hopform._identify.ramp import Threshold, friction_threshold
-from hopform._identify.recordings import Recording, read_recording
+from hopform._identify.ramp import Threshold
+from hopform._identify.recordings import Recording
 from hopform._identify.simulators import exported
-from hopform._identify.step import fit_force
 from hopform._progress import progress_bar
-from hopform._robots import Provenance, Robot
-from hopform._robots import file_of as robot_file
+from hopform._robots import Provenance, robot_file
 
 _NORMAL = 1.96
 """Standard errors of half a 95 % interval."""
@@ -224,7 +222,7 @@ def identify(
     pages: list[Named] = []
     if report is not None:
         reports.check_suffix(report)
-        figures()
+        renderer()
         pages += zip(("--report", "the picture of --report"), reports.paths_of(report), strict=False)
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), *read], more=[("--out", out), *pages])

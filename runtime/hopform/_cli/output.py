@@ -120,7 +120,7 @@ def to_csv(columns: Mapping[str, ArrayLike]) -> str:
 # ---- files, then print ----
 
 
-def figures() -> ModuleType:
+def renderer() -> ModuleType:
     """`hopform._figures.plots`, which needs the extra `plot`."""
     return cast("ModuleType", drawing("plots"))
 
@@ -130,7 +130,7 @@ def picture(path: Path, answer: Shown, over: Over | None = None) -> bytes:
     figure = drawing("results").figure_of(answer)
     if over is not None:
         over(figure.axes[0])
-    return cast("bytes", figures().render(figure, path.suffix))
+    return cast("bytes", renderer().render(figure, path.suffix))
 
 
 def check_outputs(
@@ -140,7 +140,7 @@ def check_outputs(
     if json and csv == "-":
         raise HopformError("--json and --csv - both print; give --csv a file")
     if plot is not None:
-        figures().check_suffix(plot)
+        renderer().check_suffix(plot)
     check_files(reads, [("--csv", csv if csv and csv != "-" else None), *more, ("--plot", plot)])
 
 

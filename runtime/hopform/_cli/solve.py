@@ -19,7 +19,7 @@ from hopform._control import TRIED, check_map
 from hopform._files import Named, name_of
 from hopform._hopping.run import csv_of
 from hopform._progress import progress_bar
-from hopform._robots import file_of as robot_file
+from hopform._robots import robot_file
 
 
 def robots(name: str | None = None, json: bool = False, toml: bool = False, c: Precision | None = None) -> None:

@@ -15,12 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from hopform import HopformError, Robot, Run, load_robot, simulate
 from hopform._checks import finite, positive, shown, whole
-from hopform._errors import HopformError
 from hopform._figures.picture import Array, cm, completed, movable, scale
 from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, ORANGE, house_style
-from hopform._hopping.run import Run, simulate
-from hopform._robots import Robot, load_robot
 from hopform._show import Animation, name_of
 from hopform.controllers import FeedForward
 from hopform.terrain import uniform

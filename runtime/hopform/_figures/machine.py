@@ -9,13 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from hopform._errors import HopformError
+from hopform import HopformError, Robot, Run, Stance, TouchdownDetector, delayed_apex, simulate, solve_stance
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, LOOK, MAGENTA, ORANGE, STANCE, shade_stances
-from hopform._hopping.run import Run, simulate
-from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
-from hopform._robots import Robot
-from hopform._stance import Stance, solve_stance
 from hopform.controllers import FeedForward
 from hopform.terrain import flat
 

@@ -28,14 +28,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from hopform._batch import Batch
-from hopform._control import Command, Reachability
-from hopform._errors import HopformError
-from hopform._flight import Flight
-from hopform._hopping.run import Hop, Run
-from hopform._sensitivities import Sensitivities
+from hopform import Batch, Command, Flight, Hop, HopformError, Phase, Reachability, Run, Sensitivities, Stance
 from hopform._show import UNITS
-from hopform._stance import Phase, Stance, aed_at
+from hopform._stance import aed_at
 from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 SUFFIXES = {

@@ -17,13 +17,11 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hopform._control import Reachability, choose_current, home_of, reachability
-from hopform._errors import HopformError
+from hopform import Errors, HopformError, Reachability, Robot, Run, choose_current, reachability, simulate
+from hopform._control import home_of
 from hopform._figures import plots
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, movable, panels, rms, scale, volts
 from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, limits
-from hopform._hopping.run import NONE, Errors, Run, simulate
-from hopform._robots import Robot
 from hopform.controllers import AsPrinted, FeedForward, ReturnMap, Touchdown
 from hopform.terrain import Heights, flat, uniform
 
@@ -182,8 +180,8 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
     wanted = tuple(scale(movable(robot)) * each for each in WANTED)
     wrong = replace(robot, **{name: WRONG * getattr(robot, name) for name in IDENTIFIED})
     asked: dict[str, tuple[Any, Errors]] = {
-        "exact": (FeedForward, NONE), "printed": (AsPrinted, NONE), "5 % wrong": (FeedForward, Errors(model=wrong)),
-        "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
+        "exact": (FeedForward, Errors()), "printed": (AsPrinted, Errors()),
+        "5 % wrong": (FeedForward, Errors(model=wrong)), "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
     }  # fmt: skip
     how: dict[str, Any] = {"height": wanted[0], "seed": seed}
     runs = {name: simulate(robot, ground, kind(wanted), errors=errors, **how) for name, (kind, errors) in asked.items()}

@@ -13,16 +13,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hopform import Robot, fit_drop_test, fit_step_response, friction_threshold, read_recording, simulate, solve_stance
 from hopform._figures import results
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, rms, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, ORANGE
-from hopform._hopping.run import simulate
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.ramp import friction_threshold
-from hopform._identify.recordings import read_recording
-from hopform._identify.step import fit_step_response
-from hopform._robots import Robot
-from hopform._stance import solve_stance
 from hopform.terrain import flat
 
 NOISE = 2e-4  # [m]

@@ -248,7 +248,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
     >>> load_robot("hopper_c").k
     1200.0
     """
-    path = file_of(name_or_path)
+    path = robot_file(name_or_path)
     if path is None:
         text = resources.files("hopform._robots").joinpath(f"{name_or_path}.toml").read_text("utf-8")
         return robot_from_toml(text, f"{name_or_path}.toml")
@@ -261,7 +261,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
     return robot_from_toml(read_text(path, LARGEST_TOML), name_of(path))
 
 
-def file_of(name_or_path: str | Path) -> Path | None:
+def robot_file(name_or_path: str | Path) -> Path | None:
     """The file that `load_robot` reads; None for a shipped robot."""
     return None if isinstance(name_or_path, str) and name_or_path in ROBOTS else path_of("robot", name_or_path)
 
