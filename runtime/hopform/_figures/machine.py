@@ -233,10 +233,8 @@ def hall_sensor(robot: Robot) -> Drawn:
 
 def in_contact(run: Run, t: Array) -> Array:
     """1 in stance, 0 in flight."""
-    found = np.zeros_like(t)
-    for hop in run.hops:
-        found[(t >= hop.touchdown_time) & (t < hop.takeoff_time)] = 1.0
-    return found
+    within = [(t >= hop.touchdown_time) & (t < hop.takeoff_time) for hop in run.hops]
+    return np.asarray(np.any(within, axis=0), dtype=float)
 
 
 def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: TouchdownDetector, detected: Array) -> None:

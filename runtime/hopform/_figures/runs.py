@@ -398,13 +398,9 @@ def measured(robot: Robot, height: float, highest: bool, margin: float) -> float
 
 def grouped(ends: Array, currents: Array, least: float) -> list[tuple[float, str]]:
     """Ends of curves with their labels; those that end closer than `least` share one."""
-    groups: list[list[int]] = []
-    for column in np.argsort(ends).tolist():
-        if groups and ends[column] - ends[groups[-1][-1]] < least:
-            groups[-1].append(column)
-        else:
-            groups.append([column])
-    return [(float(ends[group].mean()), ", ".join(f"{currents[n]:g}" for n in sorted(group))) for group in groups]
+    order = np.argsort(ends)
+    groups = np.split(order, np.flatnonzero(~(np.diff(ends[order]) < least)) + 1)
+    return [(float(ends[group].mean()), ", ".join(f"{u:g}" for u in currents[np.sort(group)])) for group in groups]
 
 
 def passive(reach: Reachability, height: float) -> float:

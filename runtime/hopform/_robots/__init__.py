@@ -104,12 +104,10 @@ def provenance_from(value: object) -> Provenance:
         rows = _array("covariance", covariance, (count, count)) if count or covariance else values.reshape(0, 0)
         _refuse_no_covariance(rows)
         low, high = (_array(name, table[name], (count,), finite=False) for name in ("low", "high"))
-        if not isinstance(table["base"], str):
-            raise HopformError(f"base must be a text, got {shown(table['base'])}")
-        return Provenance(
-            names, tuple(values.tolist()), tuple(low.tolist()), tuple(high.tolist()), tuple(map(tuple, rows.tolist())),
-            known, table["base"], flag("white", table["white"]),
-        )  # fmt: skip
+        _check_text("base", table["base"])
+        numbers, lows, highs = (tuple(each.tolist()) for each in (values, low, high))
+        covariance = tuple(map(tuple, rows.tolist()))
+        return Provenance(names, numbers, lows, highs, covariance, known, table["base"], flag("white", table["white"]))
     except HopformError as error:
         raise HopformError(f"[fit] {error}") from None
 
