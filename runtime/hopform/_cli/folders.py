@@ -16,7 +16,7 @@ import numpy as np
 
 from hopform import HopformError, Reachability, Robot, Run, _export, load_robot
 from hopform._checks import shown
-from hopform._cli.output import renderer, show, to_json, warn
+from hopform._cli.output import deliver, renderer, to_json
 from hopform._figures import DRAWN, draw
 from hopform._files import Named, check_files, check_folder, name_of, read_text, write_folder
 from hopform._progress import progress_bar
@@ -69,12 +69,9 @@ def figures(
     if not files:
         raise HopformError(left_out[0])
     write_folder(folder, {Path(name): content for name, content in files.items()})
-    warn(left_out)
-    if json:
-        print(to_json("figures", figures=pictures, files=[folder / name for name in files]), end="")
-    else:
-        titles = (f"Fig. {each.number:<3} {each.title}" for each in pictures)
-        show([*titles, f"wrote {len(files)} files to {name_of(folder)}"])
+    text = to_json("figures", figures=pictures, files=[folder / name for name in files]) if json else ""
+    titles = (f"Fig. {each.number:<3} {each.title}" for each in pictures)
+    deliver((), left_out, text, lambda: [*titles, f"wrote {len(files)} files to {name_of(folder)}"])
 
 
 def asked_for(only: str | None) -> tuple[What, ...]:

@@ -154,18 +154,15 @@ def emit(readable: Readable, warnings: Iterable[str], *wanted: tuple[str | Path 
 
 
 def deliver(files: Files, warnings: Iterable[str], printed: str, readable: Readable) -> None:
-    """Write the files, then print: the text if there is one, else the tables and which files were written."""
+    """Write the files, then print: warnings on the error stream; the text if there is one, else the tables and which
+    files were written.
+    """
     shown = [] if printed else [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
     write(files)
-    warn(warnings)
-    print(printed, end="")
-    show(shown)
-
-
-def warn(warnings: Iterable[str]) -> None:
-    """Print warnings on the error stream, a line each."""
     for warning in warnings:
         print(f"hopform: warning: {printable(warning)}", file=sys.stderr)
+    print(printed, end="")
+    show(shown)
 
 
 def spaced(*parts: RenderableType) -> Iterator[RenderableType]:

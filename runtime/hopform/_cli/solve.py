@@ -14,7 +14,7 @@ from hopform._checks import shown
 from hopform._cli import tables
 from hopform._cli.bands import Bands, Draws, bands_of, robot_and_draws, shade
 from hopform._cli.options import BackendName, ControllerName, Precision
-from hopform._cli.output import check_outputs, emit, picture, show, to_json
+from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
 from hopform._control import TRIED, check_map
 from hopform._files import Named, name_of
 from hopform._hopping.run import csv_of
@@ -31,10 +31,8 @@ def robots(name: str | None = None, json: bool = False, toml: bool = False, c: P
         print(one.to_toml() if c is None else in_c(one, c), end="")
         return
     found = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
-    if json:
-        print(tables.robots_json(found), end="")
-    else:
-        show(tables.robots(found, with_meaning=name is not None))
+    text = tables.robots_json(found) if json else ""
+    deliver((), (), text, lambda: tables.robots(found, with_meaning=name is not None))
 
 
 def in_c(robot: hopform.Robot, precision: Precision) -> str:
@@ -55,10 +53,8 @@ def equations(number: str | None = None, json: bool = False) -> None:
     if not found:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
-    if json:
-        print(to_json("equations", equations=found), end="")
-    else:
-        show(tables.equations(found) if number is None else tables.equation(found[0]))
+    text = to_json("equations", equations=found) if json else ""
+    deliver((), (), text, lambda: tables.equations(found) if number is None else tables.equation(found[0]))
 
 
 def stance(

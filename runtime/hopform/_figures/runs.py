@@ -272,12 +272,11 @@ def energies(run: Run) -> tuple[dict[str, Any], Figure]:
     kinetic, weight, spring = parts(run, t)
     energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
     figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
+    lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
+    marks: dict[str, Any] = {"color": plots.BLACK, "markersize": 3.5, "label": "take-off"}
     for axes in (top, bottom):
         plots.shade_stances(axes, run, "stance")
-        lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
-        height = np.zeros(len(lifts))
-        frame = axes.get_xaxis_transform()
-        axes.plot(lifts, height, "^", color=plots.BLACK, markersize=3.5, transform=frame, label="take-off")
+        axes.plot(lifts, np.zeros(len(lifts)), "^", transform=axes.get_xaxis_transform(), **marks)
     top.plot(t, energy, color=plots.SKY, linewidth=4.0, label="kinetic + potential")
     top.plot(t, predicted, color=plots.MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, predicted")
     plots.name_axis(top, "body energy [J]")
