@@ -21,7 +21,7 @@ from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
 from hopform._identify.joint import KINDS, LETTERS, Check, check
 from hopform._identify.kinds import problem_of
 from hopform._identify.motion import Values
-from hopform._identify.nuisances import NUISANCES, said
+from hopform._identify.nuisances import said
 from hopform._identify.ramp import Threshold
 from hopform._identify.recordings import Recording
 from hopform._identify.simulators import exported
@@ -232,13 +232,9 @@ def identify(
     masses, values = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
         asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
-        nuisances = tuple(name for name in NUISANCES if asked[name])
+        how: Options = {"loss": loss, "nuisances": tuple(name for name, wanted in asked.items() if wanted)}
         stages = iter(range(STAGES))
-        how: Options = {
-            "loss": loss,
-            "progress": lambda _: advance(next(stages, STAGES), STAGES),
-            "nuisances": nuisances,
-        }
+        how["progress"] = lambda _: advance(next(stages, STAGES), STAGES)
         answer = answer_to(kind, files, [*_read(kind, files, masses)], values, spring, force, how)
         model = model_of(answer, export) if export else ""
         written = files_of(answer, base, out, report, plot, model)

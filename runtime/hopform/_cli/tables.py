@@ -212,10 +212,9 @@ def command(
         for words, each in shown
     )
     currents = table("Currents", ("controller", "u [A]", "apex [cm]", "off by [cm]"), rows, ("controller",))
-    bands = (
-        f"Under the exact current 95 % of the apexes are {text_of(band)} cm. {drawn.said()}\n" if drawn and band else ""
-    )
-    note = f"{bands}{found.solved} stances were solved. Heights are hop heights."
+    note = f"{found.solved} stances were solved. Heights are hop heights."
+    if drawn and band:
+        note = f"Under the exact current 95 % of the apexes are {text_of(band)} cm. {drawn.said()}\n{note}"
     return spaced(Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold"), currents, note)
 
 
@@ -260,9 +259,8 @@ def _point_row(point: FixedPoint) -> tuple[str, ...]:
 
 def robots_json(shown: Sequence[Robot]) -> str:
     """Robots, and what their parameters are."""
-    return to_json(
-        "robots", robots=shown, fields=[record("field", each, required=each.default is None) for each in FIELDS]
-    )
+    fields = [record("field", each, required=each.default is None) for each in FIELDS]
+    return to_json("robots", robots=shown, fields=fields)
 
 
 def stance_json(solved: Stance, height: float | None) -> str:
@@ -294,15 +292,15 @@ def command_json(
 
 def reach_json(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> str:
     """A map by heights, with bands where there are some."""
-    rows = [
-        {"height": height, "gaps": found.gaps(row), **{name: getattr(found, name)[row] for name in BOUNDS}}
-        | {f"{name}_band": bands and bands[name].at(row) for name in BANDS}
-        | {"cells": [
-            (u, found.apex[row, n], found.admissible[row, n], bands and bands["apex"].at(row, n))
-            for n, u in enumerate(found.currents)
-        ]}
-        for row, height in enumerate(found.heights)
-    ]  # fmt: skip
+
+    def row_of(row: int) -> Record:
+        of: Record = {name: getattr(found, name)[row] for name in BOUNDS}
+        of |= {f"{name}_band": bands and bands[name].at(row) for name in BANDS}
+        of_bands = [bands and bands["apex"].at(row, n) for n in range(found.currents.size)]
+        cells = zip(found.currents, found.apex[row], found.admissible[row], of_bands, strict=True)
+        return of | {"height": found.heights[row], "gaps": found.gaps(row), "cells": cells}
+
+    rows = map(row_of, range(found.heights.size))
     return to_json("reach", found, rows=rows, draws=drawn and drawn.record())
 
 
