@@ -28,30 +28,24 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class Band(NamedTuple):
-    """A 95 % band, NaN where no robot has a value, and the share of the robots that have one."""
+class Bands(NamedTuple):
+    """95 % bands, arrays in the shape of the values, or numbers for one of these: NaN where no robot has a value; and
+    the share of the robots that have one.
+    """
 
-    low: float
-    high: float
-    share: float
+    low: Any
+    high: Any
+    share: Any
+
+    def at(self, *index: int) -> "Bands":
+        """One of them."""
+        return Bands(*(each[index] for each in self))
 
 
-def text_of(band: Band, scale: float = 100.0, form: str = ".4g") -> str:
+def text_of(band: Bands, scale: float = 100.0, form: str = ".4g") -> str:
     """A band in a table, with the share of the robots if that is not all."""
     text = ends(band.low, band.high, form, scale)
     return text if band.share == 1.0 else f"{text} ({100.0 * band.share:.3g} % of robots)"
-
-
-class Bands(NamedTuple):
-    """Bands of many values, arrays of their shape."""
-
-    low: Array
-    high: Array
-    share: Array
-
-    def at(self, *index: int) -> Band:
-        """One of them."""
-        return Band(*(float(each[index]) for each in self))
 
 
 def shade(axes: "Axes", x: Array, *several: Bands, one_each: bool = False) -> None:

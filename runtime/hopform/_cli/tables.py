@@ -11,7 +11,7 @@ from rich.text import Text
 
 import hopform
 from hopform import Command, Equation, FixedPoint, Hop, PrintedCommand, Reachability, Robot, Run, Stance
-from hopform._cli.bands import Band, Bands, Draws, text_of
+from hopform._cli.bands import Bands, Draws, text_of
 from hopform._cli.output import Record, number, record, spaced, table, to_csv, to_json
 from hopform._errors import printable
 from hopform._hopping.run import motion_of
@@ -203,7 +203,7 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
 
 
 def command(
-    robot: Robot, h_des: float, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
+    robot: Robot, h_des: float, found: Command, printed: Printed, drawn: Draws | None, band: Bands | None
 ) -> Iterator[RenderableType]:
     """The controller's answer, and what the printed forms would have done."""
     shown: list[tuple[str, Command | PrintedCommand]] = [("exact", found), *printed]
@@ -283,7 +283,7 @@ def run_json(solved: Run, settings: Record, drawn: Draws | None, bands: Bands | 
 
 
 def command_json(
-    robot: Robot, asked: Record, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
+    robot: Robot, asked: Record, found: Command, printed: Printed, drawn: Draws | None, band: Bands | None
 ) -> str:
     """The controller's answer and the question."""
     forms = [record("form", each, form=words) for words, each in printed]
