@@ -187,6 +187,13 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
     runs = {name: simulate(robot, ground, kind(wanted), errors=errors, **how) for name, (kind, errors) in asked.items()}
     run = completed(runs["exact"])
     miss = {name: each.table["apex"] - np.array(wanted[: len(each.hops)]) for name, each in runs.items()}
+    figure, bottom = over_hops(run, 5.4, 1.3)
+    times, _ = plots.apexes(run)
+    for (name, each), (marker, colour) in zip(miss.items(), MARKS, strict=True):
+        seen = 1e3 * np.abs(each[: times.size])
+        bottom.plot(times[: seen.size], seen, marker, color=colour, markersize=3.5, clip_on=False, label=name)
+    bottom.set_yscale("symlog", linthresh=LEAST)
+    legend(bottom, 5)
     off = {name: f"{mm(rms(each))} rms, {mm(worst(each))} at most" for name, each in miss.items()}
     ours = (
         f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
@@ -198,18 +205,7 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
         f"touchdown seen at a tick of 1 kHz and {1e3 * LATE.delay:.0f} ms late: {off['late']}. The scale of the "
         "errors is linear below 1 um"
     )
-    return drawn(run, miss), ours, {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
-
-
-def drawn(run: Run, miss: dict[str, Array]) -> Figure:
-    figure, bottom = over_hops(run, 5.4, 1.3)
-    times, _ = plots.apexes(run)
-    for (name, off), (marker, colour) in zip(miss.items(), MARKS, strict=True):
-        shown = 1e3 * np.abs(off[: times.size])
-        bottom.plot(times[: shown.size], shown, marker, color=colour, markersize=3.5, clip_on=False, label=name)
-    bottom.set_yscale("symlog", linthresh=LEAST)
-    legend(bottom, 5)
-    return figure
+    return figure, ours, {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
 
 
 # ---- energy over time ----
