@@ -69,8 +69,8 @@ def package(wanted: Wanted) -> dict[Path, str]:
     library = sources(wanted)
     texts = {where(path, wanted.system): text for path, text in library.items()}
     texts |= {Path("amalgamated") / name: text for name, text in amalgamated(library, wanted.prefix).items()}
-    texts[Path("costs.md")] = costs()
-    folder = generated("packages")
+    texts[Path("costs.md")] = shipped("firmware-costs.md", "docs/evidence").read_text("utf-8")
+    folder = shipped("packages")
     files = {path.relative_to(folder / part): path for part in ("all", wanted.system) for path in inside(folder / part)}
     if wanted.system in _EXAMPLE:
         files[_EXAMPLE[wanted.system]] = folder / "example.c"
@@ -87,18 +87,14 @@ def where(path: Path, system: System) -> Path:
     return Path("src", *path.parts[1:]) if system == "arduino" and path.parts[0] == "include" else path
 
 
-def generated(name: str) -> Path:
-    """A folder of what is generated: in the wheel beside this package, in a checkout in generated/."""
-    shipped, checkout = _HOPFORM / name, _CHECKOUT / "generated" / name
-    for folder in (shipped, checkout):
-        if folder.is_dir():
-            return folder
-    raise HopformError(f"the C sources are neither in {shipped} nor in {checkout}: reinstall hopform")
-
-
-def costs() -> str:
-    shipped, checkout = _HOPFORM / "firmware-costs.md", _CHECKOUT / "docs" / "evidence" / "firmware-costs.md"
-    return (shipped if shipped.is_file() else checkout).read_text("utf-8")
+def shipped(name: str, place: str = "generated") -> Path:
+    """A folder or a file that a wheel has beside this package, and a checkout in this place."""
+    found = [path for path in (_HOPFORM / name, _CHECKOUT / place / name) if path.exists()]
+    if not found:
+        raise HopformError(
+            f"the C sources are neither in {_HOPFORM / name} nor in {_CHECKOUT / place / name}: reinstall hopform"
+        )
+    return found[0]
 
 
 def inside(folder: Path) -> list[Path]:
@@ -112,10 +108,10 @@ def dropped(wanted: Wanted) -> set[str]:
 def sources(wanted: Wanted) -> dict[Path, str]:
     """The generated files for firmware, by path, as `python -m derive --prefix` writes them."""
     texts: dict[Path, str] = {}
-    for name in (generated("packages") / "files.txt").read_text("utf-8").split():
+    for name in (shipped("packages") / "files.txt").read_text("utf-8").split():
         if any(f"_{precision}." in name for precision in dropped(wanted)):
             continue
-        text = (generated("c") / name).read_text("utf-8")
+        text = (shipped("c") / name).read_text("utf-8")
         for precision in dropped(wanted):
             text = text.replace(f'#include "hopform/hopform_{precision}.h"\n', "")
         texts[Path(renamed(name, wanted.prefix))] = renamed(text, wanted.prefix)

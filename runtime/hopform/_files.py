@@ -77,19 +77,16 @@ def rows_of(text: str, source: str) -> list[tuple[int, list[str]]]:
 def check_files(reads: Iterable[Named], writes: Iterable[Named]) -> None:
     """HopformError for an output that cannot be written, would overwrite an input, or is another output too."""
     inputs = [(what, path_of(what, path)) for what, path in reads if path is not None]
-    outputs = list[tuple[str, str | Path]]()
-    for what, path in writes:
-        if path is None:
-            continue
+    outputs = [(what, path) for what, path in writes if path is not None]
+    for n, (what, path) in enumerate(outputs):
         check_writable(path_of(what, path))
         for other, read in inputs:
             if are_one(read, path):
                 raise HopformError(f"{what} {name_of(path)} would overwrite {other} {name_of(read)}: name another file")
-        for other, written in outputs:
+        for other, written in outputs[:n]:
             if are_one(written, path):
                 message = f"two outputs name the same file: {other} {name_of(written)} and {what} {name_of(path)}"
                 raise HopformError(message)
-        outputs.append((what, path))
 
 
 def check_writable(path: Path) -> None:

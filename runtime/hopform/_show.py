@@ -176,11 +176,8 @@ def sparkline(words: str, x: ArrayLike, y: ArrayLike) -> str:
         return ""
     across = wide * _share(xs, xs[good])
     down = high - 4.0 - (high - 8.0) * _share(ys, ys[good])
-    path, pen = list[str](), "M"
-    for here, right, below in zip(good.tolist(), across.tolist(), down.tolist(), strict=True):
-        if here:
-            path.append(f"{pen}{right:.1f},{below:.1f}")
-        pen = "L" if here else "M"
+    pens = np.where(np.append(False, good[:-1]), "L", "M")
+    path = [f"{pens[n]}{across[n]:.1f},{down[n]:.1f}" for n in np.flatnonzero(good)]
     words = html.escape(f"{words}: {span(ys)}")
     return (
         f"<svg width='{wide:g}' height='{high:g}' role='img' aria-label='{words}' xmlns='http://www.w3.org/2000/svg'>"

@@ -3,9 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from hopform._robots import Robot
+from hopform import Phase, Robot, Stance
 from hopform._solver.package import EVENTS as KINDS
-from hopform._stance import Phase, Stance
 
 ENDINGS = {
     "takeoff": "takes off after",

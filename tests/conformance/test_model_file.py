@@ -426,7 +426,7 @@ def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
 import csv, dataclasses, io
 import numpy as np
 import hopform
-from hopform._figures import plots
+from hopform._figures import results
 from hopform._cli import tables
 robot = dataclasses.replace(hopform.load_robot("hopper_c"), d2=20.0)
 stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="numpy")
@@ -434,7 +434,7 @@ run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="numpy")
 (header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
 column = {name: np.array(values, float) for name, *values in zip(header, *rows)}
 t = run.times(50)
-drawn = [line.get_ydata() for line in plots.plot_stance(stance).axes[3].get_lines()[:2]]
+drawn = [line.get_ydata() for line in results.figure_of(stance).axes[3].get_lines()[:2]]
 ledger = tables.ledger(stance)
 entries = stance.ledger(stance.duration)
 print(abs(entries.drag_2) > 0.01)

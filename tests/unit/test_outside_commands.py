@@ -33,7 +33,7 @@ def quick_answers():
     fit = fit_drop_test(DECAY, attached=True, holdout=False, compare=False)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(identify_command, "_fitted", lambda *_: fit)
-        patch.setattr(figures_command, "drawn", lambda wanted: ({figures_command.CAPTIONS: b"new"}, []))
+        patch.setattr(figures_command, "drawn", lambda *_: ({figures_command.CAPTIONS: b"new"}, [], []))
         patch.setattr("hopform._figures.plots.render", lambda figure, suffix: b"<svg>new</svg>")
         yield
 

@@ -20,7 +20,7 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
 import hopform
-from hopform._figures import plots
+from hopform._figures import plots, results
 from hopform._words import mode
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -46,7 +46,7 @@ def run():
 
 @pytest.fixture(scope="module")
 def figure(stance):
-    return plots.plot_stance(stance)
+    return results.figure_of(stance)
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def svg(figure):
 
 @pytest.fixture(scope="module")
 def run_figure(run):
-    return plots.plot_run(run)
+    return results.figure_of(run)
 
 
 def texts(svg):
@@ -129,7 +129,7 @@ def test_shades_cover_the_stance_and_change_with_the_mode(stance):
 @pytest.mark.filterwarnings("error")
 def test_every_ending_can_be_drawn_without_a_warning(arguments):
     solved = hopform.solve_stance(HOPPER, **arguments)
-    picture = plots.render(plots.plot_stance(solved), ".svg")
+    picture = plots.render(results.figure_of(solved), ".svg")
     assert b"</svg>" in picture and len(picture) > 20_000
 
 
@@ -137,12 +137,12 @@ def test_every_ending_can_be_drawn_without_a_warning(arguments):
 @pytest.mark.filterwarnings("error")
 def test_every_shipped_robot_can_be_drawn_hopping(name):
     run = hopform.simulate(hopform.load_robot(name), [0.0, 0.01], height=0.1)
-    assert len(plots.render(plots.plot_run(run), ".png")) > 20_000
+    assert len(plots.render(results.figure_of(run), ".png")) > 20_000
 
 
 def test_the_energy_of_the_ideal_hopper_is_a_line():
     ideal = hopform.simulate(hopform.load_robot("ideal"), [0.0] * 3, height=0.2)
-    axes = plots.plot_run(ideal).axes[2]
+    axes = results.figure_of(ideal).axes[2]
     energy = next(iter(curves(axes).values()))[1]
     assert np.ptp(energy) < 1e-12
     assert np.ptp(axes.get_ylim()) >= 0.5
@@ -150,9 +150,10 @@ def test_the_energy_of_the_ideal_hopper_is_a_line():
 
 def test_a_picture_is_the_same_in_every_process_which_needs_no_pyplot(stance, svg):
     code = f"""
-import sys, hopform, hopform._figures.plots as plots
+import sys, hopform
+from hopform._figures import plots, results
 stance = hopform.solve_stance(hopform.load_robot("hopper_c"), **{STANCES["steps"]})
-sys.stdout.buffer.write(plots.render(plots.plot_stance(stance), ".svg"))
+sys.stdout.buffer.write(plots.render(results.figure_of(stance), ".svg"))
 assert "matplotlib.pyplot" not in sys.modules
 """
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "MPLBACKEND")}
@@ -169,7 +170,7 @@ def test_a_picture_bears_no_date_and_no_version(figure, suffix):
 
 def test_a_users_own_settings_change_nothing(stance, svg):
     with mpl.rc_context({"lines.linewidth": 9.0, "font.size": 30.0, "svg.fonttype": "none", "axes.grid": True}):
-        assert plots.render(plots.plot_stance(stance), ".svg") == svg
+        assert plots.render(results.figure_of(stance), ".svg") == svg
         assert mpl.rcParams["lines.linewidth"] == 9.0
 
 
@@ -215,20 +216,19 @@ def drawn_titles(figure):
 def test_a_robots_name_is_drawn_as_it_is(name, kind):
     odd = dataclasses.replace(HOPPER, name=name)
     if kind == "stance":
-        figure = plots.plot_stance(hopform.solve_stance(odd, v2=-1.0))
+        figure = results.figure_of(hopform.solve_stance(odd, v2=-1.0))
     elif kind == "run":
-        figure = plots.plot_run(hopform.simulate(odd, [0.0], height=0.2))
+        figure = results.figure_of(hopform.simulate(odd, [0.0], height=0.2))
     elif kind == "reach":
-        figure = plots.plot_reach(hopform.reachability(odd, [0.1, 0.2], [0.0]))
+        figure = results.figure_of(hopform.reachability(odd, [0.1, 0.2], [0.0]))
     else:
-        figure = plots.plot_command(hopform.choose_current(odd, v2=-1.9, h_des=0.2))
+        figure = results.figure_of(hopform.choose_current(odd, v2=-1.9, h_des=0.2))
     assert drawn_titles(figure).startswith(as_drawn(name))
 
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("kind", ["fit", "threshold"])
 def test_a_recordings_name_is_drawn_as_it_is(name, kind):
-    results = pytest.importorskip("hopform._figures.results")
     if kind == "fit":
         fit = a_fit()
         answer = dataclasses.replace(fit, traces=tuple(dataclasses.replace(each, label=name) for each in fit.traces))

@@ -7,7 +7,7 @@ A controller has the fitted robot, the one that hops is drawn. A band goes from 
 # matplotlib's own annotations leave the type of **kwargs open.
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,64 +15,54 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-import hopform
+from hopform import HopformError, Robot, load_robot, reachability, simulate, solve_stances, touchdown_velocity
 from hopform._checks import MEMORY
 from hopform._cli.output import Record, ends
-from hopform._errors import HopformError
 from hopform._files import name_of
 from hopform._progress import progress_bar
-from hopform._robots import Provenance, Robot
+from hopform._robots import Provenance
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
 
-class Band(NamedTuple):
-    """A 95 % band, NaN where no robot has a value, and the share of the robots that have one."""
+class Bands(NamedTuple):
+    """95 % bands, arrays in the shape of the values, or numbers for one of these: NaN where no robot has a value; and
+    the share of the robots that have one.
+    """
 
-    low: float
-    high: float
-    share: float
+    low: Any
+    high: Any
+    share: Any
+
+    def at(self, *index: int) -> "Bands":
+        """One of them."""
+        return Bands(*(each[index] for each in self))
 
 
-def text_of(band: Band, scale: float = 100.0, form: str = ".4g") -> str:
+def text_of(band: Bands, scale: float = 100.0, form: str = ".4g") -> str:
     """A band in a table, with the share of the robots if that is not all."""
     text = ends(band.low, band.high, form, scale)
     return text if band.share == 1.0 else f"{text} ({100.0 * band.share:.3g} % of robots)"
 
 
-class Bands(NamedTuple):
-    """Bands of many values, arrays of their shape."""
-
-    low: Array
-    high: Array
-    share: Array
-
-    def at(self, *index: int) -> Band:
-        """One of them."""
-        return Band(*(float(each[index]) for each in self))
-
-
-def draw(bands: Bands, axes: "Axes", x: Array, *, one_each: bool = False) -> "Artist":
-    """Shade bands [m] over x in centimetres, or draw a bar for each; what a legend shows."""
+def shade(axes: "Axes", x: Array, *several: Bands, one_each: bool = False) -> None:
+    """Shade bands [m] over x, in cm, or draw a bar for each; the legend of the panel has them, or one of their own."""
     from hopform._figures import plots
 
-    low, high, color, label = 100.0 * bands.low, 100.0 * bands.high, plots.MAGENTA, "95 % by the fit"
-    if not one_each:
-        return axes.fill_between(x, low, high, alpha=0.35, linewidth=0.0, color=color, label=label)
-    axes.plot([x, x], [low, high], "_", markersize=7.0, color=color, zorder=4)
-    return axes.vlines(x, low, high, linewidth=1.6, zorder=4, color=color, label=label)
-
-
-def legend(axes: "Axes", shown: "Sequence[Artist]") -> None:
-    """The legend of a panel with bands."""
-    from hopform._figures import plots
-
+    look: Record = {"color": plots.MAGENTA, "label": "95 % by the fit"}
+    for bands in several:
+        low, high = 100.0 * bands.low, 100.0 * bands.high
+        if one_each:
+            axes.plot([x, x], [low, high], "_", markersize=7.0, color=plots.MAGENTA, zorder=4)
+            axes.vlines(x, low, high, linewidth=1.6, zorder=4, **look)
+        else:
+            axes.fill_between(x, low, high, alpha=0.35, linewidth=0.0, **look)
+    shown = axes.get_legend_handles_labels()[0]
     with plots.house_style():
-        axes.legend(handles=list(shown))
+        axes.legend(handles=shown if axes.get_legend() else shown[-1:])
 
 
 class Draws(NamedTuple):
@@ -109,10 +99,10 @@ class Draws(NamedTuple):
         columns: Record = {name: np.array([[getattr(each, name)] for each in self.robots]) for name in names}
         own = dict(start)
         if height is not None:
-            own["v2"] = np.array([[hopform.touchdown_velocity(each, height)] for each in self.robots])
+            own["v2"] = np.array([[touchdown_velocity(each, height)] for each in self.robots])
         if own["x2"] is not None:
             own["x2"] = own["x2"] + (columns["L0"] + columns["c"]) - (self.model.L0 + self.model.c)
-        return hopform.solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns).apex.astype(np.float64)
+        return solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns).apex.astype(np.float64)
 
     def runs(self, ground: tuple[float, ...], asked: Any, how: Record) -> Array:
         """The apexes [m] of each robot's run, (robots, hops), NaN from where it hops no more."""
@@ -122,13 +112,13 @@ class Draws(NamedTuple):
         prepared = asked.prepare(believed, ground) if hasattr(asked, "prepare") else asked
         how = {**how, "errors": replace(errors, model=believed)}
         for row, each in enumerate(self._counted()):
-            run = hopform.simulate(each, ground, prepared, **how)
+            run = simulate(each, ground, prepared, **how)
             found[row, : len(run.hops)] = [hop.apex for hop in run.hops]
         return found
 
     def maps(self, heights: Array, currents: Array, how: Record) -> dict[str, Bands]:
         """Bands of a map's `apex` (heights, currents), and of its `lowest`, `highest`, `hold` (heights)."""
-        found = [hopform.reachability(each, heights, currents, **how) for each in self._counted()]
+        found = [reachability(each, heights, currents, **how) for each in self._counted()]
         names = ("apex", "lowest", "highest", "hold")
         return {name: bands_of(np.array([getattr(each, name) for each in found])) for name in names}
 
@@ -145,12 +135,12 @@ def robot_and_draws(name: str, file: Path | None, count: int, seed: int, cells: 
     robot's answer.
     """
     if file is None:
-        return hopform.load_robot(name), None
+        return load_robot(name), None
     if name != "hopper_c":
         raise HopformError("--robot and --from-fit exclude each other: both name the robot")
     if count * cells > MEMORY // 128:
         raise HopformError(f"--draws must be at most {MEMORY // 128 // cells} for so large an answer, got {count}")
-    robot = hopform.load_robot(file)
+    robot = load_robot(file)
     if robot.fit is None:
         raise HopformError(f"--from-fit takes a robot that `identify --out` wrote; {name_of(file)} has no fit")
     return robot, Draws(robot, robot.fit, robot.sample(count, seed), seed)

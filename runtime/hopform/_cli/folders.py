@@ -14,27 +14,19 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-import hopform._export as packages
+from hopform import HopformError, Reachability, Robot, Run, _export, load_robot
 from hopform._checks import shown
-from hopform._cli.output import figures as renderer
-from hopform._cli.output import pick, show, to_json, warn
-from hopform._control import Reachability
-from hopform._errors import HopformError
-from hopform._export import PRECISIONS, System, Wanted
-from hopform._export import selftest as digest
+from hopform._cli.output import deliver, renderer, to_json
 from hopform._figures import DRAWN, draw
 from hopform._files import Named, check_files, check_folder, name_of, read_text, write_folder
-from hopform._hopping.run import Run
 from hopform._progress import progress_bar
-from hopform._robots import Robot, load_robot
-from hopform._robots import file_of as robot_file
+from hopform._robots import robot_file
 
 if TYPE_CHECKING:
     from hopform._figures.picture import Picture
-    from hopform._figures.plots import Look
 
 ANIMATION = "animation"
-CAPTIONS = "captions.md"
+CAPTIONS, IN_TEX = "captions.md", "captions.tex"
 CAPTIONED = ("image", "tex", "none")
 FORMATS = ("svg", "png", "pdf")
 ROLES = ("drop", "step", "ramp")
@@ -58,30 +50,28 @@ def figures(
     if caption not in CAPTIONED:
         raise HopformError(f"--caption takes {', '.join(CAPTIONED)}, got {shown(caption)}")
     sources = recordings_of(recordings) if recordings else {}
-    reads = [("--robot", robot_file(robot) if robot else None), ("--style", style)]
-    reads += [(f"--recordings {role}", Path(path)) for role, path in sources.items()]
-    check(folder, wanted, formats, reads, [CAPTIONS, *(["captions.tex"] if caption == "tex" else [])])
+    reads: list[Named] = [("--robot", robot_file(robot) if robot else None), ("--style", style)]
+    reads += [(f"--recordings {role}", path) for role, path in sources.items()]
+    check_folder(folder)
+    texts = [CAPTIONS, IN_TEX] if caption == "tex" else [CAPTIONS]
+    writes = [(called(what), folder / name) for what in wanted for name in names_of(what, formats)]
+    check_files(reads, [*writes, *(("the captions", folder / name) for name in texts)] if folder.is_dir() else [])
     plots = renderer()
-    look = plots.Look(width_of(width), style_of(style), caption == "image")
-    plots.LOOK.set(look)
+    plots.LOOK.set(plots.Look(width_of(width), style_of(style), caption == "image"))
     own = load_robot(robot) if robot else None
     try:
-        files, pictures, left_out = drawn(wanted, own, sources, formats, look)
+        files, pictures, left_out = drawn(wanted, own, sources, formats)
     finally:
         plots.LOOK.set(plots.Look())
     if pictures:
-        files |= {CAPTIONS: captions(pictures, formats).encode()}
-        files |= {"captions.tex": in_tex(pictures).encode()} if caption == "tex" else {}
+        both = {CAPTIONS: captions(pictures, formats), IN_TEX: in_tex(pictures)}
+        files |= {name: both[name].encode() for name in texts}
     if not files:
         raise HopformError(left_out[0])
     write_folder(folder, {Path(name): content for name, content in files.items()})
-    warn(left_out)
-    if json:
-        records = [pick(each, "number", "title", "paper", "ours", "robot") for each in pictures]
-        print(to_json(figures=records, files=[str(folder / name) for name in files]))
-    else:
-        titles = (f"Fig. {each.number:<3} {each.title}" for each in pictures)
-        show([*titles, f"wrote {len(files)} files to {name_of(folder)}"])
+    text = to_json("figures", figures=pictures, files=[folder / name for name in files]) if json else ""
+    titles = (f"Fig. {each.number:<3} {each.title}" for each in pictures)
+    deliver((), left_out, text, lambda: [*titles, f"wrote {len(files)} files to {name_of(folder)}"])
 
 
 def asked_for(only: str | None) -> tuple[What, ...]:
@@ -144,15 +134,8 @@ def called(what: What) -> str:
     return what if isinstance(what, str) else f"Fig. {what}"
 
 
-def check(folder: Path, wanted: Iterable[What], formats: list[str], reads: Iterable[Named], texts: list[str]) -> None:
-    """HopformError, before anything is drawn, if it cannot be written there, or would replace what is read."""
-    check_folder(folder)
-    files = [(called(what), folder / name) for what in wanted for name in names_of(what, formats)]
-    check_files(reads, [*files, *(("the captions", folder / name) for name in texts)] if folder.is_dir() else [])
-
-
 def drawn(
-    wanted: Sequence[What], robot: Robot | None, sources: Mapping[str, str], formats: list[str], look: "Look"
+    wanted: Sequence[What], robot: Robot | None, sources: Mapping[str, str], formats: list[str]
 ) -> "tuple[dict[str, bytes], list[Picture], list[str]]":
     """The files, by their names, the pictures, and what was left out and why."""
     plots = renderer()
@@ -241,8 +224,8 @@ def export(
     json: bool = False,
 ) -> None:  # fmt: skip
     """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest."""
-    chosen = tuple(name for name, wanted in zip(PRECISIONS, (f32, f64), strict=True) if wanted) or PRECISIONS
-    files = packages.export(folder, Wanted(cast(System, system), prefix, chosen))
+    chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
+    files = _export.export(folder, _export.Wanted(cast(Any, system), prefix, chosen))
     if json:
         print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
     else:
@@ -252,5 +235,5 @@ def export(
 def selftest(json: bool = False) -> None:
     """Print the digests of the C library's selftest, which a board must repeat."""
     dtypes = {"f32": "float32", "f64": "float64"}
-    digests = {f"hopform_selftest_{name}": f"{digest(dtype):08x}" for name, dtype in dtypes.items()}
+    digests = {f"hopform_selftest_{name}": f"{_export.selftest(dtype):08x}" for name, dtype in dtypes.items()}
     print(json_module.dumps(digests, indent=2) if json else "\n".join(map(" ".join, digests.items())))

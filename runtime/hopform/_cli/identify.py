@@ -3,51 +3,35 @@ files.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 import hopform
+from hopform import HopformError, Robot, fit_force, friction_threshold, read_recording
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
-from hopform._cli.output import check_outputs, deliver, figures, picture, show, to_json
-from hopform._errors import HopformError
+from hopform._cli.output import check_outputs, deliver, picture, renderer, show
 from hopform._files import Named
 from hopform._identify import synthetic
-from hopform._identify.estimation import Progress
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
 from hopform._identify.joint import KINDS, LETTERS, Check, check
 from hopform._identify.kinds import problem_of
-from hopform._identify.nuisances import NUISANCES, said
-from hopform._identify.ramp import Threshold, friction_threshold
-from hopform._identify.recordings import Recording, read_recording
+from hopform._identify.motion import Values
+from hopform._identify.nuisances import said
+from hopform._identify.ramp import Threshold
+from hopform._identify.recordings import Recording
 from hopform._identify.simulators import exported
-from hopform._identify.step import fit_force
 from hopform._progress import progress_bar
-from hopform._robots import Provenance, Robot
-from hopform._robots import file_of as robot_file
+from hopform._robots import Provenance, robot_file
 
 _NORMAL = 1.96
 """Standard errors of half a 95 % interval."""
 STAGES = 6
 """Of a fit, about: it, the old model, intervals, what is left out."""
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """The request. kind: a test, all or check; force: fit in force; added_mass [kg], one per file or none."""
-
-    kind: str
-    files: tuple[str, ...]
-    known: Mapping[str, float]
-    added_mass: tuple[float, ...] = ()
-    force: bool = False
-    loss: str = "linear"
-    spring: bool = False
-    nuisances: tuple[str, ...] = ()
 
 
 def known_values(pairs: Sequence[str]) -> dict[str, float]:
@@ -73,26 +57,26 @@ def added_masses(text: str) -> tuple[float, ...]:
     return masses
 
 
-def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answer:
-    """The answer; HopformError names what is wrong with a file."""
-    if wanted.added_mass and len(wanted.added_mass) != len(wanted.files):
-        raise HopformError(f"--added-mass names {len(wanted.added_mass)} masses for {len(wanted.files)} files")
-    read = _read(wanted)
+def answer_to(
+    kind: str, files: Sequence[str], read: Sequence[tuple[str, Recording]], known: Values, spring: bool, force: bool,
+    how: Options,
+) -> reports.Answer:  # fmt: skip
+    """The answer to recordings of one kind, or of their roles; HopformError names what is wrong with a file."""
     recordings = [recording for _, recording in read]
     by_role: dict[str, list[Recording]] = {role: [one for own, one in read if own == role] for role in synthetic.TESTS}
-    if wanted.kind == "ramp":
-        given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
-        return friction_threshold(recordings, spring=wanted.spring, loss=wanted.loss, **given)
+    if kind == "ramp":
+        given = {name: known.get(name) for name in ("m_eff", "gamma2", "k")}
+        return friction_threshold(recordings, spring=spring, loss=how.get("loss", "linear"), **given)
     try:
-        if wanted.kind == "check":
-            return check(by_role, wanted.known)
-        found = _fitted(wanted, by_role, recordings, progress)
+        if kind == "check":
+            return check(by_role, known)
+        found = _fitted("force" if force else kind, by_role, recordings, known, how)
     except HopformError as error:
-        if wanted.kind not in ("all", "check"):
+        if kind not in ("all", "check"):
             raise
         taken = [
             f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
-            for name, (role, each) in zip(wanted.files, read, strict=True)
+            for name, (role, each) in zip(files, read, strict=True)
             if str(error).startswith(f"{each.source}, ") and role_and_path(name)[0] is None
         ]
         raise HopformError(f"{error}{''.join(taken[:1])}") from None
@@ -128,22 +112,20 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformE
 
 
 def _fitted(
-    wanted: Wanted, by_role: Mapping[str, list[Recording]], recordings: Sequence[Recording], progress: Progress | None
+    kind: str, by_role: Mapping[str, list[Recording]], recordings: Sequence[Recording], known: Values, how: Options
 ) -> Fit:
-    how: Options = {"loss": wanted.loss, "progress": progress, "nuisances": wanted.nuisances}
-    kind = wanted.kind
-    if wanted.force:
-        return fit_force(recordings, known=wanted.known, **how)
+    if kind == "force":
+        return fit_force(recordings, known=known, **how)
     if kind == "all":
-        return fit({of: by_role[role] for role, of in KINDS.items()}, wanted.known, **how)
+        return fit({of: by_role[role] for role, of in KINDS.items()}, known, **how)
     try:
-        return fit({KINDS[kind]: recordings}, wanted.known, **how)
+        return fit({KINDS[kind]: recordings}, known, **how)
     except HopformError as error:
         of_file = str(error).startswith(tuple(each.source for each in recordings))
-        raise HopformError(f"{error}{_other_kind(kind, recordings, wanted.known) if of_file else ''}") from None
+        raise HopformError(f"{error}{_other_kind(kind, recordings, known) if of_file else ''}") from None
 
 
-def _other_kind(kind: str, recordings: Sequence[Recording], known: Mapping[str, float]) -> str:
+def _other_kind(kind: str, recordings: Sequence[Recording], known: Values) -> str:
     """A question about the kind, where recordings are none of this kind but could be of the other."""
     other = {"drop": "decay", "free": "drop", "decay": "drop"}.get(kind)
     if other is None:
@@ -156,14 +138,14 @@ def _other_kind(kind: str, recordings: Sequence[Recording], known: Mapping[str, 
     return f"; or is it a {other}: hopform identify {other}?"
 
 
-def _read(wanted: Wanted) -> list[tuple[str, Recording]]:
-    """The recordings with their roles."""
-    found = list[tuple[str, Recording]]()
-    for name, mass in zip(wanted.files, wanted.added_mass or (0.0,) * len(wanted.files), strict=True):
+def _read(kind: str, files: Sequence[str], masses: Sequence[float]) -> Iterator[tuple[str, Recording]]:
+    """The recordings with their roles, where the files are of one kind; masses [kg]: one per file or none."""
+    if masses and len(masses) != len(files):
+        raise HopformError(f"--added-mass names {len(masses)} masses for {len(files)} files")
+    for name, mass in zip(files, masses or (0.0,) * len(files), strict=True):
         role, path = role_and_path(name)
         recording = replace(read_recording(path), added_mass=mass)
-        found.append((role or (wanted.kind if wanted.kind in synthetic.TESTS else _role(recording)), recording))
-    return found
+        yield role or (kind if kind in synthetic.TESTS else _role(recording)), recording
 
 
 def role_and_path(name: str) -> tuple[str | None, str]:
@@ -240,7 +222,7 @@ def identify(
     pages: list[Named] = []
     if report is not None:
         reports.check_suffix(report)
-        figures()
+        renderer()
         pages += zip(("--report", "the picture of --report"), reports.paths_of(report), strict=False)
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), *read], more=[("--out", out), *pages])
@@ -250,13 +232,13 @@ def identify(
     masses, values = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
         asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
-        nuisances = tuple(name for name in NUISANCES if asked[name])
-        wanted = Wanted(str(kind), tuple(files), values, masses, force, loss, spring, nuisances)
+        how: Options = {"loss": loss, "nuisances": tuple(name for name, wanted in asked.items() if wanted)}
         stages = iter(range(STAGES))
-        answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
+        how["progress"] = lambda _: advance(next(stages, STAGES), STAGES)
+        answer = answer_to(kind, files, [*_read(kind, files, masses)], values, spring, force, how)
         model = model_of(answer, export) if export else ""
         written = files_of(answer, base, out, report, plot, model)
-    text = to_json(**reports.record_of(answer)) + "\n" if json else ""
+    text = reports.json_of(answer) if json else ""
     deliver(written, answer.warnings, model if model and not out else text, lambda: reports.tables_of(answer))
 
 

@@ -178,8 +178,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "from_fit": option("in place of --robot: an identified robot, and 95 % bands from its fit",
                            metavar="FILE.toml"),
         "draws": count(2, "robots that are drawn for --from-fit", MOST_DRAWS),
-        "control.seed": count(0, "of these draws", math.inf),
-        "reach.seed": count(0, "of these draws", math.inf),
+        "seed": count(0, "of these draws", math.inf),
     },
     "Figures": {
         "only": option("these figures, or the word animation; all if left out", metavar="N,N,..."),

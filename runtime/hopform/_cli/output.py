@@ -7,7 +7,7 @@ JSON and CSV are in SI units and A; tables are in the units in which a hopper is
 import json as json_module
 import math
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
@@ -23,12 +23,16 @@ from hopform._errors import HopformError, printable
 from hopform._files import Named, check_files, name_of, write
 from hopform._progress import progress_bar
 from hopform._show import Shown, drawing
+from hopform._solver.package import OURS
 
 Record = dict[str, Any]
+ANSWERS: Mapping[str, Mapping[str, str]] = OURS.answers.ANSWERS
 Several = Iterable[Named]
 Over = Callable[[Any], None]
 """What draws more on axes of matplotlib."""
 Readable = Callable[[], Iterable[RenderableType]]
+Content = Callable[[Path], str | bytes]
+"""What makes the content of the file of that name."""
 Files = Sequence[tuple[Path, bytes]]
 """Files to be written, each with what is in it."""
 Rows = Iterable[Sequence[str]]
@@ -69,28 +73,42 @@ def ends(low: float, high: float, form: str = ".5g", scale: float = 1.0) -> str:
     return f"{number(low, form, scale)} .. {number(high, form, scale)}"
 
 
-def to_json(**record: Any) -> str:
-    """Strict JSON with the version of hopform: records as objects, and null for what is no number or has no limit."""
-    return json_module.dumps(plain({"hopform": __version__, **record}), indent=2, allow_nan=False)
+def to_json(command: str, thing: Any = None, /, **own: Any) -> str:
+    """Strict JSON of what a command answers, with the version of hopform; `record` says from what."""
+    answer = record(f"hopform {command}", thing, hopform=__version__, **own)
+    return json_module.dumps(answer, indent=2, allow_nan=False) + "\n"
 
 
-def plain(value: Any) -> Any:
-    """The same in what JSON has: named tuples are objects."""
-    if hasattr(value, "_asdict"):
-        value = value._asdict()
-    if isinstance(value, Mapping):
-        return {str(key): plain(each) for key, each in cast(Any, value).items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(each) for each in cast(Sequence[Any], value)]
-    if isinstance(value, (float, np.floating, np.ndarray)):
-        number = float(cast(Any, value))
-        return number if math.isfinite(number) else None
-    return value
+def record(kind: str, thing: Any, /, **own: Any) -> Record:
+    """An object of generated/JSON.md: its fields are those given, the others attributes of the thing."""
+    of = ANSWERS[kind]
+    return {name: plain(own[name] if name in own else getattr(thing, name), of[name]) for name in of}
 
 
-def pick(thing: Any, *names: str) -> Record:
-    """Some attributes of a thing, by their names."""
-    return {name: getattr(thing, name) for name in names}
+def plain(value: Any, kind: str) -> Any:
+    """The same in what JSON has: null for what is no number or has no limit; the fields of an object may be given in
+    their order.
+    """
+    several, _, each = kind.partition(" of ")
+    if value is None:
+        return None
+    if several == "list":
+        return [plain(one, each) for one in value]
+    if several == "map":
+        return {key: plain(one, each) for key, one in value.items()}
+    one = kind.removesuffix(" or null")
+    if one in SCALARS:
+        return SCALARS[one](value)
+    in_order = dict(zip(ANSWERS[one], value, strict=True)) if type(value) in (tuple, np.ndarray) else {}
+    return record(one, value, **(value if isinstance(value, dict) else in_order))
+
+
+def number_or_null(value: float) -> float | None:
+    """A number of JSON."""
+    return float(value) if math.isfinite(value) else None
+
+
+SCALARS: dict[str, Callable[[Any], Any]] = {"string": str, "integer": int, "boolean": bool, "number": number_or_null}
 
 
 def to_csv(columns: Mapping[str, ArrayLike]) -> str:
@@ -102,7 +120,7 @@ def to_csv(columns: Mapping[str, ArrayLike]) -> str:
 # ---- files, then print ----
 
 
-def figures() -> ModuleType:
+def renderer() -> ModuleType:
     """`hopform._figures.plots`, which needs the extra `plot`."""
     return cast("ModuleType", drawing("plots"))
 
@@ -112,7 +130,7 @@ def picture(path: Path, answer: Shown, over: Over | None = None) -> bytes:
     figure = drawing("results").figure_of(answer)
     if over is not None:
         over(figure.axes[0])
-    return cast("bytes", figures().render(figure, path.suffix))
+    return cast("bytes", renderer().render(figure, path.suffix))
 
 
 def check_outputs(
@@ -122,44 +140,35 @@ def check_outputs(
     if json and csv == "-":
         raise HopformError("--json and --csv - both print; give --csv a file")
     if plot is not None:
-        figures().check_suffix(plot)
+        renderer().check_suffix(plot)
     check_files(reads, [("--csv", csv if csv and csv != "-" else None), *more, ("--plot", plot)])
 
 
-def emit(
-    answer: Shown, record: Callable[[], Record], readable: Readable,
-    warnings: Iterable[str], *, json: bool, plot: Path | None, over: Over | None = None,
-    csv: str | None = None, columns: Callable[[], str] = str,
-    more: Iterable[tuple[Path | None, Callable[[], bytes]]] = (),
-) -> None:  # fmt: skip
-    """Make everything that was asked for; only then write the files, then print."""
-    printed, files = "", list[tuple[Path, bytes]]()
+def emit(readable: Readable, warnings: Iterable[str], *wanted: tuple[str | Path | None, Content]) -> None:
+    """Make every file that is named; only then write them, then print: what is called `-`, else what is readable."""
     with progress_bar("writing"):
-        if csv == "-":
-            printed = columns()
-        elif csv:
-            files.append((Path(csv), columns().encode()))
-        if plot is not None:
-            files.append((plot, picture(plot, answer, over)))
-        files += [(path, content()) for path, content in more if path is not None]
-        if json:
-            printed = to_json(**record()) + "\n"
+        made = [(path, content(Path(path))) for path, content in wanted if path]
+    printed = "".join(str(text) for path, text in made if path == "-")
+    files = [(Path(path), text.encode() if isinstance(text, str) else text) for path, text in made if path != "-"]
     deliver(files, warnings, printed, readable)
 
 
 def deliver(files: Files, warnings: Iterable[str], printed: str, readable: Readable) -> None:
-    """Write the files, then print: the text if there is one, else the tables and which files were written."""
+    """Write the files, then print: warnings on the error stream; the text if there is one, else the tables and which
+    files were written.
+    """
     shown = [] if printed else [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
     write(files)
-    warn(warnings)
+    for warning in warnings:
+        print(f"hopform: warning: {printable(warning)}", file=sys.stderr)
     print(printed, end="")
     show(shown)
 
 
-def warn(warnings: Iterable[str]) -> None:
-    """Print warnings on the error stream, a line each."""
-    for warning in warnings:
-        print(f"hopform: warning: {printable(warning)}", file=sys.stderr)
+def spaced(*parts: RenderableType) -> Iterator[RenderableType]:
+    """Parts with blank lines between them."""
+    for n, part in enumerate(parts):
+        yield from ("", part) if n else (part,)
 
 
 def show(parts: Iterable[RenderableType]) -> None:

@@ -6,13 +6,13 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from urllib.parse import quote
 
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli.output import ends, number, pick, table
+from hopform._cli.output import ends, number, record, table, to_json
 from hopform._errors import HopformError, printable
 from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
 from hopform._identify.joint import Check
@@ -64,7 +64,7 @@ def fit_sections(fit: Fit) -> list[Section]:
     return [section for section in found if section.rows]
 
 
-def threshold_sections(threshold: Threshold) -> list[Section]:
+def onsets(threshold: Threshold) -> list[Section]:
     """The onsets of motion."""
     head = ("recording", "direction of x1", "t [s]", f"u [{threshold.units.drive}]", "95 % interval")
     found = threshold.onsets
@@ -109,45 +109,40 @@ def strong_correlations(fit: Fit) -> Iterator[str]:
         yield f"strong correlations: {', '.join(strong)}"
 
 
+def parts_of(answer: Answer) -> tuple[list[Section], list[str]]:
+    """The tables of an answer, and what it says beside them."""
+    if isinstance(answer, Fit):
+        return fit_sections(answer), []
+    return (check_sections(answer), []) if isinstance(answer, Check) else (onsets(answer), [*threshold_said(answer)])
+
+
 def tables_of(answer: Answer) -> Iterator[RenderableType]:
     """An answer for a terminal."""
-    if isinstance(answer, Fit):
-        sections, words = fit_sections(answer), strong_correlations(answer)
-    elif isinstance(answer, Threshold):
-        sections, words = threshold_sections(answer), threshold_said(answer)
-    else:
-        sections, words = check_sections(answer), iter(())
+    sections, words = parts_of(answer)
     yield from (table(*section) for section in sections)
-    yield from words
+    yield from (strong_correlations(answer) if isinstance(answer, Fit) else words)
     yield from (f"note: {each}" for each in answer.statements)
 
 
-def fit_record(fit: Fit) -> dict[str, Any]:
+def fit_json(fit: Fit) -> str:
     """A fit for JSON; the covariance is that of what is identifiable."""
     seen = [n for n, each in enumerate(fit.estimates) if each.method != "not identifiable"]
-    names = [fit.estimates[n].name for n in seen]
-    record: dict[str, Any] = {"kind": fit.kind, "parameters": fit.estimates, "known": fit.known}
-    record["covariance"] = {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()}
-    record["correlations"] = [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()]
-    record |= {"diagnoses": fit.diagnoses, "recordings": [trace_record(trace) for trace in fit.traces]}
-    return record | pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds", "units")
+    covariance = [fit.estimates[n].name for n in seen], fit.covariance[np.ix_(seen, seen)]
+    recordings = [
+        record("recording", each.tests, source=each.label, quantity=each.quantity, samples=each.time.size,
+               rms_viscous=each.old_rms, holdout=each.holdout, quantum=each.quantum) for each in fit.traces
+    ]  # fmt: skip
+    correlations = [(*pair, value) for pair, value in fit.correlations.items()]
+    own = {"covariance": covariance, "correlations": correlations, "recordings": recordings}
+    return to_json("identify", fit, parameters=fit.estimates, **own)
 
 
-def trace_record(trace: Trace) -> dict[str, Any]:
-    """A recording beside its fit, for JSON."""
-    record = {"source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms}
-    record |= {"rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest}
-    return record | {"quantum": trace.quantum} | pick(trace.tests, "autocorrelation", "runs_z", "white")
-
-
-def record_of(answer: Answer) -> dict[str, Any]:
+def json_of(answer: Answer) -> str:
     """An answer for JSON."""
-    if isinstance(answer, Check):
-        return {"kind": "check", **answer._asdict()}
     if isinstance(answer, Fit):
-        return fit_record(answer)
-    names = ("u", "low", "high", "load", "f1", "f1_low", "f1_high", "onsets", "statements", "warnings", "units")
-    return {"kind": "ramp", **pick(answer, *names)}
+        return fit_json(answer)
+    kind = "check" if isinstance(answer, Check) else "ramp"
+    return to_json(f"identify {kind}", answer, kind=kind)
 
 
 # ---- reports ----
@@ -170,50 +165,34 @@ def files_of(answer: Fit | Threshold, path: Path) -> list[tuple[Path, bytes]]:
 
     check_suffix(path)
     picture = plots.render(results.figure_of(answer), ".svg")
-    page = _fit_page(answer) if isinstance(answer, Fit) else _threshold_page(answer)
+    sections, statements = parts_of(answer)
+    if isinstance(answer, Fit):
+        if pairs := [(a, b, f"{r:+.3f}") for (a, b), r in answer.correlations.items()]:
+            sections.append(Section("Correlations", ("first", "second", "correlation"), pairs))
+        statements += [rms_of(answer, trace) for trace in answer.traces if not math.isnan(trace.old_rms)]
+    statements += [*answer.statements, *answer.warnings]
+    title = f"Identification: {TITLES[answer.kind if isinstance(answer, Fit) else 'ramp']}"
     page_path, *beside = paths_of(path)
-    if not beside:
-        return [(page_path, _encoded(_html(page, picture.decode())))]
-    return [(page_path, _encoded(_markdown(page, quote(os.fsencode(beside[0].name))))), (beside[0], picture)]
+    shown = quote(os.fsencode(beside[0].name)) if beside else picture.decode()
+    text = (_markdown if beside else _html)(title, sections, statements, shown)
+    # what is not UTF-8 in the name of a file is shown as the bytes that it is
+    return [(page_path, text.encode("utf-8", "backslashreplace")), *((each, picture) for each in beside)]
 
 
-def _encoded(text: str) -> bytes:
-    """A page in UTF-8; what is not UTF-8 in the name of a file is shown as the bytes that it is."""
-    return text.encode("utf-8", "backslashreplace")
+def rms_of(fit: Fit, trace: Trace) -> str:
+    """How well both models meet a recording, in words."""
+    unit, factor = fit.units.shown(trace.quantity)
+    new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
+    return f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}"
 
 
-class _Page(NamedTuple):
-    """The text of a report."""
-
-    title: str
-    sections: list[Section]
-    statements: list[str]
-
-
-def _fit_page(fit: Fit) -> _Page:
-    sections, statements = fit_sections(fit), list[str]()
-    if pairs := [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]:
-        sections.append(Section("Correlations", ("first", "second", "correlation"), pairs))
-    for trace in fit.traces:
-        unit, factor = fit.units.shown(trace.quantity)
-        if not math.isnan(trace.old_rms):
-            new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
-            statements.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
-    return _Page(TITLES[fit.kind], sections, [*statements, *fit.statements, *fit.warnings])
-
-
-def _threshold_page(threshold: Threshold) -> _Page:
-    statements = [*threshold_said(threshold), *threshold.statements, *threshold.warnings]
-    return _Page(TITLES["ramp"], threshold_sections(threshold), statements)
-
-
-def _markdown(page: _Page, picture: str) -> str:
-    parts = [f"# Identification: {page.title}", ""]
-    for title, head, rows, _ in page.sections:
-        parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+def _markdown(title: str, sections: Sequence[Section], statements: Sequence[str], picture: str) -> str:
+    parts = [f"# {title}", ""]
+    for heading, head, rows, _ in sections:
+        parts += [f"## {heading}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
         parts += ["| " + " | ".join(map(markdown, row)) + " |" for row in rows] + [""]
-    statements = [f"- {markdown(each)}" for each in page.statements]
-    return "\n".join([*parts, "## What the data identify", "", *statements, "", f"![the fit]({picture})", ""])
+    items = [f"- {markdown(each)}" for each in statements]
+    return "\n".join([*parts, "## What the data identify", "", *items, "", f"![the fit]({picture})", ""])
 
 
 _MARKUP = re.compile(r"[\\`*{}\[\]<>#|&$~]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
@@ -224,7 +203,7 @@ def markdown(text: str) -> str:
     return _MARKUP.sub(r"\\\g<0>", printable(" ".join(text.split())))
 
 
-def _html(page: _Page, picture: str) -> str:
+def _html(title: str, sections: Sequence[Section], statements: Sequence[str], picture: str) -> str:
     def row(cells: Sequence[str], tag: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(printable(cell))}</{tag}>" for cell in cells) + "</tr>"
 
@@ -233,13 +212,13 @@ def _html(page: _Page, picture: str) -> str:
         "table{border-collapse:collapse}svg{max-width:100%;height:auto}"
         "td,th{padding:.2em .7em;text-align:left;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}"
     )
-    title = f"Identification: {html.escape(page.title)}"
+    name = html.escape(title)
     parts = [
-        "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
-        f"<style>{style}</style></head><body>", f"<h1>{title}</h1>",
+        "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8"><title>{name}</title>',
+        f"<style>{style}</style></head><body>", f"<h1>{name}</h1>",
     ]  # fmt: skip
-    for heading, head, rows, _ in page.sections:
+    for heading, head, rows, _ in sections:
         parts += [f"<h2>{heading}</h2>", "<table>", row(head, "th"), *(row(cells, "td") for cells in rows), "</table>"]
-    items = [f"<li>{html.escape(printable(each))}</li>" for each in page.statements]
+    items = [f"<li>{html.escape(printable(each))}</li>" for each in statements]
     parts += ["<h2>What the data identify</h2>", "<ul>", *items, "</ul>"]
     return "\n".join([*parts, picture[picture.index("<svg") :], "</body></html>", ""])

@@ -12,14 +12,14 @@ import numpy as np
 import hopform
 from hopform._checks import shown
 from hopform._cli import tables
-from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
+from hopform._cli.bands import Bands, Draws, bands_of, robot_and_draws, shade
 from hopform._cli.options import BackendName, ControllerName, Precision
-from hopform._cli.output import check_outputs, emit, pick, show, to_json
+from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
 from hopform._control import TRIED, check_map
 from hopform._files import Named, name_of
 from hopform._hopping.run import csv_of
 from hopform._progress import progress_bar
-from hopform._robots import file_of as robot_file
+from hopform._robots import robot_file
 
 
 def robots(name: str | None = None, json: bool = False, toml: bool = False, c: Precision | None = None) -> None:
@@ -31,10 +31,8 @@ def robots(name: str | None = None, json: bool = False, toml: bool = False, c: P
         print(one.to_toml() if c is None else in_c(one, c), end="")
         return
     found = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
-    if json:
-        print(to_json(**tables.robots_record(found)))
-    else:
-        show(tables.robots(found, with_meaning=name is not None))
+    text = tables.robots_json(found) if json else ""
+    deliver((), (), text, lambda: tables.robots(found, with_meaning=name is not None))
 
 
 def in_c(robot: hopform.Robot, precision: Precision) -> str:
@@ -55,11 +53,8 @@ def equations(number: str | None = None, json: bool = False) -> None:
     if not found:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
-    if json:
-        names = ("number", "title", "printed", "derived", "verdict", "reason", "computed_by")
-        print(to_json(equations=[pick(each, *names) for each in found]))
-    else:
-        show(tables.equations(found) if number is None else tables.equation(found[0]))
+    text = to_json("equations", equations=found) if json else ""
+    deliver((), (), text, lambda: tables.equations(found) if number is None else tables.equation(found[0]))
 
 
 def stance(
@@ -77,8 +72,9 @@ def stance(
     velocity = velocity_after_impact(hopper, height, v2)
     solved = hopform.solve_stance(hopper, v2=velocity, x1=x1, v1=v1, x2=x2, u=u_steps or u, **how)
     emit(
-        solved, lambda: tables.stance_record(solved, height), lambda: tables.stance(solved, sensitivities),
-        solved.warnings, json=json, plot=plot, csv=csv, columns=lambda: tables.stance_csv(solved, samples),
+        lambda: tables.stance(solved, sensitivities), solved.warnings,
+        (csv, lambda _: tables.stance_csv(solved, samples)), (plot, lambda path: picture(path, solved)),
+        ("-" if json else None, lambda _: tables.stance_json(solved, height)),
     )  # fmt: skip
 
 
@@ -116,15 +112,15 @@ def hop(
     def over(axes: Any) -> None:
         apexes = [hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops]
         if bands:
-            legend(axes, [draw(bands, axes, np.array(apexes), one_each=True)])
+            shade(axes, np.array(apexes), bands, one_each=True)
 
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None}
     settings |= {"h_des": h_des, "seed": seed}
     emit(
-        run, lambda: tables.run_record(run, settings, drawn, bands),
         lambda: tables.run(run, gains is None, drawn, bands), [*run.warnings, *(drawn.warnings() if drawn else ())],
-        json=json, plot=plot, over=over, csv=csv, columns=lambda: tables.run_csv(run, samples),
-        more=[(hops_csv, lambda: csv_of(run.table).encode()), (npz, lambda: run.archive(samples))],
+        (csv, lambda _: tables.run_csv(run, samples)), (plot, lambda path: picture(path, run, over)),
+        (hops_csv, lambda _: csv_of(run.table)), (npz, lambda _: run.archive(samples)),
+        ("-" if json else None, lambda _: tables.run_json(run, settings, drawn, bands)),
     )  # fmt: skip
 
 
@@ -151,15 +147,14 @@ def control(
     def over(axes: Any) -> None:
         if drawn:
             u, _ = found.curve()
-            draw(bands(drawn, u), axes, u)
-            legend(axes, axes.get_legend_handles_labels()[0])
+            shade(axes, u, bands(drawn, u))
 
     band = bands(drawn, found.u).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
     emit(
-        found, lambda: tables.command_record(hopper, settings, found, others, drawn, band),
         lambda: tables.command(hopper, h_des, found, others, drawn, band), drawn.warnings() if drawn else (),
-        json=json, plot=plot, over=over,
+        (plot, lambda path: picture(path, found, over)),
+        ("-" if json else None, lambda _: tables.command_json(hopper, settings, found, others, drawn, band)),
     )  # fmt: skip
 
 
@@ -187,12 +182,13 @@ def reach(
 
     def over(axes: Any) -> None:
         if bands:
-            ends = [draw(bands[name], axes, 100.0 * range_of_h) for name in ("lowest", "highest")]
-            legend(axes, ends[:1])
+            shade(axes, 100.0 * range_of_h, bands["lowest"], bands["highest"])
 
-    said = drawn.warnings() if drawn else ()
-    to: dict[str, Any] = {"json": json, "plot": plot, "over": over}
-    emit(found, lambda: tables.reach_record(found, drawn, bands), lambda: tables.reach(found, drawn, bands), said, **to)
+    emit(
+        lambda: tables.reach(found, drawn, bands), drawn.warnings() if drawn else (),
+        (plot, lambda path: picture(path, found, over)),
+        ("-" if json else None, lambda _: tables.reach_json(found, drawn, bands)),
+    )  # fmt: skip
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 from rich.console import RenderableType
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 import hopform
 from hopform import Command, Equation, FixedPoint, Hop, PrintedCommand, Reachability, Robot, Run, Stance
-from hopform._cli.bands import Band, Bands, Draws, text_of
-from hopform._cli.output import Record, number, pick, table, to_csv
+from hopform._cli.bands import Bands, Draws, text_of
+from hopform._cli.output import Record, number, record, spaced, table, to_csv, to_json
 from hopform._errors import printable
 from hopform._hopping.run import motion_of
 from hopform._robots import FIELDS
@@ -69,35 +69,26 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
         return field.name, *words, "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning)
 
     head = ("parameter", *map(name_of, shown), "unit", *meaning)
-    yield table("", head, map(row, FIELDS), ("parameter", "unit", "meaning"))
-    yield ""
-    for robot in shown:
-        if robot.description:
-            yield f"{name_of(robot)}: {printable(' '.join(robot.description.split()))}"
-    if any(robot.name in hopform.ROBOTS for robot in shown):
-        yield OURS
+    about = ((name_of(robot), printable(" ".join(robot.description.split()))) for robot in shown if robot.description)
+    notes = [*map(": ".join, about), *([OURS] if any(robot.name in hopform.ROBOTS for robot in shown) else [])]
+    return spaced(table("", head, map(row, FIELDS), ("parameter", "unit", "meaning")), "\n".join(notes))
 
 
 def equations(shown: Sequence[Equation]) -> Iterator[RenderableType]:
     """The register, a row per equation."""
     rows = ((f"({each.number})", each.title, each.verdict) for each in shown)
-    yield table("", ("no.", "title", "verdict"), rows, ("title", "verdict"))
-    yield ""
-    yield "`hopform equations N` shows how equation N is printed, how it is derived, and what differs."
+    how = "`hopform equations N` shows how equation N is printed, how it is derived, and what differs."
+    return spaced(table("", ("no.", "title", "verdict"), rows, ("title", "verdict")), how)
 
 
 def equation(shown: Equation) -> Iterator[RenderableType]:
     """All that the register holds on one equation."""
-    yield Text(f"({shown.number}) {shown.title}: {shown.verdict}", style="bold")
-    made = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    made.add_column(style="bold", no_wrap=True)
-    made.add_column(max_width=READABLE)
-    for name in ("printed", "derived"):
-        made.add_row(f"as {name}", getattr(shown, name))
+    made = Table.grid(Column(style="bold", no_wrap=True), Column(max_width=READABLE), padding=(0, 2, 0, 0))
+    made.add_row("as printed", shown.printed)
+    made.add_row("as derived", shown.derived)
     made.add_row("reason", shown.reason)
     made.add_row("computed by", "\n".join(shown.computed_by))
-    yield ""
-    yield made
+    return spaced(Text(f"({shown.number}) {shown.title}: {shown.verdict}", style="bold"), made)
 
 
 def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[RenderableType]:
@@ -106,14 +97,11 @@ def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[Rendera
     """
     first = solved.phases[0].state
     begin = f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
-    yield Text(f"{begin}, {current(solved.u)}; {ending(solved)}", style="bold")
-    parts = [phases(solved), states(solved), ledger(solved)]
-    for part in [*parts, sensitivities(solved)] if with_sensitivities else parts:
-        yield ""
-        yield part
-    yield ""
+    title = Text(f"{begin}, {current(solved.u)}; {ending(solved)}", style="bold")
+    parts = [phases(solved), states(solved), ledger(solved), *([sensitivities(solved)] if with_sensitivities else [])]
     most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
-    yield f"AED {solved.aed:+.6g} J; {most}; solved by the {solved.backend} back end in {solved.dtype}"
+    by = f"solved by the {solved.backend} back end in {solved.dtype}"
+    return spaced(title, *parts, f"AED {solved.aed:+.6g} J; {most}; {by}")
 
 
 def phases(solved: Stance) -> Table:
@@ -183,19 +171,15 @@ def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -
     """
     count = len(solved.hops)
     head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
-    yield Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
-    yield ""
+    title = Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     columns = (
         "hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]", "ending", "apex [cm]", "AED [J]",
         "impact [J]", "stops", *(["apex, 95 % [cm]"] if bands else ()),
     )  # fmt: skip
     rows = ((*hop_row(hop), *([text_of(bands.at(hop.index))] if bands else ())) for hop in solved.hops)
-    yield table("Hops", columns, rows, ("ending", "stops"))
-    yield ""
-    yield "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
-    yield from gains_of(solved, designed)
-    if drawn:
-        yield drawn.said()
+    heights = "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
+    notes = [heights, *gains_of(solved, designed), *([drawn.said()] if drawn else [])]
+    return spaced(title, table("Hops", columns, rows, ("ending", "stops")), "\n".join(notes))
 
 
 def gains_of(solved: Run, designed: bool) -> Iterator[str]:
@@ -219,42 +203,36 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
 
 
 def command(
-    robot: Robot, h_des: float, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
+    robot: Robot, h_des: float, found: Command, printed: Printed, drawn: Draws | None, band: Bands | None
 ) -> Iterator[RenderableType]:
     """The controller's answer, and what the printed forms would have done."""
-    yield Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold")
-    yield ""
     shown: list[tuple[str, Command | PrintedCommand]] = [("exact", found), *printed]
     rows = (
         (words, f"{each.u:.9g}", number(each.apex, ".6g", 100.0), number(each.apex - h_des, "+.2g", 100.0))
         for words, each in shown
     )
-    yield table("Currents", ("controller", "u [A]", "apex [cm]", "off by [cm]"), rows, ("controller",))
-    yield ""
+    currents = table("Currents", ("controller", "u [A]", "apex [cm]", "off by [cm]"), rows, ("controller",))
+    note = f"{found.solved} stances were solved. Heights are hop heights."
     if drawn and band:
-        yield f"Under the exact current 95 % of the apexes are {text_of(band)} cm. {drawn.said()}"
-    yield f"{found.solved} stances were solved. Heights are hop heights."
+        note = f"Under the exact current 95 % of the apexes are {text_of(band)} cm. {drawn.said()}\n{note}"
+    return spaced(Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold"), currents, note)
 
 
 def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Iterator[RenderableType]:
     """A map: bounds and holds by height, then the fixed points."""
     held = np.isfinite(found.hold)
-    yield Text(f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held", style="bold")
-    yield ""
+    title = Text(f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held", style="bold")
     columns = (
         "height [cm]", "lowest [cm]", "at [A]", "highest [cm]", "at [A] ", "held by [A]", "gaps [A]", "limited by "
         "stroke", *(BANDS.values() if bands else ()),
     )  # fmt: skip
     rows = (_height_row(found, row, bands) for row in range(found.heights.size))
-    yield table("Next apex", columns, rows, ("gaps [A]",))
+    made = [table("Next apex", columns, rows, ("gaps [A]",))]
     if found.fixed_points:
-        yield ""
         points = map(_point_row, found.fixed_points)
-        yield table("Fixed points", ("u [A]", "height [cm]", "multiplier", "hop"), points, ("hop",))
-    yield ""
-    yield "Heights are hop heights. Gaps and the stroke's share are those of the currents of the map."
-    if drawn:
-        yield drawn.said()
+        made.append(table("Fixed points", ("u [A]", "height [cm]", "multiplier", "hop"), points, ("hop",)))
+    heights = "Heights are hop heights. Gaps and the stroke's share are those of the currents of the map."
+    return spaced(title, *made, f"{heights}\n{drawn.said()}" if drawn else heights)
 
 
 BOUNDS = {"lowest": 100.0, "u_lowest": 1.0, "highest": 100.0, "u_highest": 1.0, "hold": 1.0}
@@ -276,87 +254,54 @@ def _point_row(point: FixedPoint) -> tuple[str, ...]:
     return f"{point.u:.5g}", f"{100.0 * point.height:.5g}", f"{point.multiplier:.4f}", words
 
 
-# ---- records for JSON ----
-
-ENDING = ("status", "duration", "apex", "aed")
-"""What a record says of the ending of a stance."""
+# ---- JSON ----
 
 
-def robot_record(robot: Robot) -> Record:
-    """A robot by its parameters."""
-    return pick(robot, "name", "description", *(field.name for field in FIELDS))
-
-
-def robots_record(shown: Sequence[Robot]) -> Record:
+def robots_json(shown: Sequence[Robot]) -> str:
     """Robots, and what their parameters are."""
-    names = ("name", "unit", "domain", "meaning", "default")
-    fields = [pick(field, *names) | {"required": field.default is None} for field in FIELDS]
-    return {"robots": [robot_record(robot) for robot in shown], "fields": fields}
+    fields = [record("field", each, required=each.default is None) for each in FIELDS]
+    return to_json("robots", robots=shown, fields=fields)
 
 
-def stance_record(solved: Stance, height: float | None) -> Record:
+def stance_json(solved: Stance, height: float | None) -> str:
     """A stance with the robot it was solved for; `height` is the drop, None if a velocity was given."""
-    by, end = solved.sensitivities, solved.duration
-    record: Record = {"robot": robot_record(solved.robot), "height": height, "u": steps_record(solved.u)}
-    record |= {"backend": solved.backend, "dtype": str(solved.dtype)} | pick(solved, *ENDING, "compression_max")
-    record |= {"start": solved.at(0.0)} | pick(solved, "end", "takeoff", "events", "phases")
-    record |= {"energy": {"start": solved.energy(0.0), "end": solved.energy(end)}, "ledger": solved.ledger(end)}
-    derivatives = {row: {column: by[row, column] for column in by.columns} for row in by.rows}
-    return record | {"sensitivities": derivatives, "warnings": solved.warnings}
+    start, end = 0.0, solved.duration
+    energies = solved.energy(start), solved.energy(end)
+    return to_json("stance", solved, height=height, start=solved.at(start), energy=energies, ledger=solved.ledger(end),
+                   sensitivities=solved.sensitivities.matrix)  # fmt: skip
 
 
-def steps_record(steps: Sequence[tuple[float, float]]) -> list[Record]:
-    """Steps of the current."""
-    return [{"time": t, "current": u} for t, u in steps]
-
-
-def run_record(solved: Run, settings: Record, drawn: Draws | None, bands: Bands | None) -> Record:
+def run_json(solved: Run, settings: Record, drawn: Draws | None, bands: Bands | None) -> str:
     """A run with the settings that it was asked with; each hop with the ending of its stance, and its band."""
-    record: Record = {"robot": robot_record(solved.robot), **settings}
-    record |= pick(solved, "terrain", "backend", "status", "duration")
-    hops = [hop_record(hop) | {"band": bands and bands.at(hop.index)} for hop in solved.hops]
+    hops = [
+        record("hop", hop, gains=hop.flight.gains, u=hop.stance.u, takeoff=hop.stance.takeoff,
+               takeoff_time=None if hop.stance.takeoff is None else hop.takeoff_time,
+               band=bands and bands.at(hop.index)) for hop in solved.hops
+    ]  # fmt: skip
     warnings = [*solved.warnings, *(drawn.warnings() if drawn else ())]
-    return record | {"hops": hops, "draws": drawn and drawn.record(), "warnings": warnings}
+    return to_json("hop", solved, **settings, hops=hops, draws=drawn and drawn.record(), warnings=warnings)
 
 
-def hop_record(hop: Hop) -> Record:
-    """A hop of a run."""
-    record = pick(hop, "index", "ground", "height", "touchdown_time") | {"gains": hop.flight.gains}
-    record |= {"touchdown": hop.touchdown, "u": steps_record(hop.stance.u)}
-    takeoff = hop.stance.takeoff
-    record |= {"takeoff_time": None if takeoff is None else hop.takeoff_time, "takeoff": takeoff}
-    record |= pick(hop, "apex", "energy_lost_at_impact", "hits_stop", "bottoms_out")
-    return record | {"stance": pick(hop.stance, *ENDING)}
+def command_json(
+    robot: Robot, asked: Record, found: Command, printed: Printed, drawn: Draws | None, band: Bands | None
+) -> str:
+    """The controller's answer and the question."""
+    forms = [record("form", each, form=words) for words, each in printed]
+    return to_json("control", found, robot=robot, **asked, printed=forms, band=band, draws=drawn and drawn.record())
 
 
-def command_record(
-    robot: Robot, asked: Record, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
-) -> Record:
-    """The same for JSON."""
-    record: Record = {"robot": robot_record(robot), **asked, **pick(found, "status", "u", "apex", "solved")}
-    forms = [{"form": words, **pick(each, "u", "apex", "objective", "status")} for words, each in printed]
-    return record | {"printed": forms, "band": band, "draws": drawn and drawn.record()}
+def reach_json(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> str:
+    """A map by heights, with bands where there are some."""
 
+    def row_of(row: int) -> Record:
+        of: Record = {name: getattr(found, name)[row] for name in BOUNDS}
+        of |= {f"{name}_band": bands and bands[name].at(row) for name in BANDS}
+        of_bands = [bands and bands["apex"].at(row, n) for n in range(found.currents.size)]
+        cells = zip(found.currents, found.apex[row], found.admissible[row], of_bands, strict=True)
+        return of | {"height": found.heights[row], "gaps": found.gaps(row), "cells": cells}
 
-def reach_record(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Record:
-    """The same for JSON."""
-    names = ("u", "height", "multiplier", "stable", "admissible")
-    rows = [_row_record(found, row, bands) for row in range(found.heights.size)]
-    points = [pick(point, *names) for point in found.fixed_points]
-    record: Record = {"robot": robot_record(found.robot), "stop_margin": found.stop_margin, "rows": rows}
-    return record | {"fixed_points": points, "draws": drawn and drawn.record()}
-
-
-def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> Record:
-    record: Record = {"height": float(found.heights[row])}
-    record |= {name: float(getattr(found, name)[row]) for name in BOUNDS}
-    record |= {"gaps": [{"above": low, "below": high} for low, high in found.gaps(row)]}
-    record |= {f"{name}_band": bands and bands[name].at(row) for name in BANDS}
-    record["cells"] = [
-        {"u": float(u), "apex": float(apex), "admissible": bool(fine), "band": bands and bands["apex"].at(row, n)}
-        for n, (u, apex, fine) in enumerate(zip(found.currents, found.apex[row], found.admissible[row], strict=True))
-    ]
-    return record
+    rows = map(row_of, range(found.heights.size))
+    return to_json("reach", found, rows=rows, draws=drawn and drawn.record())
 
 
 # ---- CSV ----

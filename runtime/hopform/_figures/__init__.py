@@ -14,9 +14,8 @@ from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, cast
 
+from hopform import HopformError, Robot, load_robot
 from hopform._checks import shown
-from hopform._errors import HopformError
-from hopform._robots import Robot, load_robot
 from hopform._show import drawing
 
 if TYPE_CHECKING:

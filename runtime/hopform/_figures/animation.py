@@ -4,23 +4,21 @@
 
 import math
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from matplotlib.animation import PillowWriter
+from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
-from matplotlib.text import Text
 
+from hopform import HopformError, Robot, Run, load_robot, simulate
 from hopform._checks import finite, positive, shown, whole
-from hopform._errors import HopformError
 from hopform._figures.picture import Array, cm, completed, movable, scale
 from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, ORANGE, house_style
-from hopform._hopping.run import Run, simulate
-from hopform._robots import Robot, load_robot
 from hopform._show import Animation, name_of
 from hopform.controllers import FeedForward
 from hopform.terrain import uniform
@@ -31,18 +29,6 @@ SHANK = 0.08  # [m] from the body's middle to the actuator's at x1 = 0
 WANTED = 0.18
 COILS = 7
 MOST_PICTURES = 5000
-
-
-class Parts(NamedTuple):
-    """What moves in a picture."""
-
-    trace: Line2D
-    spring: Line2D
-    rod: Line2D
-    foot: Line2D
-    body: Rectangle
-    actuator: Rectangle
-    said: Text
 
 
 def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: float | None) -> Animation:
@@ -58,16 +44,11 @@ def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: fl
     with house_style(), tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "animation.gif"
         figure = Figure(figsize=(5.4, 3.6), dpi=100, layout="constrained")
-        axes = figure.subplots()
-        parts = scene(axes, run, wanted)
-        writer = PillowWriter(fps=pictures, metadata={"Software": "hopform"})
-        writer.setup(figure, str(path), dpi=100)
+        place = scene(figure.subplots(), run, wanted)
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # laid out once
-        for n in range(count):
-            place(axes, parts, run, n * speed / pictures)
-            writer.grab_frame()
-        writer.finish()
+        writer = PillowWriter(fps=pictures, metadata={"Software": "hopform"})
+        FuncAnimation(figure, place, [n * speed / pictures for n in range(count)]).save(path, writer, dpi=100)
         return Animation(path.read_bytes(), f"Animation of {name_of(run.robot)}: {count} pictures, {pictures} a second")
 
 
@@ -85,8 +66,8 @@ def position(run: Run, t: Array) -> Array:
     return STRIDE * np.interp(t, corners, [-1, *(hop.index for hop in run.hops for _ in range(2)), len(run.hops)])
 
 
-def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
-    """The static parts, ground and set point, and the moving ones."""
+def scene(axes: Axes, run: Run, wanted: float | None) -> Callable[[float], list[Artist]]:
+    """The ground, the set point and the parts that move, with what places these at a time and moves the view along."""
     edges = STRIDE * (np.arange(len(run.terrain) + 1) - 0.5)
     edges[0], edges[-1] = -3 * STRIDE, edges[-1] + 3 * STRIDE
     length = run.robot.L0 + run.robot.c
@@ -107,22 +88,22 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
     said = axes.text(0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", family="monospace", fontsize=8)
     axes.set(ylim=(low, high), ylabel="height [m]", xticks=[], aspect="equal")
     axes.legend(loc="upper left", ncols=4)
-    return Parts(trace, spring, rod, foot, body, actuator, said)
 
+    def place(t: float) -> list[Artist]:
+        state, level, middle = run.at(t), float(run.foot(t)), float(position(run, np.array([t]))[0])
+        low = float(state.x2) - SHANK - float(state.x1)
+        past = np.linspace(0.0, t, 2 + int(200 * t))
+        trace.set_data(position(run, past), np.asarray(run.at(past).x2))
+        spring.set_data(*coil(middle, level, low))
+        foot.set_data([middle], [level])
+        rod.set_data([middle, middle], [low, float(state.x2)])
+        for each, height, size in ((body, float(state.x2), BODY), (actuator, low, ACTUATOR)):
+            each.set_xy((middle - size[0] / 2.0, height - size[1] / 2.0))
+        said.set_text(f"t = {t:6.3f} s   u = {float(run.current(t)):6.2f} A")
+        axes.set_xlim(middle - 0.62, middle + 0.62)
+        return []
 
-def place(axes: Axes, parts: Parts, run: Run, t: float) -> None:
-    """The parts at a time, the view moved along."""
-    state, foot, middle = run.at(t), float(run.foot(t)), float(position(run, np.array([t]))[0])
-    low = float(state.x2) - SHANK - float(state.x1)
-    past = np.linspace(0.0, t, 2 + int(200 * t))
-    parts.trace.set_data(position(run, past), np.asarray(run.at(past).x2))
-    parts.spring.set_data(*coil(middle, foot, low))
-    parts.foot.set_data([middle], [foot])
-    parts.rod.set_data([middle, middle], [low, float(state.x2)])
-    for box, height, size in ((parts.body, float(state.x2), BODY), (parts.actuator, low, ACTUATOR)):
-        box.set_xy((middle - size[0] / 2.0, height - size[1] / 2.0))
-    parts.said.set_text(f"t = {t:6.3f} s   u = {float(run.current(t)):6.2f} A")
-    axes.set_xlim(middle - 0.62, middle + 0.62)
+    return place
 
 
 def coil(middle: float, low: float, high: float) -> tuple[Array, Array]:

@@ -9,13 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from hopform._errors import HopformError
+from hopform import HopformError, Robot, Run, Stance, TouchdownDetector, delayed_apex, simulate, solve_stance
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, LOOK, MAGENTA, ORANGE, STANCE, shade_stances
-from hopform._hopping.run import Run, simulate
-from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
-from hopform._robots import Robot
-from hopform._stance import Stance, solve_stance
 from hopform.controllers import FeedForward
 from hopform.terrain import flat
 
@@ -237,10 +233,8 @@ def hall_sensor(robot: Robot) -> Drawn:
 
 def in_contact(run: Run, t: Array) -> Array:
     """1 in stance, 0 in flight."""
-    found = np.zeros_like(t)
-    for hop in run.hops:
-        found[(t >= hop.touchdown_time) & (t < hop.takeoff_time)] = 1.0
-    return found
+    within = [(t >= hop.touchdown_time) & (t < hop.takeoff_time) for hop in run.hops]
+    return np.asarray(np.any(within, axis=0), dtype=float)
 
 
 def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: TouchdownDetector, detected: Array) -> None:

@@ -14,10 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import NDArray
 
-from hopform._errors import HopformError
+from hopform import ROBOTS, HopformError, Robot, Run
 from hopform._figures.plots import LOOK, house_style, plain
-from hopform._hopping.run import Run
-from hopform._robots import ROBOTS, Robot
 from hopform._words import name_of
 
 Array = NDArray[np.float64]

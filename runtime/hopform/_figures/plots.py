@@ -1,7 +1,7 @@
 """Pictures of stances, flights and runs, ready for a paper: units, legends, colours that colour-blind readers
 distinguish.
 
-`plot_...(result, make)` fills a figure, which `make` makes: matplotlib's Figure, which needs no display, or pyplot's.
+`plot_...(figure, result)` fills a figure: matplotlib's Figure, which needs no display, or pyplot's.
 `..._panel(axes, result)` draws the main panel alone. `render` turns a figure into the bytes of a file, the same bytes
 each time. The extra `plot` brings matplotlib.
 """
@@ -28,14 +28,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from hopform._batch import Batch
-from hopform._control import Command, Reachability
-from hopform._errors import HopformError
-from hopform._flight import Flight
-from hopform._hopping.run import Hop, Run
-from hopform._sensitivities import Sensitivities
+from hopform import Batch, Command, Flight, Hop, HopformError, Phase, Reachability, Run, Sensitivities, Stance
 from hopform._show import UNITS
-from hopform._stance import Phase, Stance, aed_at
+from hopform._stance import aed_at
 from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 SUFFIXES = {
@@ -68,8 +63,6 @@ SAMPLES = 400
 
 Curve = NDArray[np.floating]
 Drawing = Callable[[Axes, Stance, Curve, Curve], None]
-Make = Callable[..., Figure]
-"""What makes an empty figure from `figsize` and `layout`."""
 
 
 class Look(NamedTuple):
@@ -106,23 +99,25 @@ def render(figure: Figure, suffix: str) -> bytes:
 
 
 @contextmanager
-def framed(make: Make, width: float, height: float, title: str) -> Generator[Figure, None, None]:
-    """A figure [in] in the house style, to be filled, then titled."""
+def framed(figure: Figure, width: float, height: float, title: str) -> Generator[None, None, None]:
+    """An empty figure in its size [in] and the house style, to be filled, then titled."""
     with house_style():
-        figure = make(figsize=(width, height), layout="constrained")
-        yield figure
+        figure.set_size_inches(width, height)
+        figure.set_layout_engine("constrained")
+        yield
         figure.suptitle(title)
 
 
 # ---- one stance ----
 
 
-def plot_stance(stance: Stance, make: Make = Figure) -> Figure:
+def plot_stance(figure: Figure, stance: Stance) -> None:
     """A stance over time: actuator, body, spring force, and the body's energy with the AED (24) drawn on top.
 
     >>> import hopform
     >>> robot = hopform.load_robot("hopper_c")
-    >>> figure = plot_stance(hopform.solve_stance(robot, v2=-1.93, u=3.0))
+    >>> figure = Figure()
+    >>> plot_stance(figure, hopform.solve_stance(robot, v2=-1.93, u=3.0))
     >>> [axes.get_ylabel() for axes in figure.axes]
     ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'spring force [N]', 'body energy [J]']
     """
@@ -131,7 +126,7 @@ def plot_stance(stance: Stance, make: Make = Figure) -> Figure:
     panels: list[Drawing] = [draw_strokes, draw_body, draw_force, draw_energy]
     if len(stance.u) > 1:
         panels.append(draw_current)
-    with framed(make, 6.4, 1.45 * len(panels) + 1.1, title_of(stance)) as figure:
+    with framed(figure, 6.4, 1.45 * len(panels) + 1.1, title_of(stance)):
         rows: list[Axes] = list(figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
         for draw, axes in zip(panels, rows, strict=True):
             draw(axes, stance, t, t * scale)
@@ -141,7 +136,6 @@ def plot_stance(stance: Stance, make: Make = Figure) -> Figure:
         rows[-1].set_xlabel(f"time since touchdown [{unit}]")
         figure.align_ylabels(rows)
         legend_of_modes(figure, stance)
-    return figure
 
 
 def stance_panel(axes: Axes, stance: Stance) -> None:
@@ -258,12 +252,12 @@ def plain(text: str) -> str:
 # ---- a run ----
 
 
-def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
+def plot_run(figure: Figure, run: Run | Hop) -> None:
     """A run over time: hop height, actuator, the body's energy with the analytical one on top (Figs. 12 to 14),
     current.
     """
     t = run_times(run)
-    with framed(make, 6.4, 6.4, title_of_run(run)) as figure:
+    with framed(figure, 6.4, 6.4, title_of_run(run)):
         rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5, 0.6]))
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t, t)
@@ -275,7 +269,6 @@ def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
         figure.legend(handles=[Patch(label="stance", **STANCE), *lines], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)
-    return figure
 
 
 def run_panel(axes: Axes, run: Run | Hop) -> None:
@@ -359,11 +352,11 @@ def run_times(run: Run | Hop) -> Curve:
 # ---- a flight ----
 
 
-def plot_flight(flight: Flight, make: Make = Figure) -> Figure:
+def plot_flight(figure: Figure, flight: Flight) -> None:
     """A flight over time: body and foot over the ground ahead, the actuator on its way back, its current."""
     t = np.linspace(0.0, flight.duration, SAMPLES)
     title = literal(name_of(flight.robot)) + plain(f": {flight.status} after {flight.duration:.4g} s")
-    with framed(make, 6.4, 4.6, title) as figure:
+    with framed(figure, 6.4, 4.6, title):
         rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.5, 1.0, 0.8]))
         flight_panel(rows[0], flight)
         rows[0].set_xlabel("")
@@ -371,7 +364,6 @@ def plot_flight(flight: Flight, make: Make = Figure) -> Figure:
         draw_currents(rows[2], flight, t)
         rows[2].set_xlabel("time since take-off [s]")
         figure.align_ylabels(rows)
-    return figure
 
 
 def flight_panel(axes: Axes, flight: Flight) -> None:
@@ -421,17 +413,16 @@ def sensitivities_panel(axes: Axes, found: Sensitivities) -> None:
 # ---- where a hop may lead ----
 
 
-def plot_reach(found: Reachability, make: Make = Figure) -> Figure:
+def plot_reach(figure: Figure, found: Reachability) -> None:
     """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the
     stroke.
     """
     margin = f", stop margin {100.0 * found.stop_margin:.3g} cm" if found.stop_margin else ""
     words = f", {found.currents[0]:.4g} to {found.currents[-1]:.4g} A{margin}"
-    with framed(make, 5.2, 4.8, literal(name_of(found.robot)) + plain(words)) as figure:
+    with framed(figure, 5.2, 4.8, literal(name_of(found.robot)) + plain(words)):
         axes: Axes = figure.subplots()
         reach_panel(axes, found)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    return figure
 
 
 def reach_panel(axes: Axes, found: Reachability) -> None:
@@ -460,11 +451,10 @@ def limits(values: Curve) -> tuple[float, float]:
     return (low, high) if low < high else (low - 0.5, high + 0.5)
 
 
-def plot_command(found: Command, make: Make = Figure) -> Figure:
+def plot_command(figure: Figure, found: Command) -> None:
     """The next apex over the current and the current that was chosen."""
-    with framed(make, 6.0, 3.4, literal(name_of(found.question.robot)) + plain(f": {found.u:.5g} A")) as figure:
+    with framed(figure, 6.0, 3.4, literal(name_of(found.question.robot)) + plain(f": {found.u:.5g} A")):
         command_panel(figure.subplots(), found)
-    return figure
 
 
 def command_panel(axes: Axes, found: Command) -> None:

@@ -23,16 +23,15 @@ from hopform._identify.recordings import SI, Recording, Units
 from hopform._show import Shown
 
 
-def plot_recording(recording: Recording, make: plots.Make = Figure) -> Figure:
+def plot_recording(figure: Figure, recording: Recording) -> None:
     """The columns of a recording over time."""
     title = plots.literal(Path(recording.source).name)
-    with plots.framed(make, 6.4, 1.6 * len(recording.columns) + 0.8, title) as figure:
+    with plots.framed(figure, 6.4, 1.6 * len(recording.columns) + 0.8, title):
         rows = figure.subplots(len(recording.columns), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name in zip(rows, sorted(recording.columns, reverse=True), strict=True):
             recording_panel(axes, recording, name)
         for axes in rows[:-1]:
             axes.set(xlabel="")
-    return figure
 
 
 def recording_panel(axes: Axes, recording: Recording, name: str | None = None) -> None:
@@ -44,14 +43,14 @@ def recording_panel(axes: Axes, recording: Recording, name: str | None = None) -
     axes.set(xlabel="t [s]", ylabel=f"{shown} [{unit}]")
 
 
-def plot_fit(fit: Fit, make: plots.Make = Figure) -> Figure:
+def plot_fit(figure: Figure, fit: Fit) -> None:
     """Each recording with both models, the residuals over time, position and velocity, then the intervals of the
     parameters and their correlations.
     """
     traces, shown = [trace for trace in fit.traces if trace.time.size > 1], _with_intervals(fit)
     names = list(dict.fromkeys(name for pair in fit.correlations for name in pair))
     last = 0.7 + 0.22 * max(len(shown), len(names))
-    with plots.framed(make, 8.0, 4.2 * len(traces) + last, f"Identification: {TITLES[fit.kind]}") as figure:
+    with plots.framed(figure, 8.0, 4.2 * len(traces) + last, f"Identification: {TITLES[fit.kind]}"):
         heights = [*([2.0, 1.0, 1.0] * len(traces)), max(last, 1.0)]
         grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
         for n, trace in enumerate(traces):
@@ -62,7 +61,6 @@ def plot_fit(fit: Fit, make: plots.Make = Figure) -> Figure:
         _draw_intervals(figure.add_subplot(grid[-1, 0] if names else grid[-1, :]), shown)
         if names:
             _draw_correlations(figure.add_subplot(grid[-1, 1]), fit.correlations, names)
-    return figure
 
 
 def _draw_residuals(left: Axes, right: Axes, trace: Trace, units: Units) -> None:
@@ -133,13 +131,12 @@ def _draw_intervals(axes: Axes, shown: Sequence[Estimate]) -> None:
     axes.margins(x=0.05, y=0.1)
 
 
-def plot_threshold(threshold: Threshold, make: plots.Make = Figure) -> Figure:
+def plot_threshold(figure: Figure, threshold: Threshold) -> None:
     """Each onset of motion with the motion that fits it, its time and interval, and the current over the same time."""
-    with plots.framed(make, 8.0, 3.1 * len(threshold.rises) + 0.4, f"Identification: {TITLES['ramp']}") as figure:
+    with plots.framed(figure, 8.0, 3.1 * len(threshold.rises) + 0.4, f"Identification: {TITLES['ramp']}"):
         grid = figure.subplots(2 * len(threshold.rises), 1, height_ratios=[2.0, 1.0] * len(threshold.rises))
         for n, rise in enumerate(threshold.rises):
             _draw_rise(grid[2 * n], grid[2 * n + 1], rise, threshold.units)
-    return figure
 
 
 def _draw_rise(above: Axes, below: Axes, rise: Rise, units: Units) -> None:
@@ -165,17 +162,16 @@ def rise_panel(axes: Axes, rise: Rise, units: Units) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
 
 
-Whole = Callable[[Any, plots.Make], Figure]
+Whole = Callable[[Figure, Any], None]
 Panel = Callable[[Axes, Any], object]
 
 
 def alone(panel: Panel, width: float, height: float) -> Whole:
     """A figure of that panel alone [in]."""
 
-    def whole(result: Any, make: plots.Make) -> Figure:
-        with plots.framed(make, width, height, plots.literal(repr(result).partition("\n")[0])) as figure:
+    def whole(figure: Figure, result: Any) -> None:
+        with plots.framed(figure, width, height, plots.literal(repr(result).partition("\n")[0])):
             panel(figure.subplots(), result)
-        return figure
 
     return whole
 
@@ -195,10 +191,13 @@ PICTURES: dict[str, tuple[Whole, Panel]] = {
 }
 
 
-def figure_of(result: Shown, make: plots.Make = Figure) -> Figure:
+def figure_of(result: Shown) -> Figure:
     """The whole picture of a result."""
     whole, _ = _picture_of(result)
-    return whole(result, make)
+    with plots.house_style():
+        figure = Figure()
+    whole(figure, result)
+    return figure
 
 
 def drawn(result: Shown, axes: Axes | None) -> Axes:
@@ -212,17 +211,12 @@ def drawn(result: Shown, axes: Axes | None) -> Axes:
     from matplotlib import pyplot
 
     figure = pyplot.figure()  # outside of the house style: with the first one a notebook sets up its own
-
-    def made(figsize: tuple[float, float], layout: Any) -> Figure:
-        figure.set_size_inches(figsize)
-        figure.set_layout_engine(layout)
-        return figure
-
     try:
-        return whole(result, made).axes[0]
+        whole(figure, result)
     except BaseException:
         pyplot.close(figure)
         raise
+    return figure.axes[0]
 
 
 def _picture_of(result: Shown) -> tuple[Whole, Panel]:

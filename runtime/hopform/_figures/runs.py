@@ -17,13 +17,11 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hopform._control import Reachability, choose_current, home_of, reachability
-from hopform._errors import HopformError
+from hopform import Errors, HopformError, Reachability, Robot, Run, choose_current, reachability, simulate
+from hopform._control import home_of
 from hopform._figures import plots
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, movable, panels, rms, scale, volts
 from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, limits
-from hopform._hopping.run import NONE, Errors, Run, simulate
-from hopform._robots import Robot
 from hopform.controllers import AsPrinted, FeedForward, ReturnMap, Touchdown
 from hopform.terrain import Heights, flat, uniform
 
@@ -115,29 +113,30 @@ def with_errors_of_measurement(robot: Robot) -> Drawn:
 
 def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
     """Heights and inputs of a run, its set points, and by how much the apexes of some runs, by name, miss them."""
-    figure, (top, middle, bottom) = panels(3, 5.0, sharex=True, height_ratios=[1.6, 0.8, 0.9])
-    draw_run(top, middle, run)
-    plots.shade_stances(bottom, run)
+    figure, bottom = over_hops(run, 5.0, 0.9)
     bottom.axhline(0.0, color=plots.BLACK, linestyle="--", linewidth=0.8)
     for (name, each), colour, marker in zip(compared.items(), (plots.BLUE, plots.GREEN), "oD", strict=False):
         times, heights = plots.apexes(each)
         miss = 1e3 * (heights - np.array(run.h_des[: times.size]))
         bottom.plot(times, miss, marker, color=colour, markersize=3.5, clip_on=False, label=name)
-    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
     if len(compared) > 1:
         legend(bottom)
     return figure
 
 
-def draw_run(top: Axes, middle: Axes, run: Run) -> None:
-    """Heights and current of a run, its stances shaded."""
+def over_hops(run: Run, height: float, share: float) -> tuple[Figure, Axes]:
+    """Heights and current of a run, its stances shaded, and the panel under these, for errors of its apexes."""
+    figure, (top, middle, bottom) = panels(3, height, sharex=True, height_ratios=[1.6, 0.8, share])
     t = plots.run_times(run)
     plots.draw_heights(top, run, t)
     plots.shade_stances(top, run, "stance")
     legend(top, 5)
     middle.plot(t, np.asarray(run.current(t)), color=plots.ORANGE, linewidth=0.9)
-    plots.shade_stances(middle, run)
+    for axes in (middle, bottom):
+        plots.shade_stances(axes, run)
     middle.set_ylabel(f"{'input' if volts(run.robot) == 'V' else 'current'} $u$ [{volts(run.robot)}]")
+    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
+    return figure, bottom
 
 
 def after_steps(miss: Array) -> Array:
@@ -181,13 +180,20 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
     wanted = tuple(scale(movable(robot)) * each for each in WANTED)
     wrong = replace(robot, **{name: WRONG * getattr(robot, name) for name in IDENTIFIED})
     asked: dict[str, tuple[Any, Errors]] = {
-        "exact": (FeedForward, NONE), "printed": (AsPrinted, NONE), "5 % wrong": (FeedForward, Errors(model=wrong)),
-        "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
+        "exact": (FeedForward, Errors()), "printed": (AsPrinted, Errors()),
+        "5 % wrong": (FeedForward, Errors(model=wrong)), "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
     }  # fmt: skip
     how: dict[str, Any] = {"height": wanted[0], "seed": seed}
     runs = {name: simulate(robot, ground, kind(wanted), errors=errors, **how) for name, (kind, errors) in asked.items()}
     run = completed(runs["exact"])
     miss = {name: each.table["apex"] - np.array(wanted[: len(each.hops)]) for name, each in runs.items()}
+    figure, bottom = over_hops(run, 5.4, 1.3)
+    times, _ = plots.apexes(run)
+    for (name, each), (marker, colour) in zip(miss.items(), MARKS, strict=True):
+        seen = 1e3 * np.abs(each[: times.size])
+        bottom.plot(times[: seen.size], seen, marker, color=colour, markersize=3.5, clip_on=False, label=name)
+    bottom.set_yscale("symlog", linthresh=LEAST)
+    legend(bottom, 5)
     off = {name: f"{mm(rms(each))} rms, {mm(worst(each))} at most" for name, each in miss.items()}
     ours = (
         f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
@@ -199,21 +205,7 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
         f"touchdown seen at a tick of 1 kHz and {1e3 * LATE.delay:.0f} ms late: {off['late']}. The scale of the "
         "errors is linear below 1 um"
     )
-    return drawn(run, miss), ours, {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
-
-
-def drawn(run: Run, miss: dict[str, Array]) -> Figure:
-    figure, (top, middle, bottom) = panels(3, 5.4, sharex=True, height_ratios=[1.6, 0.8, 1.3])
-    draw_run(top, middle, run)
-    times, _ = plots.apexes(run)
-    for (name, off), (marker, colour) in zip(miss.items(), MARKS, strict=True):
-        shown = 1e3 * np.abs(off[: times.size])
-        bottom.plot(times[: shown.size], shown, marker, color=colour, markersize=3.5, clip_on=False, label=name)
-    bottom.set_yscale("symlog", linthresh=LEAST)
-    plots.shade_stances(bottom, run)
-    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
-    legend(bottom, 5)
-    return figure
+    return figure, ours, {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
 
 
 # ---- energy over time ----
@@ -276,12 +268,11 @@ def energies(run: Run) -> tuple[dict[str, Any], Figure]:
     kinetic, weight, spring = parts(run, t)
     energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
     figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
+    lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
+    marks: dict[str, Any] = {"color": plots.BLACK, "markersize": 3.5, "label": "take-off"}
     for axes in (top, bottom):
         plots.shade_stances(axes, run, "stance")
-        lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
-        height = np.zeros(len(lifts))
-        frame = axes.get_xaxis_transform()
-        axes.plot(lifts, height, "^", color=plots.BLACK, markersize=3.5, transform=frame, label="take-off")
+        axes.plot(lifts, np.zeros(len(lifts)), "^", transform=axes.get_xaxis_transform(), **marks)
     top.plot(t, energy, color=plots.SKY, linewidth=4.0, label="kinetic + potential")
     top.plot(t, predicted, color=plots.MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, predicted")
     plots.name_axis(top, "body energy [J]")
@@ -402,13 +393,9 @@ def measured(robot: Robot, height: float, highest: bool, margin: float) -> float
 
 def grouped(ends: Array, currents: Array, least: float) -> list[tuple[float, str]]:
     """Ends of curves with their labels; those that end closer than `least` share one."""
-    groups: list[list[int]] = []
-    for column in np.argsort(ends).tolist():
-        if groups and ends[column] - ends[groups[-1][-1]] < least:
-            groups[-1].append(column)
-        else:
-            groups.append([column])
-    return [(float(ends[group].mean()), ", ".join(f"{currents[n]:g}" for n in sorted(group))) for group in groups]
+    order = np.argsort(ends)
+    groups = np.split(order, np.flatnonzero(~(np.diff(ends[order]) < least)) + 1)
+    return [(float(ends[group].mean()), ", ".join(f"{u:g}" for u in currents[np.sort(group)])) for group in groups]
 
 
 def passive(reach: Reachability, height: float) -> float:

@@ -13,16 +13,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hopform import Robot, fit_drop_test, fit_step_response, friction_threshold, read_recording, simulate, solve_stance
 from hopform._figures import results
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, rms, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, ORANGE
-from hopform._hopping.run import simulate
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.ramp import friction_threshold
-from hopform._identify.recordings import read_recording
-from hopform._identify.step import fit_step_response
-from hopform._robots import Robot
-from hopform._stance import solve_stance
 from hopform.terrain import flat
 
 NOISE = 2e-4  # [m]
@@ -42,17 +36,15 @@ class Recordings:
 
 def initial_model(robot: Robot) -> Drawn:
     """Fig. 4: (1), (2) cannot be fitted to a robot with dry friction."""
-    u = 0.4 * movable(robot).u_max
-    measured, fitted = measure(robot, u, 4), fit(robot, u, 4)
+    u, measured, fitted, said = tested(robot, 0.4, 4)
     model = recordings(fitted, u)
     figure = drawn(measured, {"model (1), (2), fitted": (model, ORANGE, "-")}, f"{u:g} {volts(robot)} for {PULSE:g} s")
     off_1, off_2 = measured.x1 - model.x1, measured.x2 - model.x2
     ours = (
-        f"synthetic recordings of {named(robot)} with noise of {mm(NOISE)}: a step of {u:g} {volts(robot)} for "
-        f"{PULSE:g} s while standing, and a drop of {cm(DROP * scale(robot), 0)} with no input. Model (1), (2) with "
-        f"the best viscous coefficients, b1 = {fitted.b1:.0f} and b2 = {fitted.b2:.1f} N s/m (the robot: "
-        f"{robot.b1:g} and {robot.b2:g}), leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in x2; over the "
-        f"last 0.5 s, where the recording rests, its body still oscillates over {mm(float(np.ptp(model.x2[-100:])))}"
+        f"{said} Model (1), (2) with the best viscous coefficients, b1 = {fitted.b1:.0f} and b2 = {fitted.b2:.1f} "
+        f"N s/m (the robot: {robot.b1:g} and {robot.b2:g}), leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in "
+        "x2; over the last 0.5 s, where the recording rests, its body still oscillates over "
+        f"{mm(float(np.ptp(model.x2[-100:])))}"
     )
     data = {"robot": robot, "fitted": fitted, "measured": measured, "model": model,
             "rms x1": rms(off_1), "rms x2": rms(off_2)}  # fmt: skip
@@ -61,18 +53,15 @@ def initial_model(robot: Robot) -> Drawn:
 
 def improved_model(robot: Robot) -> Drawn:
     """Fig. 10: (3), (4) with dry friction."""
-    u = 0.5 * movable(robot).u_max
-    measured, fitted = measure(robot, u, 10), fit(robot, u, 10)
+    u, measured, fitted, said = tested(robot, 0.5, 10)
     old, new = recordings(fitted, u), recordings(robot, u)
     looks = {"model (3), (4)": (new, BLUE, "-"), "model (1), (2), fitted": (old, ORANGE, "--")}
     figure = drawn(measured, looks, f"{u:g} {volts(robot)} for {PULSE:g} s")
     left = {name: (rms(measured.x1 - one.x1), rms(measured.x2 - one.x2)) for name, one in (("old", old), ("new", new))}
     ours = (
-        f"synthetic recordings of {named(robot)} with noise of {mm(NOISE)}: a step of {u:g} {volts(robot)} for "
-        f"{PULSE:g} s while standing, and a drop of {cm(DROP * scale(robot), 0)} with no input. With dry friction "
-        f"{mm(left['new'][0], 2)} rms remain in x1 and {mm(left['new'][1], 2)} in x2: the noise, as the recordings "
-        f"are this model's own. Without it, viscous friction fitted (b1 = {fitted.b1:.0f}, b2 = {fitted.b2:.1f} N "
-        f"s/m), {mm(left['old'][0], 2)} and {mm(left['old'][1], 2)}"
+        f"{said} With dry friction {mm(left['new'][0], 2)} rms remain in x1 and {mm(left['new'][1], 2)} in x2: the "
+        "noise, as the recordings are this model's own. Without it, viscous friction fitted (b1 = "
+        f"{fitted.b1:.0f}, b2 = {fitted.b2:.1f} N s/m), {mm(left['old'][0], 2)} and {mm(left['old'][1], 2)}"
     )
     return figure, ours, {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
 
@@ -95,21 +84,23 @@ def step(robot: Robot, u: float) -> Array:
     return np.where((stance.duration >= STEP_TIMES) | (stance.status == "rest"), x1, np.nan)
 
 
-def measure(robot: Robot, u: float, seed: int) -> Recordings:
-    """The recordings with noise."""
+def tested(robot: Robot, share: float, seed: int) -> tuple[float, Recordings, Robot, str]:
+    """The current of the step, a share of u_max; recordings with noise; the robot without dry friction, b1 and b2
+    fitted each to the recording that shows it; and how it was tested, in words.
+    """
+    u = share * movable(robot).u_max
     draw, clean = np.random.default_rng(seed), recordings(robot, u)
-    return Recordings(*(each + NOISE * draw.standard_normal(each.size) for each in (clean.x2, clean.x1)))
-
-
-def fit(robot: Robot, u: float, seed: int) -> Robot:
-    """The robot without dry friction, b1 and b2 fitted to its recordings with noise, each to the one that shows
-    it."""
-    measured, smooth = measure(robot, u, seed), replace(robot, f1=0.0, f2=0.0)
+    measured = Recordings(*(each + NOISE * draw.standard_normal(each.size) for each in (clean.x2, clean.x1)))
+    smooth = replace(robot, f1=0.0, f2=0.0)
     some = 1e-3 * np.sqrt(robot.k * robot.m_s)  # where there is hardly any to begin with
     b1, b2 = max(robot.b1, some), max(robot.b2, some)
     b2 = least(lambda b: misfit(measured.x2, drop(replace(smooth, b2=b))), b2, 8.0 * b2)
     b1 = least(lambda b: misfit(measured.x1, step(replace(smooth, b1=b, b2=b2), u)), b1, 8.0 * b1)
-    return replace(smooth, b1=b1, b2=b2)
+    said = (
+        f"synthetic recordings of {named(robot)} with noise of {mm(NOISE)}: a step of {u:g} {volts(robot)} for "
+        f"{PULSE:g} s while standing, and a drop of {cm(DROP * scale(robot), 0)} with no input."
+    )
+    return u, measured, replace(smooth, b1=b1, b2=b2), said
 
 
 def misfit(measured: Array, model: Array) -> float:

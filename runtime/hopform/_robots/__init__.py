@@ -104,12 +104,10 @@ def provenance_from(value: object) -> Provenance:
         rows = _array("covariance", covariance, (count, count)) if count or covariance else values.reshape(0, 0)
         _refuse_no_covariance(rows)
         low, high = (_array(name, table[name], (count,), finite=False) for name in ("low", "high"))
-        if not isinstance(table["base"], str):
-            raise HopformError(f"base must be a text, got {shown(table['base'])}")
-        return Provenance(
-            names, tuple(values.tolist()), tuple(low.tolist()), tuple(high.tolist()), tuple(map(tuple, rows.tolist())),
-            known, table["base"], flag("white", table["white"]),
-        )  # fmt: skip
+        _check_text("base", table["base"])
+        numbers, lows, highs = (tuple(each.tolist()) for each in (values, low, high))
+        covariance = tuple(map(tuple, rows.tolist()))
+        return Provenance(names, numbers, lows, highs, covariance, known, table["base"], flag("white", table["white"]))
     except HopformError as error:
         raise HopformError(f"[fit] {error}") from None
 
@@ -248,7 +246,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
     >>> load_robot("hopper_c").k
     1200.0
     """
-    path = file_of(name_or_path)
+    path = robot_file(name_or_path)
     if path is None:
         text = resources.files("hopform._robots").joinpath(f"{name_or_path}.toml").read_text("utf-8")
         return robot_from_toml(text, f"{name_or_path}.toml")
@@ -261,7 +259,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
     return robot_from_toml(read_text(path, LARGEST_TOML), name_of(path))
 
 
-def file_of(name_or_path: str | Path) -> Path | None:
+def robot_file(name_or_path: str | Path) -> Path | None:
     """The file that `load_robot` reads; None for a shipped robot."""
     return None if isinstance(name_or_path, str) and name_or_path in ROBOTS else path_of("robot", name_or_path)
 
