@@ -14,9 +14,9 @@ import sympy as sp
 from ..emit.ir import Record, Step, Steps, function, scalar
 from ..model.quantities import *
 
-RISE = Record.of(
-    "Rise",
-    "Step response: change of a function of time since the start of the phase, and its first three derivatives.",
+RISE = Record(
+    "Rise", "Step response: change of a function of time since the start of the phase, and its first three derivatives."
+).of(
     scalar("rise", "1", "the function less its initial value"),
     scalar("rise_rate", "1/s", "its rate"),
     scalar("rise_curvature", "1/s^2", "the derivative of its rate"),
@@ -25,18 +25,16 @@ RISE = Record.of(
 rise, rise_rate, rise_curvature, rise_third = RISE.symbols
 RESIDUAL = scalar("residual", "1", "the final value less the function")
 residual = RESIDUAL.symbol
-PROPAGATED = Record.of(
-    "Propagated",
-    "W, its derivatives and integrals a short time later, by a Taylor step of the propagator.",
+PROPAGATED = Record(
+    "Propagated", "W, its derivatives and integrals a short time later, by a Taylor step of the propagator."
+).of(
     scalar("Wdd_t", "1", "W''"),
     scalar("Wd_t", "s", "W'"),
     scalar("W_t", "s^2", "W"),
     scalar("W1_t", "s^3", "integral of W"),
     scalar("W2_t", "s^4", "integral of that"),
 )
-AT = Record.of(
-    "At",
-    "The state at time t of a phase.",
+AT = Record("At", "The state at time t of a phase.").of(
     scalar("x1_t", "m", "displacement of the actuator"),
     scalar("v1_t", "m/s", "velocity of the actuator"),
     scalar("v2_t", "m/s", "velocity of the body"),

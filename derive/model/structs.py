@@ -30,9 +30,9 @@ def struct_of(record: Record) -> Struct:
 SEARCH_INTERVALS = 24
 """Intervals of currents that wait in a search."""
 
-NODE = Struct.of(
-    "Node",
-    "The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate.",
+NODE = Struct(
+    "Node", "The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate."
+).of(
     Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
     Member("fades", "real", "from then on the pair is nothing beside the real pole", "s"),
     Member("pole", "real", "the real pole that is removed from a derivative: the fastest of three", "1/s"),
@@ -45,9 +45,9 @@ NODE = Struct.of(
     *reals("s^3", "W1", meaning="integral of W"),
     *reals("s^4", "W2", meaning="integral of W1"),
 )
-PLAN = Struct.of(
-    "Plan",
-    "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode.",
+PLAN = Struct(
+    "Plan", "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode."
+).of(
     Member("robot", "Robot"),
     Member("rates", "Rates"),
     Member("both", "Poles", "both masses slip"),
@@ -58,19 +58,15 @@ PLAN = Struct.of(
     Member("node_body", "Node"),
     Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
 )
-STEP = Struct("Step", "A step of the current: u from time t on.", (*reals("s", "t"), *reals("A", "u")))
-PHASE = Struct.of(
-    "Phase",
-    "A phase: where and when it starts, and in which mode.",
+STEP = Struct("Step", "A step of the current: u from time t on.").of(*reals("s", "t"), *reals("A", "u"))
+PHASE = Struct("Phase", "A phase: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since touchdown", "s"),
     *of_quantities(STATE.quantities),
     Member("mode", "int8", "3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held"),
     Member("event", "int8", "HOPFORM_EVENT_..., what started it"),
     Member("step", "uint16", "index of the step of the current"),
 )
-STANCE = Struct.of(
-    "Stance",
-    "A stance, solved.",
+STANCE = Struct("Stance", "A stance, solved.").of(
     Member("duration", "real", "time of the ending", "s"),
     Member("end", "State", "state at the ending"),
     Member("apex", "real", "hop height of the apex; 0 without take-off", "m"),
@@ -81,24 +77,18 @@ STANCE = Struct.of(
     Member("phases_kept", "int32", "phases in the caller's buffer"),
     Member("event_count", "int32", "events of the stance, kept or not"),
 )
-TARGET = Struct.of(
-    "Target",
-    "What the controller is asked for.",
+TARGET = Struct("Target", "What the controller is asked for.").of(
     Member("h_des", "real", "hop height of the next apex", "m"),
     Member("datum", "real", "the level that h_des counts from, less that of the ground under the foot", "m"),
     Member("stop_margin", "real", "x_1 stays below x1_max by more than this", "m"),
     Member("horizon", "real", "longest time of a stance", "s"),
 )
-COMMAND = Struct.of(
-    "Command",
-    "The answer of the controller.",
+COMMAND = Struct("Command", "The answer of the controller.").of(
     *reals("A", "u"),
     Member("apex", "real", "hop height that follows, as h_des; 0 without take-off", "m"),
     Member("status", "int32", "HOPFORM_COMMAND_..."),
 )
-TRIAL = Struct.of(
-    "Trial",
-    "A current that was tried, and what its stance does.",
+TRIAL = Struct("Trial", "A current that was tried, and what its stance does.").of(
     *reals("A", "u"),
     Member("apex", "real", "0 without take-off", "m"),
     Member("apex_u", "real", "its derivative by u, as the next ones", "m/A"),
@@ -117,17 +107,13 @@ TRIAL = Struct.of(
     Member("held", "bool", "the actuator never moves"),
     Member("smooth", "bool", "the derivatives exist"),
 )
-INTERVAL = Struct.of(
-    "Interval",
-    "An interval between two currents that were tried, of a branch and bound.",
+INTERVAL = Struct("Interval", "An interval between two currents that were tried, of a branch and bound.").of(
     Member("from", "Trial", "the one nearer to 0"),
     Member("to", "Trial"),
     Member("lower_bound", "real", "lower bound: no admissible current in it comes nearer to what is wanted", "m"),
     Member("slow", "int32", "bisections in a row that left most of an interval"),
 )
-SEARCH = Struct.of(
-    "Search",
-    "A search for a current; the caller's memory.",
+SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("plan", "const Plan *"),
     Member("start", "State"),
     Member("apex", "real", "wanted, over the ground", "m"),
@@ -146,9 +132,7 @@ SEARCH = Struct.of(
     Member("reached", "bool"),
     Member("partial", "bool", "a stance or the search outgrew the memory given"),
 )
-FLIGHT_PHASE = Struct.of(
-    "FlightPhase",
-    "A phase of a flight: where and when it starts, and in which mode.",
+FLIGHT_PHASE = Struct("FlightPhase", "A phase of a flight: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since take-off", "s"),
     *reals("m", "x1"),
     *reals("m/s", "v1"),
@@ -158,9 +142,7 @@ FLIGHT_PHASE = Struct.of(
     Member("event", "int8", "HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it"),
     Member("spare", "int8", "0"),
 )
-FLIGHT = Struct.of(
-    "Flight",
-    "A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead.",
+FLIGHT = Struct("Flight", "A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead.").of(
     Member("gains", "Gains", "of the law; 0 where the motor has no force"),
     Member("start", "State", "as given"),
     Member("ground", "real", "height of the ground ahead over that which was left", "m"),
@@ -177,16 +159,12 @@ FLIGHT = Struct.of(
     Member("phases_kept", "int32", "phases in the caller's buffer"),
     Member("event_count", "int32", "events of the flight, kept or not"),
 )
-DETECTOR = Struct.of(
-    "Detector",
-    "How touchdown is found in a noisy signal of contact.",
+DETECTOR = Struct("Detector", "How touchdown is found in a noisy signal of contact.").of(
     Member("high", "real", "the signal is above where it reaches this"),
     Member("low", "real", "and no longer where it falls below this; low <= high"),
     Member("count", "int32", "samples in a row that must agree, >= 1"),
 )
-CONTACT = Struct.of(
-    "Contact",
-    "What is known of the contact; begins as zeros.",
+CONTACT = Struct("Contact", "What is known of the contact; begins as zeros.").of(
     Member("above", "int32", "1 if the signal is above"),
     Member("touches", "int32", "1 if the foot is taken to touch"),
     Member("run", "int32", "samples in a row that disagree with it"),
@@ -195,21 +173,19 @@ INPUT = Struct(
     "Input",
     "A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0 "
     "repeats a single number.",
-    (Member("first", "const void *"), Member("stride", "ptrdiff")),
-)
-OUTPUT = Struct(
-    "Output",
-    "A column that is written; `first` may be NULL where it is not wanted.",
-    (Member("first", "void *"), Member("stride", "ptrdiff")),
+).of(Member("first", "const void *"), Member("stride", "ptrdiff"))
+OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where it is not wanted.").of(
+    Member("first", "void *"), Member("stride", "ptrdiff")
 )
 
 
 def stances_in(robot: Record = ROBOT) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
-    return Struct.of(
+    return Struct(
         "StancesIn",
         "Many stances: where their robots, states at touchdown, constant currents and longest times are read.",
+    ).of(
         Member("robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields),
         Member("x1", "Input", "", "m"),
         Member("v1", "Input", "after the impact", "m/s"),
@@ -221,9 +197,10 @@ def stances_in(robot: Record = ROBOT) -> Struct:
     )
 
 
-STANCES_OUT = Struct.of(
+STANCES_OUT = Struct(
     "StancesOut",
     "Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else.",
+).of(
     Member("status", "Output", "int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_..."),
     Member("duration", "Output", "time of the ending", "s"),
     Member("x1", "Output", "at the ending, as the next three", "m"),
