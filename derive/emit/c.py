@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from ..model.kinds import Kind, Word
 from ..model.precisions import F32, Precision
 from .expressions import Expressions, aligned, argument_name, chunks, snake
-from .ir import SCALARS, Domain, Function, Record, Struct
+from .ir import SCALARS, Domain, Function, Member, Record, Struct
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 """Functions of the C library that the engine or a formula may call."""
@@ -64,12 +64,18 @@ class C:
         spelled = "void" if bare == "void" else SCALARS.get(bare, f"hopform_{snake(bare)}_real")
         return name.replace(bare, spelled, 1)
 
-    def struct_members(self, struct: Struct) -> Iterator[str]:
-        """Declarations with their comments."""
-        for member in struct.members:
-            many = f"[{member.count}]" if member.count > 1 else ""
-            declared = f"{self._type(member.type)} {member.name}{many};".replace("* ", "*")
-            yield f"{declared} /* {member.comment} */" if member.comment else declared
+    def members(self, struct: Struct) -> Iterator[str]:
+        """Declarations with their comments, which align where all are of the type that each precision spells."""
+        lines = [
+            (self._member(member), f"/* {member.comment} */" if member.comment else "") for member in struct.members
+        ]
+        if all(member.type == "real" for member in struct.members):
+            return aligned(lines)
+        return (f"{declared} {comment}".rstrip() for declared, comment in lines)
+
+    def _member(self, member: Member) -> str:
+        many = f"[{member.count}]" if member.count > 1 else ""
+        return f"{self._type(member.type)} {member.name}{many};".replace("* ", "*")
 
     def signature(self, function: Function) -> str:
         arguments = ", ".join(
@@ -98,9 +104,6 @@ class C:
             yield "return result;"
         else:
             yield f"return {function.returns.symbol};"
-
-    def members(self, record: Record) -> Iterator[str]:
-        yield from aligned((f"real {q.name};", f"/* [{q.unit}] {q.meaning} */") for q in record.quantities)
 
     def values(self, record: Record, known: Mapping[str, float]) -> str:
         """An initialiser of a record with some numbers known and the others 0."""

@@ -98,6 +98,12 @@ KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, FLIGHT_ENDINGS, CURRENT_EVENTS, CO
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)
 """Events that start a phase of a flight."""
 
+
+def refusals() -> list[Word]:
+    """Statuses that are errors."""
+    return [word for word in STATUSES.words if word.number < 0]
+
+
 MOST_STEPS = 2**16 - 1
 """Steps of the current at most: a phase stores the index of its step in 16 bits."""
 

@@ -484,3 +484,8 @@ CERTIFICATE = {
     },
 }
 """Claims about the derivation and the generated code, by the test that proves each, by its file."""
+
+
+def proofs() -> Iterator[tuple[str, str]]:
+    """A row per claim: it and its test."""
+    return ((claim, f"`{file}::{test}`") for file, claims in CERTIFICATE.items() for test, claim in claims.items())

@@ -14,6 +14,8 @@
 extern "C" {
 #endif
 
+enum { HOPFORM_SEARCH_INTERVALS_f32 = 24 }; /**< intervals of currents that wait in a search */
+
 /** What the hopper is made of. */
 typedef struct {
     float m_eff;        /**< [kg] effective mass of the actuator */
@@ -102,21 +104,19 @@ typedef struct {
     float coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f32;
 
-enum { HOPFORM_SEARCH_INTERVALS_f32 = 24 }; /**< intervals of currents that wait in a search */
-
 /** The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate. */
 typedef struct {
-    float half_period; /**< [s] of the pair; HOPFORM_NEVER where its poles are real */
-    float fades; /**< [s] from then on the pair is nothing beside the real pole */
-    float pole; /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
-    float second; /**< [1/s] of three real poles; 0 of a pair that rings */
-    float third; /**< [1/s] the slowest of three */
-    float t; /**< [s] */
-    float Wdd; /**< [1] W'' */
-    float Wd; /**< [s] W' */
-    float W; /**< [s^2] impulse response of the poles */
-    float W1; /**< [s^3] integral of W */
-    float W2; /**< [s^4] integral of W1 */
+    float half_period;  /**< [s] of the pair; HOPFORM_NEVER where its poles are real */
+    float fades;        /**< [s] from then on the pair is nothing beside the real pole */
+    float pole;         /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
+    float second;       /**< [1/s] of three real poles; 0 of a pair that rings */
+    float third;        /**< [1/s] the slowest of three */
+    float t;            /**< [s] */
+    float Wdd;          /**< [1] W'' */
+    float Wd;           /**< [s] W' */
+    float W;            /**< [s^2] impulse response of the poles */
+    float W1;           /**< [s^3] integral of W */
+    float W2;           /**< [s^4] integral of W1 */
 } hopform_node_f32;
 
 /** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
@@ -134,8 +134,8 @@ typedef struct {
 
 /** A step of the current: u from time t on. */
 typedef struct {
-    float t; /**< [s] */
-    float u; /**< [A] */
+    float t;  /**< [s] */
+    float u;  /**< [A] */
 } hopform_step_f32;
 
 /** A phase: where and when it starts, and in which mode. */
@@ -165,10 +165,10 @@ typedef struct {
 
 /** What the controller is asked for. */
 typedef struct {
-    float h_des; /**< [m] hop height of the next apex */
-    float datum; /**< [m] the level that h_des counts from, less that of the ground under the foot */
-    float stop_margin; /**< [m] x_1 stays below x1_max by more than this */
-    float horizon; /**< [s] longest time of a stance */
+    float h_des;        /**< [m] hop height of the next apex */
+    float datum;        /**< [m] the level that h_des counts from, less that of the ground under the foot */
+    float stop_margin;  /**< [m] x_1 stays below x1_max by more than this */
+    float horizon;      /**< [s] longest time of a stance */
 } hopform_target_f32;
 
 /** The answer of the controller. */
@@ -323,9 +323,8 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
  * refused.
  */
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
-                                  const hopform_step_f32 *steps, int32_t step_count, float horizon,
-                                  int32_t max_phases, hopform_phase_f32 *phases, int32_t capacity,
-                                  hopform_stance_f32 *stance);
+                                  const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
+                                  hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance);
 
 /** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. */
 int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,

@@ -14,6 +14,8 @@
 extern "C" {
 #endif
 
+enum { HOPFORM_SEARCH_INTERVALS_f64 = 24 }; /**< intervals of currents that wait in a search */
+
 /** What the hopper is made of. */
 typedef struct {
     double m_eff;        /**< [kg] effective mass of the actuator */
@@ -102,21 +104,19 @@ typedef struct {
     double coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f64;
 
-enum { HOPFORM_SEARCH_INTERVALS_f64 = 24 }; /**< intervals of currents that wait in a search */
-
 /** The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate. */
 typedef struct {
-    double half_period; /**< [s] of the pair; HOPFORM_NEVER where its poles are real */
-    double fades; /**< [s] from then on the pair is nothing beside the real pole */
-    double pole; /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
-    double second; /**< [1/s] of three real poles; 0 of a pair that rings */
-    double third; /**< [1/s] the slowest of three */
-    double t; /**< [s] */
-    double Wdd; /**< [1] W'' */
-    double Wd; /**< [s] W' */
-    double W; /**< [s^2] impulse response of the poles */
-    double W1; /**< [s^3] integral of W */
-    double W2; /**< [s^4] integral of W1 */
+    double half_period;  /**< [s] of the pair; HOPFORM_NEVER where its poles are real */
+    double fades;        /**< [s] from then on the pair is nothing beside the real pole */
+    double pole;         /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
+    double second;       /**< [1/s] of three real poles; 0 of a pair that rings */
+    double third;        /**< [1/s] the slowest of three */
+    double t;            /**< [s] */
+    double Wdd;          /**< [1] W'' */
+    double Wd;           /**< [s] W' */
+    double W;            /**< [s^2] impulse response of the poles */
+    double W1;           /**< [s^3] integral of W */
+    double W2;           /**< [s^4] integral of W1 */
 } hopform_node_f64;
 
 /** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
@@ -134,8 +134,8 @@ typedef struct {
 
 /** A step of the current: u from time t on. */
 typedef struct {
-    double t; /**< [s] */
-    double u; /**< [A] */
+    double t;  /**< [s] */
+    double u;  /**< [A] */
 } hopform_step_f64;
 
 /** A phase: where and when it starts, and in which mode. */
@@ -165,10 +165,10 @@ typedef struct {
 
 /** What the controller is asked for. */
 typedef struct {
-    double h_des; /**< [m] hop height of the next apex */
-    double datum; /**< [m] the level that h_des counts from, less that of the ground under the foot */
-    double stop_margin; /**< [m] x_1 stays below x1_max by more than this */
-    double horizon; /**< [s] longest time of a stance */
+    double h_des;        /**< [m] hop height of the next apex */
+    double datum;        /**< [m] the level that h_des counts from, less that of the ground under the foot */
+    double stop_margin;  /**< [m] x_1 stays below x1_max by more than this */
+    double horizon;      /**< [s] longest time of a stance */
 } hopform_target_f64;
 
 /** The answer of the controller. */
@@ -323,9 +323,8 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
  * refused.
  */
 int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
-                                  const hopform_step_f64 *steps, int32_t step_count, double horizon,
-                                  int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity,
-                                  hopform_stance_f64 *stance);
+                                  const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
+                                  hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance);
 
 /** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. */
 int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
