@@ -105,16 +105,11 @@ def snake(name: str) -> str:
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
-def chunks(symbols: tuple[sp.Symbol, ...], width: int, extra: int) -> Iterator[tuple[sp.Symbol, ...]]:
+def chunks(symbols: tuple[sp.Symbol, ...], width: int, extra: int) -> Iterator[list[sp.Symbol]]:
     """The symbols in groups whose line, with each name twice and `extra` characters around it, fits in a width."""
-    group: list[sp.Symbol] = []
-    length = 0
+    groups: list[list[sp.Symbol]] = [[]]
     for symbol in symbols:
-        size = 2 * len(str(symbol)) + extra
-        if group and length + size > width:
-            yield tuple(group)
-            group, length = [], 0
-        group.append(symbol)
-        length += size
-    if group:
-        yield tuple(group)
+        if groups[-1] and sum(2 * len(str(each)) + extra for each in (*groups[-1], symbol)) > width:
+            groups.append([])
+        groups[-1].append(symbol)
+    return filter(None, groups)

@@ -26,10 +26,7 @@ m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_l
 TRAVEL = Quantity("travel", r"y_{max}", "m", "travel of the spring: compression at coil bind", "length", float("inf"))
 """A limit of the robot that no equation knows: compressions are compared with it."""
 
-RATES = Record(
-    "Rates",
-    "The equations of motion (3), (4) as coefficients of y, v_1, v_2 and 1, and their characteristic polynomials.",
-).of(
+RATES = Record("Rates", "Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials.").of(
     Quantity("a1_y", r"a_{1y}", "1/s^2", "acceleration of the actuator per compression"),
     Quantity("a1_v1", r"a_{11}", "1/s", "acceleration of the actuator per v_1"),
     Quantity("a1_v2", r"a_{12}", "1/s", "acceleration of the actuator per v_2"),
@@ -39,7 +36,7 @@ RATES = Record(
     Quantity("a2_v1", r"a_{21}", "1/s", "acceleration of the body per v_1"),
     Quantity("a2_v2", r"a_{22}", "1/s", "acceleration of the body per v_2"),
     Quantity("a2_0", r"a_{20}", "m/s^2", "constant acceleration of the body"),
-    Quantity("s_1", r"s_1", "1/s", "sum of the poles' rates, both masses moving"),
+    Quantity("s_1", r"s_1", "1/s", "sum of the rates of the three poles"),
     Quantity("s_2", r"s_2", "1/s^2", "sum of their products in pairs"),
     Quantity("s_3", r"s_3", "1/s^3", "their product"),
     Quantity("p_1", r"p_1", "1/s", "actuator moving alone: s^2 + p_1 s + q_1"),
@@ -53,9 +50,7 @@ POLES = Record("Poles", "The denominator of a mode, (s + a)(s^2 + p s + q); a = 
     Quantity("a", r"a", "1/s", "rate of the real pole"),
     Quantity("p", r"p", "1/s", "sum of the rates of the pair"),
     Quantity("q", r"q", "1/s^2", "product of the rates of the pair"),
-    Quantity("s_1", r"s_1", "1/s", "sum of the three rates"),
-    Quantity("s_2", r"s_2", "1/s^2", "sum of their products in pairs"),
-    Quantity("s_3", r"s_3", "1/s^3", "their product"),
+    *RATES.quantities[9:12],
 )
 a, p, q = POLES.symbols[:3]
 
@@ -73,11 +68,7 @@ DRIVE = Record("Drive", "Constant accelerations of a phase: current, gravity, of
 )
 C_1, C_2 = DRIVE.symbols
 
-MOTION = Record(
-    "Motion",
-    "Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also "
-    "whole.",
-).of(
+MOTION = Record("Motion", "Numerators of (11), counted from where and how fast each coordinate starts.").of(
     Quantity("H3_1", r"H_{3,1}", "m/s^2", "actuator, terms in s^2: its initial acceleration"),
     Quantity("H2_1", r"H_{2,1}", "m/s^3", "actuator, terms in s"),
     Quantity("H1_1", r"H_{1,1}", "m/s^4", "actuator, constant terms"),
@@ -93,9 +84,7 @@ MOTION = Record(
 )
 H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1 = MOTION.symbols
 
-NUMERATOR = Record(
-    "Numerator", "One numerator H_3 s^2 + H_2 s + H_1: how one function of time leaves its initial value."
-).of(
+NUMERATOR = Record("Numerator", "H_3 s^2 + H_2 s + H_1 of (11): how a function of time leaves its initial value.").of(
     Quantity("H3", r"H_3", "1/s", "terms in s^2: the initial rate"),
     Quantity("H2", r"H_2", "1/s^2", "terms in s"),
     Quantity("H1", r"H_1", "1/s^3", "constant terms"),
@@ -130,16 +119,15 @@ BASIS = Record("Basis", "The inverse transform W of 1/((s + a)(s^2 + p s + q)), 
 )
 Wdd, Wd, W, W1, W2 = BASIS.symbols
 
-SERIES = Record("Series", "W over a short time, from its power series: the four highest integrals.").of(
-    Quantity("W2", r"\iint W", "s^4", "second integral of W"),
+SERIES = Record("Series", "W over a short time, from its power series: the three highest integrals.").of(
+    BASIS.quantities[4],
     Quantity("W3", r"\iiint W", "s^5", "third integral of W"),
     Quantity("W4", r"\iiiint W", "s^6", "fourth integral of W"),
 )
 W3, W4 = SERIES.symbols[1:]
 
-PAIR_SERIES = Record("PairSeries", "R over a short time, from its power series: the two highest integrals.").of(
-    Quantity("R2", r"\iint R", "s^3", "second integral of R"),
-    Quantity("R3", r"\iiint R", "s^4", "third integral of R"),
+PAIR_SERIES = Record(
+    "PairSeries", "The highest integrals of R over a short time, from its power series.", PAIR.quantities[3:]
 )
 
 FREE = Record("Free", "Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i.").of(
@@ -148,9 +136,7 @@ FREE = Record("Free", "Free accelerations: the right sides of (3), (4) at v_i = 
 )
 free_1, free_2 = FREE.symbols
 
-PAIR_NUMERATOR = Record(
-    "PairNumerator", "Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q."
-).of(
+PAIR_NUMERATOR = Record("PairNumerator", "Deflated numerator, s + a divided out: A s + B over s^2 + p s + q.").of(
     Quantity("A", r"A", "1/s^2", "terms in s"),
     Quantity("B", r"B", "1/s^3", "constant terms"),
 )

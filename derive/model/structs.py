@@ -7,19 +7,17 @@ hold other structs.
 from collections.abc import Iterable, Iterator
 
 from ..emit.ir import Member, Quantity, Record, Struct
-from .quantities import ROBOT, STATE
+from .quantities import BASIS, ROBOT, STATE, TIME
 
 
-def reals(unit: str, *names: str, meaning: str = "") -> Iterator[Member]:
-    """Members of one unit."""
-    for name in names:
-        yield Member(name, "real", meaning, unit)
+def reals(unit: str, *names: str) -> Iterator[Member]:
+    """Members of one unit, whose names say what they are."""
+    return (Member(name, "real", "", unit) for name in names)
 
 
 def of_quantities(quantities: Iterable[Quantity]) -> Iterator[Member]:
     """Members that are quantities of the derivation."""
-    for quantity in quantities:
-        yield Member(quantity.name, "real", quantity.meaning, quantity.unit)
+    return (Member(quantity.name, "real", quantity.meaning, quantity.unit) for quantity in quantities)
 
 
 def struct_of(record: Record) -> Struct:
@@ -30,24 +28,15 @@ def struct_of(record: Record) -> Struct:
 SEARCH_INTERVALS = 24
 """Intervals of currents that wait in a search."""
 
-NODE = Struct(
-    "Node", "The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate."
-).of(
+NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and constants of the certificate.").of(
     Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
     Member("fades", "real", "from then on the pair is nothing beside the real pole", "s"),
     Member("pole", "real", "the real pole that is removed from a derivative: the fastest of three", "1/s"),
     Member("second", "real", "of three real poles; 0 of a pair that rings", "1/s"),
     Member("third", "real", "the slowest of three", "1/s"),
-    *reals("s", "t"),
-    *reals("1", "Wdd", meaning="W''"),
-    *reals("s", "Wd", meaning="W'"),
-    *reals("s^2", "W", meaning="impulse response of the poles"),
-    *reals("s^3", "W1", meaning="integral of W"),
-    *reals("s^4", "W2", meaning="integral of W1"),
+    *of_quantities((TIME, *BASIS.quantities)),
 )
-PLAN = Struct(
-    "Plan", "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode."
-).of(
+PLAN = Struct("Plan", "What is computed once per robot: coefficients of (3), (4), poles and a node of each mode.").of(
     Member("robot", "Robot"),
     Member("rates", "Rates"),
     Member("both", "Poles", "both masses slip"),
@@ -93,10 +82,7 @@ TRIAL = Struct("Trial", "A current that was tried, and what its stance does.").o
     Member("apex", "real", "0 without take-off", "m"),
     Member("apex_u", "real", "its derivative by u, as the next ones", "m/A"),
     Member(
-        "largest_x1",
-        "real",
-        "the largest x_1; above x1_max where that is hit: how far the stance is from not hitting it",
-        "m",
+        "largest_x1", "real", "the largest x_1; where x1_max is hit, beyond it by how far the stance is from that", "m"
     ),
     *reals("m/A", "largest_x1_u"),
     Member("least_contact", "real", "the least minimum of the contact force over k before the ending", "m"),
@@ -169,11 +155,9 @@ CONTACT = Struct("Contact", "What is known of the contact; begins as zeros.").of
     Member("touches", "int32", "1 if the foot is taken to touch"),
     Member("run", "int32", "samples in a row that disagree with it"),
 )
-INPUT = Struct(
-    "Input",
-    "A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0 "
-    "repeats a single number.",
-).of(Member("first", "const void *"), Member("stride", "ptrdiff"))
+INPUT = Struct("Input", "A number per stance: each `stride` bytes behind the one before; 0 repeats a single one.").of(
+    Member("first", "const void *"), Member("stride", "ptrdiff")
+)
 OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where it is not wanted.").of(
     Member("first", "void *"), Member("stride", "ptrdiff")
 )
@@ -182,10 +166,7 @@ OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where i
 def stances_in(robot: Record = ROBOT) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
-    return Struct(
-        "StancesIn",
-        "Many stances: where their robots, states at touchdown, constant currents and longest times are read.",
-    ).of(
+    return Struct("StancesIn", "Where robots, states at touchdown, currents and longest times of stances are read.").of(
         Member("robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields),
         Member("x1", "Input", "", "m"),
         Member("v1", "Input", "after the impact", "m/s"),
@@ -197,10 +178,7 @@ def stances_in(robot: Record = ROBOT) -> Struct:
     )
 
 
-STANCES_OUT = Struct(
-    "StancesOut",
-    "Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else.",
-).of(
+STANCES_OUT = Struct("StancesOut", "Where results of stances go: of a refused one a negative status and NaN.").of(
     Member("status", "Output", "int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_..."),
     Member("duration", "Output", "time of the ending", "s"),
     Member("x1", "Output", "at the ending, as the next three", "m"),
@@ -212,9 +190,7 @@ STANCES_OUT = Struct(
     Member("event_count", "Output", "int32_t"),
     Member("phases", "Phase *", "where one stance after the other is solved; NULL where no events are wanted"),
     Member("phase_capacity", "int32"),
-    Member(
-        "event_time", "real *", "event_capacity a stance, NaN behind its last; NULL where no events are wanted", "s"
-    ),
+    Member("event_time", "real *", "event_capacity a stance, NaN behind its last; NULL if no events are wanted", "s"),
     Member("event_kind", "int8 *", "HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last"),
     Member("event_capacity", "int32"),
 )
