@@ -54,10 +54,10 @@ def environment(python: str, venv: str, sympy: str) -> str:
 
 def every_python() -> Iterator[str]:
     """One interpreter per minor version from 3.11 up that runs and can make a venv."""
-    folders = [*map(str, Path.home().glob(".pyenv/versions/*/bin")), os.environ["PATH"]]
-    for minor in range(11, 30):
-        python = shutil.which(f"python3.{minor}", path=os.pathsep.join(folders))
-        if python and subprocess.run([python, "-c", "import ensurepip, venv"], capture_output=True).returncode == 0:
+    folders = os.pathsep.join([*map(str, Path.home().glob(".pyenv/versions/*/bin")), os.environ["PATH"]])
+    for python in filter(None, (shutil.which(f"python3.{minor}", path=folders) for minor in range(11, 30))):
+        tried = subprocess.run([python, "-c", "import ensurepip, venv"], capture_output=True, check=False)
+        if tried.returncode == 0:
             yield python
 
 
