@@ -77,7 +77,7 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str]) -> tuple[Ans
             bool(table.pop("columns", False)),
             (
                 *([Field("hopform", "string", "version")] if name.startswith("hopform ") else ()),
-                *(_field(key, str(text), words) for key, text in table.items()),
+                *(_field(name, str(text), words) for names, text in table.items() for name in names.split(", ")),
                 *of_facts.get(name, ()),
             ),
         )
