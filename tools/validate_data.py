@@ -42,12 +42,8 @@ class Line:
 def near(what: str, found: float, unit: str, published: float, share: float) -> Line:
     """A value that must be within a share of the published one."""
     off = found / published - 1.0
-    return Line(
-        what,
-        f"{found:.5g} {unit} ({100.0 * off:+.2f} %)",
-        f"{published:.5g} {unit} within {share:.0%}",
-        abs(off) <= share,
-    )
+    said = f"{found:.5g} {unit} ({100.0 * off:+.2f} %)"
+    return Line(what, said, f"{published:.5g} {unit} within {share:.0%}", abs(off) <= share)
 
 
 def decays(folder: Path) -> Iterator[Line]:

@@ -62,9 +62,6 @@ def open_conditions(model: Model) -> tuple[Condition, ...]:
 
 def _cannot_be_negative(value: sp.Expr, known: set[sp.Symbol]) -> bool:
     """Whether an expression is, term by term, a product of a positive number and of factors that are not negative."""
-    for term in sp.Add.make_args(sp.expand(value)):
-        for factor in sp.Mul.make_args(term):
-            base, exponent = factor.as_base_exp()
-            if not (factor.is_nonnegative or base in known or exponent.is_even):
-                return False
-    return True
+    factors = (factor for term in sp.Add.make_args(sp.expand(value)) for factor in sp.Mul.make_args(term))
+    powers = ((factor, *factor.as_base_exp()) for factor in factors)
+    return all(factor.is_nonnegative or base in known or exponent.is_even for factor, base, exponent in powers)
