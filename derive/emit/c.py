@@ -40,10 +40,10 @@ class C:
         does.
         """
         ends = []
-        if not domain.unbounded_below:
+        if -math.inf not in domain:
             low = "-HOPFORM_NEVER_real" if domain.low == -math.inf else repr(domain.low)
             ends.append(f"(value) {'>=' if domain.with_low or domain.low == -math.inf else '>'} {low}")
-        if not domain.unbounded_above:
+        if math.inf not in domain:
             high = "HOPFORM_NEVER_real" if domain.high == math.inf else repr(domain.high)
             ends.append(f"(value) {'<=' if domain.with_high or domain.high == math.inf else '<'} {high}")
         return f"({' && '.join(ends)})"

@@ -28,16 +28,6 @@ class Domain:
         above = self.low <= value if self.with_low else self.low < value
         return above and (value <= self.high if self.with_high else value < self.high)
 
-    @property
-    def unbounded_below(self) -> bool:
-        """Whether -inf lies in it."""
-        return self.with_low and self.low == -math.inf
-
-    @property
-    def unbounded_above(self) -> bool:
-        """Whether inf lies in it."""
-        return self.with_high and self.high == math.inf
-
 
 DOMAINS = {
     domain.name: domain

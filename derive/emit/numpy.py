@@ -63,10 +63,8 @@ class NumPy:
 
     def attribute(self, quantity: Quantity) -> str:
         """A field of a dataclass, with its default if it has one."""
-        if quantity.default is None:
-            return f"{quantity.name}: float"
-        infinite = {float("inf"): "math.inf", float("-inf"): "-math.inf"}
-        return f"{quantity.name}: float = {infinite.get(quantity.default, repr(quantity.default))}"
+        default = "" if quantity.default is None else f" = {self.number(quantity.default)}"
+        return f"{quantity.name}: float{default}"
 
     def names(self, symbols: Iterable[sp.Symbol]) -> str:
         """A tuple of names as text."""

@@ -1,5 +1,6 @@
 """What the command line answers as JSON and CSV, from which its schema and the page about it are made."""
 
+import math
 import textwrap
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -94,7 +95,7 @@ def _field(name: str, text: str, words: Mapping[str, tuple[str, ...]]) -> Field:
 
 def _parameter(parameter: Quantity) -> Field:
     domain, unit = parameter.interval, "" if parameter.unit == "1" else f"{parameter.unit}, "
-    if domain.unbounded_below or domain.unbounded_above:
+    if -math.inf in domain or math.inf in domain:
         return Field(parameter.name, "number or null", f"{unit}{parameter.meaning}; null: none")
     return Field(parameter.name, "number", f"{unit}{parameter.meaning}")
 

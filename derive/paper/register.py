@@ -51,11 +51,6 @@ class Equation:
     number: int = 0
 
     @property
-    def computed_by(self) -> str:
-        """The steps as Markdown."""
-        return ", ".join(f"`{step}`" for step in self.steps)
-
-    @property
     def literals(self) -> Iterator[str]:
         """The fields as lines of Python, plain literals in pieces that fit the line."""
         yield f"{self.number},"
@@ -90,7 +85,7 @@ m_1, m_2, b_eff, u_star, v_td, x2_ground = sp.symbols("m_1 m_2 b_eff u_star v_td
 E_delta, E_td, E_dist, h_des, x1_T = sp.symbols("E_delta E_td E_dist h_des x1_T", real=True)
 acc2 = sp.Symbol("acc2", real=True)
 pole_a, pole_b, pole_c, pole_d, pole_e = POLES = sp.symbols("a b c_pole d e_pole")
-A, B, C, D, E = COEFFICIENTS = sp.symbols("A B C D E")
+A, B, C, D, E = sp.symbols("A B C D E")
 HATS = sp.symbols("A_hat B_hat C_hat D_hat E_hat F_hat G_hat")
 
 # The polynomials as printed: below (11), and behind s in the denominators of (6), (7).

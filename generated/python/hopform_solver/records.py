@@ -16,16 +16,6 @@ class Domain(NamedTuple):
     with_low: bool
     with_high: bool
 
-    @property
-    def unbounded_below(self) -> bool:
-        """Whether -inf lies in it."""
-        return self.with_low and self.low == float("-inf")
-
-    @property
-    def unbounded_above(self) -> bool:
-        """Whether inf lies in it."""
-        return self.with_high and self.high == float("inf")
-
 
 DOMAINS = {
     "real": Domain("finite", float("-inf"), float("inf"), False, False),
