@@ -30,16 +30,11 @@ class Expressions:
         return self._sum(sp.sympify(value))
 
     def _sum(self, value: sp.Expr) -> str:
-        terms = sorted(sp.Add.make_args(value), key=self._term_order)
         text = ""
-        for term in terms:
+        for term in sorted(sp.Add.make_args(value), key=self._term_order):
             negative = term.could_extract_minus_sign()
-            body = self._product(-term if negative else term)
-            if text:
-                text += f" - {body}" if negative else f" + {body}"
-            else:
-                text = f"-{body}" if negative else body
-        return text
+            text += f" {'-' if negative else '+'} {self._product(-term if negative else term)}"
+        return f"-{text.removeprefix(' - ')}" if text.startswith(" - ") else text.removeprefix(" + ")
 
     def _term_order(self, term: sp.Expr) -> tuple[bool, int, str]:
         """Positive terms first, then numbers, then the shorter names."""

@@ -112,14 +112,14 @@ def _texts(options: Options) -> dict[Path, str]:
     )
     context = _context(program(options.model), options)
     texts: dict[Path, str] = {}
-    for name in sorted(environment.list_templates()):
+    for name, _ in _files(SOURCES["templates"]):
         target = name.removesuffix(".j2")
-        for precision in options.precisions if target.startswith("c/") and "_real" in target else (None,):
+        for path, precision in _placed(target, options):
             text = environment.get_template(name).render(context, c=C(precision or F64))
-            path, text = _spelled(target, text, options, precision)
+            text = _spelled(target, text, options, precision)
             text = documented(text) if target.startswith("c/include/") else text
             text = text.replace(HEADER_MARK, HEADER.format(f"templates/{name}"))
-            texts[Path(path)] = "\n".join(line.rstrip() for line in text.split("\n"))
+            texts[path] = "\n".join(line.rstrip() for line in text.split("\n"))
     return texts | _instances(options)
 
 
@@ -132,9 +132,8 @@ def _instances(options: Options) -> dict[Path, str]:
     texts: dict[Path, str] = {}
     for name, source in engine():
         header, text = HEADER.format(f"runtime/engine/{name}"), source.read_text("utf-8")
-        for precision in options.precisions if "_real" in source.name else (None,):
-            path, spelled = _spelled(instance(name), text, options, precision)
-            texts[Path(path)] = spelled.replace(LICENCE_LINE, header, 1)
+        for path, precision in _placed(target := instance(name), options):
+            texts[path] = _spelled(target, text, options, precision).replace(LICENCE_LINE, header, 1)
     return texts
 
 
@@ -144,28 +143,28 @@ def instance(name: str) -> str:
     return f"{INSTANCES[folder]}/{name.removeprefix(f'{folder}/')}"
 
 
-def _spelled(target: str, text: str, options: Options, precision: Precision | None) -> tuple[str, str]:
-    """Path and text in one precision, with the prefix of every public name; EQUATIONS.md has neither."""
-    prefix = options.prefix
-    if precision is not None:
-        return with_prefix(target.replace("_real", f"_{precision.name}"), prefix), instantiate(text, precision, prefix)
+def _placed(target: str, options: Options) -> Iterator[tuple[Path, Precision | None]]:
+    """The paths of what is made for a path, one for each precision where its name asks for them."""
+    for precision in options.precisions if target.startswith("c/") and "_real" in target else (None,):
+        name = target.replace("_real", f"_{precision.name}") if precision else target
+        yield Path(with_prefix(name, options.prefix)), precision
+
+
+def _spelled(target: str, text: str, options: Options, precision: Precision | None) -> str:
+    """A text in one precision, with the prefix of every public name; EQUATIONS.md has neither."""
     if target.startswith("packages/") and target.endswith((".c", ".ino")):  # an example, in the first precision
-        return with_prefix(target, prefix), instantiate(text, options.precisions[0], prefix)
-    if target.startswith(("c/", "python/", "packages/")):
-        return with_prefix(target, prefix), with_prefix(text, prefix)
-    return target, text
+        precision = options.precisions[0]
+    if precision is not None:
+        return instantiate(text, precision, options.prefix)
+    return with_prefix(text, options.prefix) if target.startswith(("c/", "python/", "packages/")) else text
 
 
 def _firmware(options: Options) -> list[str]:
     """The files of the C library that firmware compiles or includes, relative to its folder."""
-    sources = [instance(name) for name, _ in engine() if name.startswith("c/") and "workstation" not in name]
-    rendered = [str(path.relative_to(SOURCES["templates"]))[:-3] for path in SOURCES["templates"].glob("c/**/*.j2")]
-    names = [name.removeprefix("c/") for name in (*sources, *rendered)]
-    return sorted(
-        with_prefix(name.replace("_real", f"_{precision.name}"), options.prefix)
-        for name in names
-        for precision in (options.precisions if "_real" in name else PRECISIONS[:1])
-    )
+    sources = (instance(name) for name, _ in engine() if "workstation" not in name)
+    rendered = (name.removesuffix(".j2") for name, _ in _files(SOURCES["templates"]))
+    library = (target for target in (*sources, *rendered) if target.startswith("c/"))
+    return sorted(path.relative_to("c").as_posix() for target in library for path, _ in _placed(target, options))
 
 
 def example_value(quantity: Quantity) -> float:
@@ -200,7 +199,7 @@ def _declarations() -> dict[str, str]:
     return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
 
 
-TOLD = (energy, kernels, kinds, precisions, register, selftest, stability)
+FACTS = (energy, kernels, kinds, precisions, register, selftest, stability)
 """Modules whose facts templates ask for, by their names."""
 
 
@@ -209,7 +208,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
     public = [struct_of(record) for record in made.records if record.name in PUBLIC]
     firmware = _firmware(options)
     answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS)
-    return {module.__name__.rpartition(".")[2]: module for module in TOLD} | {
+    return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
         "header": HEADER_MARK,
         "version": VERSION,
         "source": SOURCE,

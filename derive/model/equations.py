@@ -113,8 +113,9 @@ class Model:
 
     def _forces_in(self, where: str) -> tuple[sp.Expr, sp.Expr]:
         """The forces that "stance" and "flight" share: all on the actuator, further terms on the body, [N]."""
-        shared = k * c - gamma2 * u - b1 * v1 + self.friction[0], sp.S.Zero
-        actuator, body = map(sum, zip(shared, *(term.force_in(where) for term in self.terms), strict=True))
+        actuator = k * c - gamma2 * u - b1 * v1 + self.friction[0]
+        further = (term.force_in(where) for term in self.terms)
+        actuator, body = map(sum, zip((actuator, sp.S.Zero), *further, strict=True))
         return actuator, body
 
     @cached_property
