@@ -55,10 +55,7 @@ class C:
         """X(name, DOMAIN) for each member."""
         return " ".join(f"X({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
 
-    def type(self, record: Record | Struct) -> str:
-        return self._type(record.name)
-
-    def _type(self, name: str) -> str:
+    def type(self, name: str) -> str:
         """A scalar, a struct or a pointer, by its name in the derivation."""
         bare = name.removeprefix("const ").removesuffix(" *")
         spelled = "void" if bare == "void" else SCALARS.get(bare, f"hopform_{snake(bare)}_real")
@@ -75,14 +72,14 @@ class C:
 
     def _member(self, member: Member) -> str:
         many = f"[{member.count}]" if member.count > 1 else ""
-        return f"{self._type(member.type)} {member.name}{many};".replace("* ", "*")
+        return f"{self.type(member.type)} {member.name}{many};".replace("* ", "*")
 
     def signature(self, function: Function) -> str:
         arguments = ", ".join(
-            f"const {self.type(a)} *{argument_name(a)}" if isinstance(a, Record) else f"real {a.name}"
+            f"const {self.type(a.name)} *{argument_name(a)}" if isinstance(a, Record) else f"real {a.name}"
             for a in function.takes
         )
-        returns = self.type(function.returns) if isinstance(function.returns, Record) else "real"
+        returns = self.type(function.returns.name) if isinstance(function.returns, Record) else "real"
         return f"{returns} hopform_{function.name}_real({arguments})"
 
     def body(self, function: Function) -> Iterator[str]:
@@ -100,7 +97,7 @@ class C:
         )
         if isinstance(function.returns, Record):
             values = ", ".join(map(str, function.returns.symbols))
-            yield f"const {self.type(function.returns)} result = {{{values}}};"
+            yield f"const {self.type(function.returns.name)} result = {{{values}}};"
             yield "return result;"
         else:
             yield f"return {function.returns.symbol};"

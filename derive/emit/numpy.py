@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 
 import sympy as sp
 
+from ..model.kinds import Word
 from .expressions import Expressions, aligned, argument_name, chunks
 from .ir import Domain, Function, Program, Quantity, Record
 
@@ -65,6 +66,10 @@ class NumPy:
         """A field of a dataclass, with its default if it has one."""
         default = "" if quantity.default is None else f" = {self.number(quantity.default)}"
         return f"{quantity.name}: float{default}"
+
+    def words(self, words: Iterable[Word]) -> str:
+        """A dictionary of words by their numbers, a line each with the meaning."""
+        return "\n".join(("{", *(f'    {word.number}: "{word.text}",  # {word.meaning}' for word in words), "}"))
 
     def names(self, symbols: Iterable[sp.Symbol]) -> str:
         """A tuple of names as text."""

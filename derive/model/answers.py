@@ -70,15 +70,15 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str]) -> tuple[Ans
             for each in robot.quantities
         ),
     }
-    tables: dict[str, dict[str, str | bool]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+    tables: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
     return tuple(
         Answer(
             name,
-            str(table.pop("note", "")).replace("\n", " "),
-            bool(table.pop("columns", False)),
+            table.pop("note", "").replace("\n", " "),
+            name[0].isupper(),
             (
                 *([Field("hopform", "string", "version")] if name.startswith("hopform ") else ()),
-                *(_field(name, str(text), words) for names, text in table.items() for name in names.split(", ")),
+                *(_field(key, text, words) for keys, text in table.items() for key in keys.split(", ")),
                 *of_facts.get(name, ()),
             ),
         )

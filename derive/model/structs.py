@@ -198,8 +198,4 @@ STANCES_OUT = Struct("StancesOut", "Where results of stances go: of a refused on
 
 def structs(robot: Record = ROBOT) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds."""
-    return (
-        NODE, PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, INTERVAL, SEARCH, FLIGHT_PHASE, FLIGHT,
-        DETECTOR, CONTACT,
-        INPUT, OUTPUT, stances_in(robot), STANCES_OUT,
-    )  # fmt: skip
+    return (*(value for value in globals().values() if isinstance(value, Struct)), stances_in(robot))

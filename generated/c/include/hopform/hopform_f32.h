@@ -280,18 +280,6 @@ typedef struct {
     ptrdiff_t stride;
 } hopform_output_f32;
 
-/** Where robots, states at touchdown, currents and longest times of stances are read. */
-typedef struct {
-    hopform_input_f32 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
-    hopform_input_f32 x1; /**< [m] */
-    hopform_input_f32 v1; /**< [m/s] after the impact */
-    hopform_input_f32 v2; /**< [m/s] after the impact */
-    hopform_input_f32 y; /**< [m] compression, 0 at touchdown */
-    hopform_input_f32 u; /**< [A] */
-    hopform_input_f32 horizon; /**< [s] */
-    int32_t max_phases;
-} hopform_stances_in_f32;
-
 /** Where results of stances go: of a refused one a negative status and NaN. */
 typedef struct {
     hopform_output_f32 status; /**< int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_... */
@@ -309,6 +297,18 @@ typedef struct {
     int8_t *event_kind; /**< HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last */
     int32_t event_capacity;
 } hopform_stances_out_f32;
+
+/** Where robots, states at touchdown, currents and longest times of stances are read. */
+typedef struct {
+    hopform_input_f32 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
+    hopform_input_f32 x1; /**< [m] */
+    hopform_input_f32 v1; /**< [m/s] after the impact */
+    hopform_input_f32 v2; /**< [m/s] after the impact */
+    hopform_input_f32 y; /**< [m] compression, 0 at touchdown */
+    hopform_input_f32 u; /**< [A] */
+    hopform_input_f32 horizon; /**< [s] */
+    int32_t max_phases;
+} hopform_stances_in_f32;
 
 /** Coefficients and poles of a robot, which may lie in the plan. A refusal zeroes the plan, and every function refuses
  * it. */
