@@ -16,9 +16,7 @@ import sympy as sp
 from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.quantities import *
 
-RISE = Record(
-    "Rise", "Step response: change of a function of time since the start of the phase, and its first three derivatives."
-).of(
+RISE = Record("Rise", "Step response: change of a function of time in a phase, and its first three derivatives.").of(
     scalar("rise", "1", "the function less its initial value"),
     scalar("rise_rate", "1/s", "its rate"),
     scalar("rise_curvature", "1/s^2", "the derivative of its rate"),

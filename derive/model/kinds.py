@@ -82,10 +82,7 @@ FLIGHT_ENDINGS = Kind("How a flight ended.", "FlightEnding", "FLIGHT_ENDINGS", "
     Word(4, "too_many_phases", "the cap on phases was reached"),
 )
 CURRENT_EVENTS = Kind(
-    "What starts a phase of a flight beside what the actuator does.",
-    "CurrentEventKind",
-    "CURRENT_EVENTS",
-    "flight_event_",
+    "What starts a phase of a flight beside the actuator.", "CurrentEventKind", "CURRENT_EVENTS", "flight_event_"
 ).of(
     Word(8, "u_saturates", "the current reaches its limit"),
     Word(9, "u_desaturates", "the current leaves its limit"),

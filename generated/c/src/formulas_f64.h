@@ -164,7 +164,7 @@ typedef struct {
     double W2;  /* [s^4] integral of W1 */
 } hopform_integrals_f64;
 
-/* Step response: change of a function of time since the start of the phase, and its first three derivatives. */
+/* Step response: change of a function of time in a phase, and its first three derivatives. */
 typedef struct {
     double rise;            /* [1] the function less its initial value */
     double rise_rate;       /* [1/s] its rate */

@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "c727c2fce4a5ae05"
+SOURCE = "ee5050ec9e9ef868"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"

@@ -180,7 +180,7 @@ CurrentEventKind: TypeAlias = Literal[
     "u_saturates",
     "u_desaturates",
 ]
-"""What starts a phase of a flight beside what the actuator does."""
+"""What starts a phase of a flight beside the actuator."""
 
 CURRENT_EVENTS = {
     8: "u_saturates",  # the current reaches its limit
@@ -621,7 +621,7 @@ class Integrals(NamedTuple):
 
 
 class Rise(NamedTuple):
-    """Step response: change of a function of time since the start of the phase, and its first three derivatives."""
+    """Step response: change of a function of time in a phase, and its first three derivatives."""
 
     rise: Real
     """[1] the function less its initial value"""
