@@ -31,29 +31,17 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=f"python -m {__package__}", description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--check", action="store_true", help="write nothing; exit 1 and say what differs if it is stale"
-    )
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="where to write instead of generated/: an empty folder, or one that derive made",
-    )
-    parser.add_argument(
-        "--model",
-        type=Path,
-        metavar="FILE",
-        help="further terms in the equations of motion: a file that is run as Python, so read it first; needs --out",
-    )
-    parser.add_argument("--prefix", default="hopform", metavar="NAME", help="prefix of every public name; needs --out")
+    option = parser.add_argument
+    option("--check", action="store_true", help="write nothing; exit 1 and say what differs if it is stale")
+    where = "where to write instead of generated/: an empty folder, or one that derive made"
+    option("--out", type=Path, metavar="DIR", help=where)
+    further = "further terms in the equations of motion: a file that is run as Python, so read it first; needs --out"
+    option("--model", type=Path, metavar="FILE", help=further)
+    option("--prefix", default="hopform", metavar="NAME", help="prefix of every public name; needs --out")
     one = parser.add_mutually_exclusive_group()
-    one.add_argument(
-        "--float32", action="store_const", const=(F32,), dest="precisions", help="C in single precision only"
-    )
-    one.add_argument(
-        "--float64", action="store_const", const=(F64,), dest="precisions", help="C in double precision only"
-    )
+    for name, precision, word in (("--float32", F32, "single"), ("--float64", F64, "double")):
+        help_ = f"C in {word} precision only"
+        one.add_argument(name, action="store_const", const=(precision,), dest="precisions", help=help_)
     return parser
 
 

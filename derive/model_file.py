@@ -28,7 +28,7 @@ from .model import quantities as Q
 from .model.equations import Model, ModelError, Term
 from .model.quantities import side_1, side_2, u, v1, v2, x1, x2
 
-FINITE = {name: domain for name, domain in DOMAINS.items() if not (domain.unbounded_below or domain.unbounded_above)}
+FINITE = {name: domain for name, domain in DOMAINS.items() if -math.inf not in domain and math.inf not in domain}
 """Domains of a parameter of a term, which may not be infinite."""
 
 SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)

@@ -27,15 +27,11 @@ FLAGS = [
 ]  # fmt: skip
 
 
-class NoCompiler(Exception):
-    """ziglang is not installed."""
-
-
 def wasm() -> bytes:
     """The library and play.c as a module of WebAssembly without imports."""
     zig = importlib.util.find_spec("ziglang")
     if zig is None or zig.origin is None:
-        raise NoCompiler("ziglang is not installed (`make docs` installs it)")
+        sys.exit("hopform: ziglang is not installed (`make docs` installs it)")
     headers = Path(zig.origin).parent / "lib" / "libc" / "include"
     include = [flag for name in ("wasm-wasi-musl", "generic-musl") for flag in ("-isystem", str(headers / name))]
     with tempfile.TemporaryDirectory() as folder:

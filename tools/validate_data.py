@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hopform import HopformError, fit_drop_test, fit_force, fit_step_response, read_recording
+from hopform._identify.fits import Fit
 from hopform._identify.recordings import Recording, parse_recording
 
 CART, TWO_MASSES, SPRING, FORCE_CONSTANT = 0.5685, 0.986, 712.6, 2.0
@@ -42,12 +43,13 @@ class Line:
 def near(what: str, found: float, unit: str, published: float, share: float) -> Line:
     """A value that must be within a share of the published one."""
     off = found / published - 1.0
-    return Line(
-        what,
-        f"{found:.5g} {unit} ({100.0 * off:+.2f} %)",
-        f"{published:.5g} {unit} within {share:.0%}",
-        abs(off) <= share,
-    )
+    said = f"{found:.5g} {unit} ({100.0 * off:+.2f} %)"
+    return Line(what, said, f"{published:.5g} {unit} within {share:.0%}", abs(off) <= share)
+
+
+def residuals(fit: Fit, unit: str = "mm", digits: int = 3) -> str:
+    """The residuals of a fit beside those of viscous friction alone."""
+    return f"{1e3 * fit.rms:.{digits}f} {unit}, viscous alone {1e3 * fit.old_rms:.{digits}f} {unit}"
 
 
 def decays(folder: Path) -> Iterator[Line]:
@@ -56,10 +58,8 @@ def decays(folder: Path) -> Iterator[Line]:
     loaded = read_recording(folder / DECAYS[1], added_mass=TWO_MASSES)
     for recording in (first, second):
         fit = fit_drop_test(recording, attached=True, holdout=False)
-        yield Line(
-            f"{Path(recording.source).name}: rms", f"{1e3 * fit.rms:.3f} mm, viscous alone {1e3 * fit.old_rms:.3f} mm",
-            "at most 0.2 mm, from 0.5 to 0.9 mm", fit.rms <= 2e-4 and 5e-4 <= fit.old_rms <= 9e-4,
-        )  # fmt: skip
+        wanted, holds = "at most 0.2 mm, from 0.5 to 0.9 mm", fit.rms <= 2e-4 and 5e-4 <= fit.old_rms <= 9e-4
+        yield Line(f"{Path(recording.source).name}: rms", residuals(fit), wanted, holds)
     both = fit_drop_test([first, loaded], attached=True, compare=False, holdout=False)
     yield near("both decays: mass of the cart", both["m_s"].value, "kg", CART, 0.05)
     yield near("both decays: spring", both["k"].value, "N/m", SPRING, 0.01)
@@ -71,10 +71,7 @@ def pulses(folder: Path) -> Iterator[Line]:
         fit = fit_step_response(read_recording(folder / name), known={"k": k}, holdout=False)
         yield near(f"{name}: |gamma2|", abs(fit["gamma2"].value), "N/A", FORCE_CONSTANT, 0.10)
         ratio = fit.old_rms / fit.rms
-        yield Line(
-            f"{name}: rms", f"{1e3 * fit.rms:.3f} mm, viscous alone {1e3 * fit.old_rms:.3f} mm, {ratio:.2f} times",
-            "at least 1.4 times below", ratio >= 1.4,
-        )  # fmt: skip
+        yield Line(f"{name}: rms", f"{residuals(fit)}, {ratio:.2f} times", "at least 1.4 times below", ratio >= 1.4)
 
 
 def axis(folder: Path) -> Iterator[Line]:
@@ -97,16 +94,12 @@ def pendulums(folder: Path) -> Iterator[Line]:
             fit = fit_drop_test(_released(folder / name, small), attached=True, known={"k": GRAVITY}, holdout=False)
             inertia, viscous, coulomb = (fit[each].value for each in ("m_s", "b2", "f2"))
             found[name, small] = inertia
-            yield Line(
-                f"{name}{f' from {SMALL} rad' if small else ''}: inertia, viscous, Coulomb",
-                f"{inertia:.5f} kg m^2 [{fit['m_s'].low:.5f}, {fit['m_s'].high:.5f}], {viscous:.4f} N m s/rad, "
-                f"{inertia * coulomb:.4f} N m", f"m l^2 = {LOAD} and a rotor of less", LOAD < inertia < 2.0 * LOAD,
-            )  # fmt: skip
-            yield Line(
-                f"{name}{f' from {SMALL} rad' if small else ''}: rms",
-                f"{1e3 * fit.rms:.2f} mrad, viscous alone {1e3 * fit.old_rms:.2f} mrad", "at most half",
-                fit.rms <= 0.5 * fit.old_rms,
-            )  # fmt: skip
+            what = f"{name}{f' from {SMALL} rad' if small else ''}"
+            interval = f"{inertia:.5f} kg m^2 [{fit['m_s'].low:.5f}, {fit['m_s'].high:.5f}]"
+            values = f"{interval}, {viscous:.4f} N m s/rad, {inertia * coulomb:.4f} N m"
+            wanted, holds = f"m l^2 = {LOAD} and a rotor of less", LOAD < inertia < 2.0 * LOAD
+            yield Line(f"{what}: inertia, viscous, Coulomb", values, wanted, holds)
+            yield Line(f"{what}: rms", residuals(fit, "mrad", 2), "at most half", fit.rms <= 0.5 * fit.old_rms)
     yield near("pendulums: inertia of the second", found[PENDULUMS[1], True], "kg m^2", found[PENDULUMS[0], True], 0.03)
 
 

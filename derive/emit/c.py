@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from ..model.kinds import Kind, Word
 from ..model.precisions import F32, Precision
 from .expressions import Expressions, aligned, argument_name, chunks, snake
-from .ir import SCALARS, Domain, Function, Record, Struct
+from .ir import SCALARS, Domain, Function, Member, Record, Struct
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 """Functions of the C library that the engine or a formula may call."""
@@ -40,10 +40,10 @@ class C:
         does.
         """
         ends = []
-        if not domain.unbounded_below:
+        if -math.inf not in domain:
             low = "-HOPFORM_NEVER_real" if domain.low == -math.inf else repr(domain.low)
             ends.append(f"(value) {'>=' if domain.with_low or domain.low == -math.inf else '>'} {low}")
-        if not domain.unbounded_above:
+        if math.inf not in domain:
             high = "HOPFORM_NEVER_real" if domain.high == math.inf else repr(domain.high)
             ends.append(f"(value) {'<=' if domain.with_high or domain.high == math.inf else '<'} {high}")
         return f"({' && '.join(ends)})"
@@ -55,28 +55,31 @@ class C:
         """X(name, DOMAIN) for each member."""
         return " ".join(f"X({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
 
-    def type(self, record: Record | Struct) -> str:
-        return self._type(record.name)
-
-    def _type(self, name: str) -> str:
+    def type(self, name: str) -> str:
         """A scalar, a struct or a pointer, by its name in the derivation."""
         bare = name.removeprefix("const ").removesuffix(" *")
         spelled = "void" if bare == "void" else SCALARS.get(bare, f"hopform_{snake(bare)}_real")
         return name.replace(bare, spelled, 1)
 
-    def struct_members(self, struct: Struct) -> Iterator[str]:
-        """Declarations with their comments."""
-        for member in struct.members:
-            many = f"[{member.count}]" if member.count > 1 else ""
-            declared = f"{self._type(member.type)} {member.name}{many};".replace("* ", "*")
-            yield f"{declared} /* {member.comment} */" if member.comment else declared
+    def members(self, struct: Struct) -> Iterator[str]:
+        """Declarations with their comments, which align where all are of the type that each precision spells."""
+        lines = [
+            (self._member(member), f"/* {member.comment} */" if member.comment else "") for member in struct.members
+        ]
+        if all(member.type == "real" for member in struct.members):
+            return aligned(lines)
+        return (f"{declared} {comment}".rstrip() for declared, comment in lines)
+
+    def _member(self, member: Member) -> str:
+        many = f"[{member.count}]" if member.count > 1 else ""
+        return f"{self.type(member.type)} {member.name}{many};".replace("* ", "*")
 
     def signature(self, function: Function) -> str:
         arguments = ", ".join(
-            f"const {self.type(a)} *{argument_name(a)}" if isinstance(a, Record) else f"real {a.name}"
+            f"const {self.type(a.name)} *{argument_name(a)}" if isinstance(a, Record) else f"real {a.name}"
             for a in function.takes
         )
-        returns = self.type(function.returns) if isinstance(function.returns, Record) else "real"
+        returns = self.type(function.returns.name) if isinstance(function.returns, Record) else "real"
         return f"{returns} hopform_{function.name}_real({arguments})"
 
     def body(self, function: Function) -> Iterator[str]:
@@ -94,13 +97,10 @@ class C:
         )
         if isinstance(function.returns, Record):
             values = ", ".join(map(str, function.returns.symbols))
-            yield f"const {self.type(function.returns)} result = {{{values}}};"
+            yield f"const {self.type(function.returns.name)} result = {{{values}}};"
             yield "return result;"
         else:
             yield f"return {function.returns.symbol};"
-
-    def members(self, record: Record) -> Iterator[str]:
-        yield from aligned((f"real {q.name};", f"/* [{q.unit}] {q.meaning} */") for q in record.quantities)
 
     def values(self, record: Record, known: Mapping[str, float]) -> str:
         """An initialiser of a record with some numbers known and the others 0."""

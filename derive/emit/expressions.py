@@ -30,16 +30,11 @@ class Expressions:
         return self._sum(sp.sympify(value))
 
     def _sum(self, value: sp.Expr) -> str:
-        terms = sorted(sp.Add.make_args(value), key=self._term_order)
         text = ""
-        for term in terms:
+        for term in sorted(sp.Add.make_args(value), key=self._term_order):
             negative = term.could_extract_minus_sign()
-            body = self._product(-term if negative else term)
-            if text:
-                text += f" - {body}" if negative else f" + {body}"
-            else:
-                text = f"-{body}" if negative else body
-        return text
+            text += f" {'-' if negative else '+'} {self._product(-term if negative else term)}"
+        return f"-{text.removeprefix(' - ')}" if text.startswith(" - ") else text.removeprefix(" + ")
 
     def _term_order(self, term: sp.Expr) -> tuple[bool, int, str]:
         """Positive terms first, then numbers, then the shorter names."""
@@ -105,16 +100,11 @@ def snake(name: str) -> str:
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
-def chunks(symbols: tuple[sp.Symbol, ...], width: int, extra: int) -> Iterator[tuple[sp.Symbol, ...]]:
+def chunks(symbols: tuple[sp.Symbol, ...], width: int, extra: int) -> Iterator[list[sp.Symbol]]:
     """The symbols in groups whose line, with each name twice and `extra` characters around it, fits in a width."""
-    group: list[sp.Symbol] = []
-    length = 0
+    groups: list[list[sp.Symbol]] = [[]]
     for symbol in symbols:
-        size = 2 * len(str(symbol)) + extra
-        if group and length + size > width:
-            yield tuple(group)
-            group, length = [], 0
-        group.append(symbol)
-        length += size
-    if group:
-        yield tuple(group)
+        if groups[-1] and sum(2 * len(str(each)) + extra for each in (*groups[-1], symbol)) > width:
+            groups.append([])
+        groups[-1].append(symbol)
+    return filter(None, groups)

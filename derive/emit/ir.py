@@ -6,7 +6,7 @@ The intermediate form knows sympy expressions and nothing about any target langu
 import inspect
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -27,16 +27,6 @@ class Domain:
     def __contains__(self, value: float) -> bool:
         above = self.low <= value if self.with_low else self.low < value
         return above and (value <= self.high if self.with_high else value < self.high)
-
-    @property
-    def unbounded_below(self) -> bool:
-        """Whether -inf lies in it."""
-        return self.with_low and self.low == -math.inf
-
-    @property
-    def unbounded_above(self) -> bool:
-        """Whether inf lies in it."""
-        return self.with_high and self.high == math.inf
 
 
 DOMAINS = {
@@ -93,12 +83,12 @@ class Record:
 
     name: str
     meaning: str
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[Quantity, ...] = ()
     python_name: str = ""
 
-    @classmethod
-    def of(cls, name: str, meaning: str, *quantities: Quantity, python_name: str = "") -> "Record":
-        return cls(name, meaning, quantities, python_name)
+    def of(self, *quantities: Quantity) -> "Record":
+        """The record with these quantities."""
+        return replace(self, quantities=quantities)
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
@@ -143,11 +133,11 @@ class Struct:
 
     name: str
     meaning: str
-    members: tuple[Member, ...]
+    members: tuple[Member, ...] = ()
 
-    @classmethod
-    def of(cls, name: str, meaning: str, *members: Member) -> "Struct":
-        return cls(name, meaning, members)
+    def of(self, *members: Member) -> "Struct":
+        """The struct with these members."""
+        return replace(self, members=members)
 
 
 @dataclass(frozen=True)

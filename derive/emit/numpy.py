@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 
 import sympy as sp
 
+from ..model.kinds import Word
 from .expressions import Expressions, aligned, argument_name, chunks
 from .ir import Domain, Function, Program, Quantity, Record
 
@@ -63,10 +64,12 @@ class NumPy:
 
     def attribute(self, quantity: Quantity) -> str:
         """A field of a dataclass, with its default if it has one."""
-        if quantity.default is None:
-            return f"{quantity.name}: float"
-        infinite = {float("inf"): "math.inf", float("-inf"): "-math.inf"}
-        return f"{quantity.name}: float = {infinite.get(quantity.default, repr(quantity.default))}"
+        default = "" if quantity.default is None else f" = {self.number(quantity.default)}"
+        return f"{quantity.name}: float{default}"
+
+    def words(self, words: Iterable[Word]) -> str:
+        """A dictionary of words by their numbers, a line each with the meaning."""
+        return "\n".join(("{", *(f'    {word.number}: "{word.text}",  # {word.meaning}' for word in words), "}"))
 
     def names(self, symbols: Iterable[sp.Symbol]) -> str:
         """A tuple of names as text."""

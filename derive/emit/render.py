@@ -9,6 +9,7 @@ stands in the package and in the library so that a stale library can be refused.
 
 import hashlib
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,15 +19,14 @@ import jinja2
 
 from .. import VERSION
 from ..maths import contact, energy, kernels, stability
+from ..model import kinds, precisions, selftest
 from ..model.answers import answers, schema
 from ..model.equations import Model
-from ..model.kinds import FLIGHT_EVENTS, KINDS, LONGEST_PREFIX, MOST_STEPS, STATUSES
-from ..model.precisions import CONSTANTS, LIMITS, PRECISIONS, Precision
+from ..model.precisions import F64, PRECISIONS, Precision
 from ..model.quantities import TRAVEL
-from ..model.selftest import CASES, ROBOTS, Case
 from ..model.structs import SEARCH_INTERVALS, struct_of, structs
 from ..models.hopper import HOPPER
-from ..paper.register import CERTIFICATE, REGISTER, VERDICTS, tallies
+from ..paper import register
 from .c import C, documented
 from .instantiate import instantiate, with_prefix
 from .ir import DOMAINS, Program, Quantity
@@ -110,16 +110,16 @@ def _texts(options: Options) -> dict[Path, str]:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made = program(options.model)
+    context = _context(program(options.model), options)
     texts: dict[Path, str] = {}
-    for name in sorted(environment.list_templates()):
+    for name, _ in _files(SOURCES["templates"]):
         target = name.removesuffix(".j2")
-        for precision in options.precisions if target.startswith("c/") and "_real" in target else (None,):
-            text = environment.get_template(name).render(_context(made, options, precision or PRECISIONS[1]))
-            path, text = _spelled(target, text, options, precision)
+        for path, precision in _placed(target, options):
+            text = environment.get_template(name).render(context, c=C(precision or F64))
+            text = _spelled(target, text, options, precision)
             text = documented(text) if target.startswith("c/include/") else text
             text = text.replace(HEADER_MARK, HEADER.format(f"templates/{name}"))
-            texts[Path(path)] = "\n".join(line.rstrip() for line in text.split("\n"))
+            texts[path] = "\n".join(line.rstrip() for line in text.split("\n"))
     return texts | _instances(options)
 
 
@@ -132,9 +132,8 @@ def _instances(options: Options) -> dict[Path, str]:
     texts: dict[Path, str] = {}
     for name, source in engine():
         header, text = HEADER.format(f"runtime/engine/{name}"), source.read_text("utf-8")
-        for precision in options.precisions if "_real" in source.name else (None,):
-            path, spelled = _spelled(instance(name), text, options, precision)
-            texts[Path(path)] = spelled.replace(LICENCE_LINE, header, 1)
+        for path, precision in _placed(target := instance(name), options):
+            texts[path] = _spelled(target, text, options, precision).replace(LICENCE_LINE, header, 1)
     return texts
 
 
@@ -144,36 +143,36 @@ def instance(name: str) -> str:
     return f"{INSTANCES[folder]}/{name.removeprefix(f'{folder}/')}"
 
 
-def _spelled(target: str, text: str, options: Options, precision: Precision | None) -> tuple[str, str]:
-    """Path and text in one precision, with the prefix of every public name; EQUATIONS.md has neither."""
-    prefix = options.prefix
-    if precision is not None:
-        return with_prefix(target.replace("_real", f"_{precision.name}"), prefix), instantiate(text, precision, prefix)
+def _placed(target: str, options: Options) -> Iterator[tuple[Path, Precision | None]]:
+    """The paths of what is made for a path, one for each precision where its name asks for them."""
+    for precision in options.precisions if target.startswith("c/") and "_real" in target else (None,):
+        name = target.replace("_real", f"_{precision.name}") if precision else target
+        yield Path(with_prefix(name, options.prefix)), precision
+
+
+def _spelled(target: str, text: str, options: Options, precision: Precision | None) -> str:
+    """A text in one precision, with the prefix of every public name; EQUATIONS.md has neither."""
     if target.startswith("packages/") and target.endswith((".c", ".ino")):  # an example, in the first precision
-        return with_prefix(target, prefix), instantiate(text, options.precisions[0], prefix)
-    if target.startswith(("c/", "python/", "packages/")):
-        return with_prefix(target, prefix), with_prefix(text, prefix)
-    return target, text
+        precision = options.precisions[0]
+    if precision is not None:
+        return instantiate(text, precision, options.prefix)
+    return with_prefix(text, options.prefix) if target.startswith(("c/", "python/", "packages/")) else text
 
 
 def _firmware(options: Options) -> list[str]:
     """The files of the C library that firmware compiles or includes, relative to its folder."""
-    sources = [instance(name) for name, _ in engine() if name.startswith("c/") and "workstation" not in name]
-    rendered = [str(path.relative_to(SOURCES["templates"]))[:-3] for path in SOURCES["templates"].glob("c/**/*.j2")]
-    names = [name.removeprefix("c/") for name in (*sources, *rendered)]
-    return sorted(
-        with_prefix(name.replace("_real", f"_{precision.name}"), options.prefix)
-        for name in names
-        for precision in (options.precisions if "_real" in name else PRECISIONS[:1])
-    )
+    sources = (instance(name) for name, _ in engine() if "workstation" not in name)
+    rendered = (name.removesuffix(".j2") for name, _ in _files(SOURCES["templates"]))
+    library = (target for target in (*sources, *rendered) if target.startswith("c/"))
+    return sorted(path.relative_to("c").as_posix() for target in library for path, _ in _placed(target, options))
 
 
 def example_value(quantity: Quantity) -> float:
     """A parameter's value in an example: that of the selftest's first robot; for a further parameter its default or
     next to nothing.
     """
-    if quantity.name in ROBOTS[0] or quantity in HOPPER.robot.quantities:
-        return float(ROBOTS[0].get(quantity.name, 0.0))
+    if quantity.name in selftest.ROBOTS[0] or quantity in HOPPER.robot.quantities:
+        return float(selftest.ROBOTS[0].get(quantity.name, 0.0))
     if quantity.default is not None:
         return quantity.default
     return 0.0 if 0.0 in quantity.interval else 1e-9
@@ -193,51 +192,45 @@ LEDGERS = {
 """Meanings of the ledgers that a stance and a flight return, by the record of their work."""
 
 
-def _context(made: Program, options: Options, precision: Precision) -> dict[str, Any]:
+def _declarations() -> dict[str, str]:
+    """The engine's public functions by name, as their definitions begin."""
+    begins = re.compile(r"^(\w+ hopform_(\w+)_real\([^;{]*\))\n\{", re.MULTILINE)
+    sources = (source.read_text("utf-8") for name, source in engine() if name.endswith("_real.c"))
+    return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
+
+
+FACTS = (energy, kernels, kinds, precisions, register, selftest, stability)
+"""Modules whose facts templates ask for, by their names."""
+
+
+def _context(made: Program, options: Options) -> dict[str, Any]:
     ledgers = [energy.with_stop_loss(made.record(name), meaning) for name, meaning in LEDGERS.items()]
-    public = [record for record in made.records if record.name in PUBLIC]
-    return {
+    public = [struct_of(record) for record in made.records if record.name in PUBLIC]
+    firmware = _firmware(options)
+    answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS)
+    return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
         "header": HEADER_MARK,
-        "program": made,
-        "python_records": (*made.records, *ledgers),
-        "public_records": public,
-        "internal_records": [record for record in made.records if record.name not in PUBLIC],
-        "walked_records": [made.record(name) for name in WALKED],
-        "example": ", ".join(repr(example_value(quantity)) for quantity in made.record("Robot").quantities),
-        "firmware": (firmware := _firmware(options)),
-        "units": [name for name in firmware if name.endswith(".c")],
         "version": VERSION,
-        "travel": TRAVEL,
-        "answers": (answered := answers(made.record("Robot"), ledgers[0], VERDICTS)),
-        "schema": json.dumps({"$comment": HEADER_MARK} | schema(answered), indent=2),
-        "register": REGISTER,
-        "tallies": tallies(),
-        "verdicts": ", ".join(f'"{verdict}"' for verdict in VERDICTS),
-        "certificate": CERTIFICATE,
-        "kinds": KINDS,
-        "flight_events": FLIGHT_EVENTS,
-        "most_steps": MOST_STEPS,
-        "longest_prefix": LONGEST_PREFIX,
-        "refusals": [word for word in STATUSES.words if word.number < 0],
-        "domains": DOMAINS.values(),
-        "limits": LIMITS,
-        "constants": CONSTANTS,
-        "kernels": kernels,
+        "source": SOURCE,
+        "program": made,
+        "options": options,
+        "model": options.model,
         "contact_is_compression": int(contact.is_compression(options.model)),
         "leg_has_damper": int(contact.has_damper(options.model)),
         "foot_is_fixed": int("foot" in options.model.fixed),
         "body_is_fixed": int("body" in options.model.fixed),
-        "precisions": options.precisions,
-        "selftest_robots": ROBOTS,
-        "selftest_reals": Case._fields[1:],  # the first is the robot's place
-        "selftest_cases": CASES,
-        "body_entries": energy.body_entries(options.model),
-        "stability": stability.open_conditions(options.model),
-        "robot_entries": energy.whole_robot_entries(options.model),
-        "numpy": NumPy(),
-        "c": C(precision),
-        "structs": structs(options.model.robot),
-        "mirrored": (*map(struct_of, public), *structs(options.model.robot)),
+        "structs": [*public, *structs(options.model.robot)],
+        "internal_structs": [struct_of(record) for record in made.records if record.name not in PUBLIC],
+        "python_records": (*made.records, *ledgers),
+        "walked_records": [made.record(name) for name in WALKED],
+        "example": ", ".join(repr(example_value(quantity)) for quantity in made.record("Robot").quantities),
+        "travel": TRAVEL,
+        "domains": DOMAINS.values(),
         "search_intervals": SEARCH_INTERVALS,
-        "source": SOURCE,
+        "declared": _declarations(),
+        "firmware": firmware,
+        "units": [name for name in firmware if name.endswith(".c")],
+        "answers": answered,
+        "schema": json.dumps({"$comment": HEADER_MARK} | schema(answered), indent=2),
+        "numpy": NumPy(),
     }

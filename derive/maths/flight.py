@@ -23,9 +23,9 @@ from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model, ModelError, Term
 from ..model.quantities import *
 
-GAINS = Record.of(
-    "Gains",
-    "The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current.",
+GAINS = Record(
+    "Gains", "The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current."
+).of(
     Quantity("Kp", r"K_p", "N/m", "force per displacement", "nonnegative"),
     Quantity("Kd", r"K_d", "N s/m", "force per velocity", "nonnegative"),
 )
@@ -36,9 +36,9 @@ LIMIT = Quantity("limit", r"\mathrm{sat}", "1", "sign of the motor's pull at its
 SETTLING = Quantity("time", r"T", "s", "time to settle", "positive")
 largest, limit, time = LIMIT_FORCE.symbol, LIMIT.symbol, SETTLING.symbol
 
-FLIGHT_RATES = Record.of(
-    "FlightRates",
-    "The actuator in flight: accelerations, and poles under the law and at its limit.",
+FLIGHT_RATES = Record(
+    "FlightRates", "The actuator in flight: accelerations, and poles under the law and at its limit."
+).of(
     Quantity("p_law", r"p", "1/s", "sum of the rates under the law"),
     Quantity("q_law", r"q", "1/s^2", "product of the rates under the law"),
     Quantity("p_free", r"p_0", "1/s", "rate of the actuator under a constant force"),
@@ -47,18 +47,14 @@ FLIGHT_RATES = Record.of(
 )
 p_law, q_law, p_free, a_free, a_largest = FLIGHT_RATES.symbols
 
-ACTUATOR = Record.of(
-    "Actuator",
-    "The actuator at one instant of the flight.",
+ACTUATOR = Record("Actuator", "The actuator at one instant of the flight.").of(
     Quantity("x1", r"x_1", "m", "displacement"),
     Quantity("v1", r"\dot{x}_1", "m/s", "velocity"),
     Quantity("acc1", r"\ddot{x}_1", "m/s^2", "acceleration"),
 )
 acc1 = ACTUATOR.symbols[2]
 
-ACTUATOR_AT = Record.of(
-    "ActuatorAt",
-    "The actuator at time t of a phase of the flight.",
+ACTUATOR_AT = Record("ActuatorAt", "The actuator at time t of a phase of the flight.").of(
     Quantity("moved", r"x_1(t) - x_1", "m", "how far it has moved since the phase began"),
     Quantity("v1_t", r"\dot{x}_1(t)", "m/s", "velocity"),
     Quantity("acc1_t", r"\ddot{x}_1(t)", "m/s^2", "acceleration"),
@@ -66,40 +62,35 @@ ACTUATOR_AT = Record.of(
 )
 moved, v1_t, acc1_t, jerk1_t = ACTUATOR_AT.symbols
 
-PULL = Record.of(
-    "Pull",
-    "What the law asks of the motor, and how that changes.",
+PULL = Record("Pull", "What the law asks of the motor, and how that changes.").of(
     Quantity("pull", r"K_p x_1 + K_d v_1", "N", "force"),
     Quantity("pull_rate", r"", "N/s", "its rate"),
     Quantity("pull_curvature", r"", "N/s^2", "the rate of that"),
 )
 pull, pull_rate, pull_curvature = PULL.symbols
 
-BALLISTIC = Record.of(
-    "Ballistic",
-    "Body and foot where a phase of the flight begins.",
+BALLISTIC = Record("Ballistic", "Body and foot where a phase of the flight begins.").of(
     Quantity("foot", r"h", "m", "height of the foot over the ground ahead"),
     Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
 )
 foot = BALLISTIC.symbols[0]
 
-FOOT_AT = Record.of(
-    "FootAt",
-    "The foot at time t of a phase of the flight.",
+FOOT_AT = Record("FootAt", "The foot at time t of a phase of the flight.").of(
     Quantity("foot_t", r"h(t)", "m", "height over the ground ahead"),
     Quantity("foot_rate", r"\dot{h}(t)", "m/s", "its rate"),
     Quantity("foot_curvature", r"\ddot{h}(t)", "m/s^2", "the rate of that"),
 )
 foot_t, foot_rate, foot_curvature = FOOT_AT.symbols
 
-FLIGHT_LEDGER = Record.of(
+FLIGHT_LEDGER = Record(
     "FlightLedger",
     "Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart.",
+    python_name="FlightWork",
+).of(
     Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
     Quantity("offset_work", r"k c \Delta x_1", "J", "work of the constant force k c"),
     Quantity("viscous_1", r"-\int b_1 v_1^2", "J", "viscous loss of the actuator"),
     Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
-    python_name="FlightWork",
 )
 HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body, counted from L_0 + c")
 DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
-import sympy as sp
+from sympy.integrals.quadrature import gauss_legendre
 
 from ..model.precisions import F32, TERMS, Precision
 
@@ -53,11 +53,7 @@ def gauss_rule(count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Nodes and weights of Gauss's rule over 0 .. 1: the roots of the Legendre polynomial, to 40 digits before they are
     rounded.
     """
-    x = sp.Symbol("x")
-    polynomial = sp.legendre_poly(count, x)
-    slope = sp.diff(polynomial, x)
-    roots = sorted(sp.Poly(polynomial, x).nroots(n=40, maxsteps=200))
-    weights = [2 / ((1 - root**2) * slope.subs(x, root) ** 2) for root in roots]
+    roots, weights = gauss_legendre(count, 40)
     return tuple(float((1 + root) / 2) for root in roots), tuple(float(weight / 2) for weight in weights)
 
 

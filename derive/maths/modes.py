@@ -17,9 +17,7 @@ from ..emit.ir import Quantity, Record, Step, Steps, function
 from ..model.equations import Model
 from ..model.quantities import *
 
-FRICTION = Record.of(
-    "Friction",
-    "How far the free acceleration of a mass that is held may go to either side.",
+FRICTION = Record("Friction", "How far the free acceleration of a mass that is held may go to either side.").of(
     Quantity("level_1", "f_1", "m/s^2", "of the actuator", "nonnegative"),
     Quantity("level_2", "f_2", "m/s^2", "of the body", "nonnegative"),
 )

@@ -27,15 +27,11 @@ PAIR_CORE = Record("PairCore", "R, its derivative and what is left of the initia
 PAIR_INTEGRALS = Record("PairIntegrals", "The integrals of R.", PAIR.quantities[2:])
 KNOWN_PAIR = Record("KnownPair", "R, its derivative and its first integral.", PAIR.quantities[:3])
 KNOWN_BASIS = Record("KnownBasis", "W, its derivatives and its first integral.", BASIS.quantities[:4])
-SHIFTED = Record(
-    "Shifted",
-    "Three nearly equal roots: their mean rate and s^3 + Q_s s + T_s around it.",
-    (SHIFT, scalar("Q_s", "1/s^2", "coefficient of s"), scalar("T_s", "1/s^3", "constant coefficient")),
+SHIFTED = Record("Shifted", "Three nearly equal roots: their mean rate and s^3 + Q_s s + T_s around it.").of(
+    SHIFT, scalar("Q_s", "1/s^2", "coefficient of s"), scalar("T_s", "1/s^3", "constant coefficient")
 )
 Q_s, T_s = SHIFTED.symbols[1:]
-SHIFTED_SERIES = Record.of(
-    "ShiftedSeries",
-    "V, the inverse transform of 1/(s^3 + Q_s s + T_s), and its derivatives.",
+SHIFTED_SERIES = Record("ShiftedSeries", "V, the inverse transform of 1/(s^3 + Q_s s + T_s), and its derivatives.").of(
     scalar("Vdd", "1", "second derivative"),
     scalar("Vd", "s", "first derivative"),
     scalar("V", "s^2", "the function"),

@@ -15,9 +15,7 @@ from ..model.equations import Model
 from ..model.quantities import *
 from . import control, laplace
 
-SLOPES = Record.of(
-    "Slopes",
-    "Change of the right sides of (3), (4), by what each share of it goes with.",
+SLOPES = Record("Slopes", "Change of the right sides of (3), (4), by what each share of it goes with.").of(
     Quantity("d_C_1", r"\delta C_1", "m/s^2", "change of the acceleration of the actuator, constant in a phase"),
     Quantity("d_a1_y", r"\delta a_{1y}", "1/s^2", "the same per y"),
     Quantity("d_a1_v1", r"\delta a_{11}", "1/s", "the same per v_1"),

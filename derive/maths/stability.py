@@ -35,15 +35,12 @@ class Condition:
     who: str
 
 
+_BOTH = "both masses moving"
 CONDITIONS = (
-    Condition("p_1", p_1, "the actuator moving alone"),
-    Condition("q_1", q_1, "the actuator moving alone"),
-    Condition("p_2", p_2, "the body moving alone"),
-    Condition("q_2", q_2, "the body moving alone"),
-    Condition("s_1", s_1, "both masses moving"),
-    Condition("s_2", s_2, "both masses moving"),
-    Condition("s_3", s_3, "both masses moving"),
-    Condition("s_1 s_2 - s_3", s_1 * s_2 - s_3, "both masses moving"),
+    *(Condition(str(each), each, "the actuator moving alone") for each in (p_1, q_1)),
+    *(Condition(str(each), each, "the body moving alone") for each in (p_2, q_2)),
+    *(Condition(str(each), each, _BOTH) for each in (s_1, s_2, s_3)),
+    Condition("s_1 s_2 - s_3", s_1 * s_2 - s_3, _BOTH),
 )
 
 
@@ -65,9 +62,6 @@ def open_conditions(model: Model) -> tuple[Condition, ...]:
 
 def _cannot_be_negative(value: sp.Expr, known: set[sp.Symbol]) -> bool:
     """Whether an expression is, term by term, a product of a positive number and of factors that are not negative."""
-    for term in sp.Add.make_args(sp.expand(value)):
-        for factor in sp.Mul.make_args(term):
-            base, exponent = factor.as_base_exp()
-            if not (factor.is_nonnegative or base in known or exponent.is_even):
-                return False
-    return True
+    factors = (factor for term in sp.Add.make_args(sp.expand(value)) for factor in sp.Mul.make_args(term))
+    powers = ((factor, *factor.as_base_exp()) for factor in factors)
+    return all(factor.is_nonnegative or base in known or exponent.is_even for factor, base, exponent in powers)

@@ -9,14 +9,14 @@ With b_1 + b_2 > 0 and distinct poles these are A + B t + C exp(-a t) + D exp(-b
 and, for x_1, (20) without the hats F, G, whose poles d, e cancel.
 """
 
+from collections.abc import Iterator
+
 import sympy as sp
 
-from ..emit.ir import Record, Step, Steps, function, scalar
+from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.quantities import *
 
-RISE = Record.of(
-    "Rise",
-    "Step response: change of a function of time since the start of the phase, and its first three derivatives.",
+RISE = Record("Rise", "Step response: change of a function of time in a phase, and its first three derivatives.").of(
     scalar("rise", "1", "the function less its initial value"),
     scalar("rise_rate", "1/s", "its rate"),
     scalar("rise_curvature", "1/s^2", "the derivative of its rate"),
@@ -25,23 +25,17 @@ RISE = Record.of(
 rise, rise_rate, rise_curvature, rise_third = RISE.symbols
 RESIDUAL = scalar("residual", "1", "the final value less the function")
 residual = RESIDUAL.symbol
-PROPAGATED = Record.of(
-    "Propagated",
-    "W, its derivatives and integrals a short time later, by a Taylor step of the propagator.",
-    scalar("Wdd_t", "1", "W''"),
-    scalar("Wd_t", "s", "W'"),
-    scalar("W_t", "s^2", "W"),
-    scalar("W1_t", "s^3", "integral of W"),
-    scalar("W2_t", "s^4", "integral of that"),
+
+
+def _later(quantities: tuple[Quantity, ...]) -> Iterator[Quantity]:
+    """The same at a later time t."""
+    return (scalar(f"{each.name}_t", each.unit, each.meaning) for each in quantities)
+
+
+PROPAGATED = Record("Propagated", "W, its derivatives and integrals a short time later, by a Taylor step.").of(
+    *_later(BASIS.quantities)
 )
-AT = Record.of(
-    "At",
-    "The state at time t of a phase.",
-    scalar("x1_t", "m", "displacement of the actuator"),
-    scalar("v1_t", "m/s", "velocity of the actuator"),
-    scalar("v2_t", "m/s", "velocity of the body"),
-    scalar("y_t", "m", "compression of the spring"),
-)
+AT = Record("At", "The state at time t of a phase.").of(*_later(STATE.quantities))
 x1_t, v1_t, v2_t, y_t = AT.symbols
 W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_sixth", real=True)
 HIGHER_DERIVATIVES = (

@@ -1,5 +1,6 @@
 """What the command line answers as JSON and CSV, from which its schema and the page about it are made."""
 
+import math
 import textwrap
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -69,15 +70,15 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str]) -> tuple[Ans
             for each in robot.quantities
         ),
     }
-    tables: dict[str, dict[str, str | bool]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+    tables: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
     return tuple(
         Answer(
             name,
-            str(table.pop("note", "")).replace("\n", " "),
-            bool(table.pop("columns", False)),
+            table.pop("note", "").replace("\n", " "),
+            name[0].isupper(),
             (
                 *([Field("hopform", "string", "version")] if name.startswith("hopform ") else ()),
-                *(_field(key, str(text), words) for key, text in table.items()),
+                *(_field(key, text, words) for keys, text in table.items() for key in keys.split(", ")),
                 *of_facts.get(name, ()),
             ),
         )
@@ -94,7 +95,7 @@ def _field(name: str, text: str, words: Mapping[str, tuple[str, ...]]) -> Field:
 
 def _parameter(parameter: Quantity) -> Field:
     domain, unit = parameter.interval, "" if parameter.unit == "1" else f"{parameter.unit}, "
-    if domain.unbounded_below or domain.unbounded_above:
+    if -math.inf in domain or math.inf in domain:
         return Field(parameter.name, "number or null", f"{unit}{parameter.meaning}; null: none")
     return Field(parameter.name, "number", f"{unit}{parameter.meaning}")
 

@@ -108,13 +108,15 @@ class Model:
     @cached_property
     def forces(self) -> tuple[sp.Expr, sp.Expr]:
         """Generalised forces in stance beside the Lagrangian: current, offset, friction, further terms, [N]."""
+        actuator, body = self._forces_in("stance")
+        return actuator, body - b2 * v2 + self.friction[1]
+
+    def _forces_in(self, where: str) -> tuple[sp.Expr, sp.Expr]:
+        """The forces that "stance" and "flight" share: all on the actuator, further terms on the body, [N]."""
         actuator = k * c - gamma2 * u - b1 * v1 + self.friction[0]
-        body = -b2 * v2 + self.friction[1]
-        further = [term.force_in("stance") for term in self.terms]
-        return (
-            actuator + sum((force for force, _ in further), sp.S.Zero),
-            body + sum((force for _, force in further), sp.S.Zero),
-        )
+        further = (term.force_in(where) for term in self.terms)
+        actuator, body = map(sum, zip((actuator, sp.S.Zero), *further, strict=True))
+        return actuator, body
 
     @cached_property
     def contact(self) -> sp.Expr:
@@ -136,10 +138,8 @@ class Model:
     @cached_property
     def in_flight(self) -> tuple[sp.Expr, sp.Expr]:
         """The accelerations in flight, where the leg carries nothing, in v1 and u; that of the body is constant."""
-        further = [term.force_in("flight") for term in self.terms]
-        actuator = k * c - gamma2 * u - b1 * v1 + self.friction[0] + sum((force for force, _ in further), sp.S.Zero)
-        body = -m_s * g + sum((force for _, force in further), sp.S.Zero)
-        return sp.expand(actuator / m_eff), sp.expand(body / m_s)
+        actuator, body = self._forces_in("flight")
+        return sp.expand(actuator / m_eff), sp.expand(body / m_s - g)
 
     @property
     def fall(self) -> sp.Expr:

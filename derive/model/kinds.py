@@ -1,6 +1,6 @@
 """The words for events, endings and statuses, and their numbers in the C library."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -21,22 +21,18 @@ class Kind:
     type: str
     table: str
     macro: str
-    words: tuple[Word, ...]
+    words: tuple[Word, ...] = ()
 
-    @classmethod
-    def of(cls, meaning: str, type: str, table: str, macro: str, *words: Word) -> "Kind":
-        return cls(meaning, type, table, macro, words)
+    def of(self, *words: Word) -> "Kind":
+        """The kind with these words."""
+        return replace(self, words=words)
 
     def macro_of(self, word: Word) -> str:
         """Its name in C, behind the prefix of every public name."""
         return f"{self.macro}{word.text}".upper()
 
 
-STATUSES = Kind.of(
-    "Status: 0 ok, negative an error, positive an answer with a warning.",
-    "Status",
-    "STATUSES",
-    "",
+STATUSES = Kind("Status: 0 ok, negative an error, positive an answer with a warning.", "Status", "STATUSES", "").of(
     Word(0, "ok", "the answer, without a warning"),
     Word(1, "phases_not_kept", "the phase buffer was too small; everything else is exact"),
     Word(2, "no_derivative", "no take-off, an event that grazes, or derivatives out of range"),
@@ -56,31 +52,21 @@ STATUSES = Kind.of(
     Word(-13, "error_unstable", "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated"),
     Word(-14, "error_overlap", "an output overlaps an input that is read while it is written"),
 )
-COMMANDS = Kind.of(
-    "What the controller found.",
-    "CommandStatus",
-    "COMMANDS",
-    "command_",
+COMMANDS = Kind("What the controller found.", "CommandStatus", "COMMANDS", "command_").of(
     Word(1, "reached", "the next apex is the desired one"),
     Word(2, "nearest", "no admissible current reaches it; this one comes nearest"),
     Word(3, "no_takeoff", "no current is admissible"),
 )
-ENDINGS = Kind.of(
-    "How a stance ended.",
-    "Ending",
-    "ENDINGS",
-    "ending_",
+ENDINGS = Kind("How a stance ended.", "Ending", "ENDINGS", "ending_").of(
     Word(1, "takeoff", "the spring force returned to zero with the leg extending"),
     Word(2, "rest", "both masses are held and nothing can change"),
     Word(3, "horizon", "the longest time was reached"),
     Word(4, "too_many_phases", "the cap on phases was reached"),
     Word(5, "uncertified", "no first event was certified within the bound; up to here it is"),
 )
-EVENTS = Kind.of(
-    "What starts a phase; 0 is the start of the stance or a step of the current.",
-    "EventKind",
-    "EVENTS",
-    "event_",
+EVENTS = Kind(
+    "What starts a phase; 0 is the start of the stance or a step of the current.", "EventKind", "EVENTS", "event_"
+).of(
     Word(1, "x1_reverses", "the actuator reverses"),
     Word(2, "x1_sticks", "the actuator comes to rest"),
     Word(3, "x1_slips", "the actuator starts to move, or leaves a stop"),
@@ -89,35 +75,31 @@ EVENTS = Kind.of(
     Word(6, "x2_sticks", "the body comes to rest"),
     Word(7, "x2_slips", "the body starts to move"),
 )
-FLIGHT_ENDINGS = Kind.of(
-    "How a flight ended.",
-    "FlightEnding",
-    "FLIGHT_ENDINGS",
-    "flight_",
+FLIGHT_ENDINGS = Kind("How a flight ended.", "FlightEnding", "FLIGHT_ENDINGS", "flight_").of(
     Word(1, "touchdown", "the foot has met the ground from above"),
     Word(2, "tripped", "the foot never got above the ground ahead"),
     Word(3, "horizon", "the longest time was reached"),
     Word(4, "too_many_phases", "the cap on phases was reached"),
 )
-CURRENT_EVENTS = Kind.of(
-    "What starts a phase of a flight beside what the actuator does.",
-    "CurrentEventKind",
-    "CURRENT_EVENTS",
-    "flight_event_",
+CURRENT_EVENTS = Kind(
+    "What starts a phase of a flight beside the actuator.", "CurrentEventKind", "CURRENT_EVENTS", "flight_event_"
+).of(
     Word(8, "u_saturates", "the current reaches its limit"),
     Word(9, "u_desaturates", "the current leaves its limit"),
 )
-CONTACTS = Kind.of(
-    "What touchdown detection returns for a sample.",
-    "Contact",
-    "CONTACTS",
-    "contact_",
+CONTACTS = Kind("What touchdown detection returns for a sample.", "Contact", "CONTACTS", "contact_").of(
     Word(1, "touchdown", "the foot touches"),
     Word(2, "takeoff", "the foot has left the ground"),
 )
 KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)
 """Events that start a phase of a flight."""
+
+
+def refusals() -> list[Word]:
+    """Statuses that are errors."""
+    return [word for word in STATUSES.words if word.number < 0]
+
 
 MOST_STEPS = 2**16 - 1
 """Steps of the current at most: a phase stores the index of its step in 16 bits."""

@@ -69,26 +69,23 @@ def _behind(value: Fraction, precision: Precision) -> Fraction:
     return value - Fraction(_leading(value, _room(precision)))
 
 
-EPS = _each("EPS", lambda p: p.epsilon, "distance from 1 to the next number")
-ROOT_EPS = _each("ROOT_EPS", lambda p: p.epsilon**0.5, "its square root")
-SMALLEST_EXPONENT = Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0")
-PREDICTION = Constant("PREDICTION", 0.1, 0.01, "a shorter step, of an interval, predicts a root well enough")
 TERMS = Constant("TERMS", 24, 40, "terms of the power series of W")
-_BOUNDS = (
+LIMITS = (
+    _each("EPS", lambda p: p.epsilon, "distance from 1 to the next number"),
+    _each("ROOT_EPS", lambda p: p.epsilon**0.5, "its square root"),
     Constant("NEVER", 1e38, 1e300, "what is beyond is refused; the time of what does not happen"),
     Constant("UNDERFLOW", 1e-30, 1e-280, "below this, squares and quotients lose digits"),
     Constant("FASTEST_LEG", 1e-10, 1e-90, "a leg that relaxes in less time [s] does so at once"),
     Constant("REACHED_WITHIN", 1e-6, 1e-14, "[m] the search for a current ends this near"),
     Constant("NEAR_WITHIN", 4e-6, 2e-10, "[m] an apex this near is reached"),
     TERMS,
+    Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0"),
+    Constant("PREDICTION", 0.1, 0.01, "a shorter step, of an interval, predicts a root well enough"),
 )
-LIMITS = (EPS, ROOT_EPS, *_BOUNDS, SMALLEST_EXPONENT, PREDICTION)
 """Limits that both back ends have."""
 
 CONSTANTS = (
-    EPS,
-    ROOT_EPS,
-    *_BOUNDS,
+    *LIMITS,
     _each("LOG_2_HIGH", lambda p: _leading(_LOG_2, _room(p)), "leading bits of ln 2"),
     _each("LOG_2_LOW", lambda p: float(_behind(_LOG_2, p)), "ln 2 less those"),
     _each("QUARTER_TURN_HIGH", lambda p: _leading(_QUARTER_TURN, _room(p)), "leading bits of pi/2"),
@@ -96,7 +93,6 @@ CONSTANTS = (
     _each(
         "QUARTER_TURN_LOW", lambda p: float(_QUARTER_TURN - Fraction(_leading(_QUARTER_TURN, 2 * _room(p)))), "the rest"
     ),
-    SMALLEST_EXPONENT,
     Constant("LARGEST_ANGLE", 1e6, 1e15, "a larger angle has no digit left"),
     _each("ROUNDER", lambda p: 1.5 * 2.0**p.fraction_bits, "added to a number, it leaves it rounded in its last bits"),
     _each("FRACTION_BITS", lambda p: p.fraction_bits, "bits of the fraction"),
@@ -106,6 +102,5 @@ CONSTANTS = (
     Constant("TINY_DOWN", 2.0**-8, 2.0**-18, "scales its cube root back"),
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
     Constant("LANE_COUNT", 32, 32, "stances that are solved at a time"),
-    PREDICTION,
 )
 """Those of the C library, the limits among them."""

@@ -5,9 +5,7 @@ Robot fields, C structs, input checks, docstrings and the test of units all read
 
 from ..emit.ir import Quantity, Record
 
-ROBOT = Record.of(
-    "Robot",
-    "What the hopper is made of.",
+ROBOT = Record("Robot", "What the hopper is made of.").of(
     Quantity("m_eff", r"m_{eff}", "kg", "effective mass of the actuator", "positive"),
     Quantity("m_s", r"m_s", "kg", "sprung mass of the body", "positive"),
     Quantity("k", r"k", "N/m", "stiffness of the spring", "positive"),
@@ -28,9 +26,7 @@ m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_l
 TRAVEL = Quantity("travel", r"y_{max}", "m", "travel of the spring: compression at coil bind", "length", float("inf"))
 """A limit of the robot that no equation knows: compressions are compared with it."""
 
-RATES = Record.of(
-    "Rates",
-    "The equations of motion (3), (4) as coefficients of y, v_1, v_2 and 1, and their characteristic polynomials.",
+RATES = Record("Rates", "Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials.").of(
     Quantity("a1_y", r"a_{1y}", "1/s^2", "acceleration of the actuator per compression"),
     Quantity("a1_v1", r"a_{11}", "1/s", "acceleration of the actuator per v_1"),
     Quantity("a1_v2", r"a_{12}", "1/s", "acceleration of the actuator per v_2"),
@@ -40,7 +36,7 @@ RATES = Record.of(
     Quantity("a2_v1", r"a_{21}", "1/s", "acceleration of the body per v_1"),
     Quantity("a2_v2", r"a_{22}", "1/s", "acceleration of the body per v_2"),
     Quantity("a2_0", r"a_{20}", "m/s^2", "constant acceleration of the body"),
-    Quantity("s_1", r"s_1", "1/s", "sum of the poles' rates, both masses moving"),
+    Quantity("s_1", r"s_1", "1/s", "sum of the rates of the three poles"),
     Quantity("s_2", r"s_2", "1/s^2", "sum of their products in pairs"),
     Quantity("s_3", r"s_3", "1/s^3", "their product"),
     Quantity("p_1", r"p_1", "1/s", "actuator moving alone: s^2 + p_1 s + q_1"),
@@ -50,41 +46,29 @@ RATES = Record.of(
 )
 a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2 = RATES.symbols
 
-POLES = Record.of(
-    "Poles",
-    "The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held.",
+POLES = Record("Poles", "The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held.").of(
     Quantity("a", r"a", "1/s", "rate of the real pole"),
     Quantity("p", r"p", "1/s", "sum of the rates of the pair"),
     Quantity("q", r"q", "1/s^2", "product of the rates of the pair"),
-    Quantity("s_1", r"s_1", "1/s", "sum of the three rates"),
-    Quantity("s_2", r"s_2", "1/s^2", "sum of their products in pairs"),
-    Quantity("s_3", r"s_3", "1/s^3", "their product"),
+    *RATES.quantities[9:12],
 )
 a, p, q = POLES.symbols[:3]
 
-STATE = Record.of(
-    "State",
-    "The hopper at one instant; x_2 = x_1 - y + L_0 + c.",
+STATE = Record("State", "The hopper at one instant; x_2 = x_1 - y + L_0 + c.", python_name="LegState").of(
     Quantity("x1", r"x_1", "m", "displacement of the actuator"),
     Quantity("v1", r"\dot{x}_1", "m/s", "velocity of the actuator"),
     Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
     Quantity("y", r"y", "m", "compression of the spring, x_1 - x_2 + L_0 + c"),
-    python_name="LegState",
 )
 x1, v1, v2, y = STATE.symbols
 
-DRIVE = Record.of(
-    "Drive",
-    "Constant accelerations of a phase: current, gravity, offset and Coulomb friction.",
+DRIVE = Record("Drive", "Constant accelerations of a phase: current, gravity, offset and Coulomb friction.").of(
     Quantity("C_1", r"C_1", "m/s^2", "constant acceleration of the actuator"),
     Quantity("C_2", r"C_2", "m/s^2", "constant acceleration of the body"),
 )
 C_1, C_2 = DRIVE.symbols
 
-MOTION = Record.of(
-    "Motion",
-    "Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also "
-    "whole.",
+MOTION = Record("Motion", "Numerators of (11), counted from where and how fast each coordinate starts.").of(
     Quantity("H3_1", r"H_{3,1}", "m/s^2", "actuator, terms in s^2: its initial acceleration"),
     Quantity("H2_1", r"H_{2,1}", "m/s^3", "actuator, terms in s"),
     Quantity("H1_1", r"H_{1,1}", "m/s^4", "actuator, constant terms"),
@@ -100,18 +84,14 @@ MOTION = Record.of(
 )
 H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1 = MOTION.symbols
 
-NUMERATOR = Record.of(
-    "Numerator",
-    "One numerator H_3 s^2 + H_2 s + H_1: how one function of time leaves its initial value.",
+NUMERATOR = Record("Numerator", "H_3 s^2 + H_2 s + H_1 of (11): how a function of time leaves its initial value.").of(
     Quantity("H3", r"H_3", "1/s", "terms in s^2: the initial rate"),
     Quantity("H2", r"H_2", "1/s^2", "terms in s"),
     Quantity("H1", r"H_1", "1/s^3", "constant terms"),
 )
 H3, H2, H1 = NUMERATOR.symbols
 
-DECAY = Record.of(
-    "Decay",
-    "exp(-a t) and its integrals.",
+DECAY = Record("Decay", "exp(-a t) and its integrals.").of(
     Quantity("e", r"e^{-at}", "1", "exp(-a t)"),
     Quantity("e1", r"\int e^{-at}", "s", "integral of e, t phi_1(-a t)"),
     Quantity("e2", r"\iint e^{-at}", "s^2", "integral of e1, t^2 phi_2(-a t)"),
@@ -119,9 +99,7 @@ DECAY = Record.of(
 )
 e, e1, e2, e3 = DECAY.symbols
 
-PAIR = Record.of(
-    "Pair",
-    "The inverse transform R of 1/(s^2 + p s + q), its derivative and its integrals.",
+PAIR = Record("Pair", "The inverse transform R of 1/(s^2 + p s + q), its derivative and its integrals.").of(
     Quantity("Rd", r"\dot{R}", "1", "derivative of R"),
     Quantity("R", r"R", "s", "response of the pair of poles to an impulse"),
     Quantity("R1", r"\int R", "s^2", "integral of R"),
@@ -132,9 +110,7 @@ Rd, R, R1, R2, R3 = PAIR.symbols
 TURNED = Quantity("turned", r"q \int R", "1", "1 - Rd - p R = q R1, small after a full turn")
 turned = TURNED.symbol
 
-BASIS = Record.of(
-    "Basis",
-    "The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals.",
+BASIS = Record("Basis", "The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals.").of(
     Quantity("Wdd", r"\ddot{W}", "1", "second derivative of W"),
     Quantity("Wd", r"\dot{W}", "s", "derivative of W"),
     Quantity("W", r"W", "s^2", "response of the three poles to an impulse"),
@@ -143,49 +119,36 @@ BASIS = Record.of(
 )
 Wdd, Wd, W, W1, W2 = BASIS.symbols
 
-SERIES = Record.of(
-    "Series",
-    "W over a short time, from its power series: the four highest integrals.",
-    Quantity("W2", r"\iint W", "s^4", "second integral of W"),
+SERIES = Record("Series", "W over a short time, from its power series: the three highest integrals.").of(
+    BASIS.quantities[4],
     Quantity("W3", r"\iiint W", "s^5", "third integral of W"),
     Quantity("W4", r"\iiiint W", "s^6", "fourth integral of W"),
 )
 W3, W4 = SERIES.symbols[1:]
 
-PAIR_SERIES = Record.of(
-    "PairSeries",
-    "R over a short time, from its power series: the two highest integrals.",
-    Quantity("R2", r"\iint R", "s^3", "second integral of R"),
-    Quantity("R3", r"\iiint R", "s^4", "third integral of R"),
+PAIR_SERIES = Record(
+    "PairSeries", "The highest integrals of R over a short time, from its power series.", PAIR.quantities[3:]
 )
 
-FREE = Record.of(
-    "Free",
-    "Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i.",
+FREE = Record("Free", "Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i.").of(
     Quantity("free_1", r"a_1", "m/s^2", "free acceleration of the actuator"),
     Quantity("free_2", r"a_2", "m/s^2", "free acceleration of the body"),
 )
 free_1, free_2 = FREE.symbols
 
-PAIR_NUMERATOR = Record.of(
-    "PairNumerator",
-    "Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q.",
+PAIR_NUMERATOR = Record("PairNumerator", "Deflated numerator, s + a divided out: A s + B over s^2 + p s + q.").of(
     Quantity("A", r"A", "1/s^2", "terms in s"),
     Quantity("B", r"B", "1/s^3", "constant terms"),
 )
 A, B = PAIR_NUMERATOR.symbols
 
-ENERGY = Record.of(
-    "Energy",
-    "The energy of the body (22), (23) and of the whole robot.",
+ENERGY = Record("Energy", "The energy of the body (22), (23) and of the whole robot.").of(
     Quantity("body", r"E", "J", "kinetic and potential energy of the body, spring without the actuator's share"),
     Quantity("total", r"H", "J", "kinetic and potential energy of the whole robot"),
 )
 body, total = ENERGY.symbols
 
-MOMENTS = Record.of(
-    "Moments",
-    "Time integrals over a part of a phase; x_1 counts from where the phase starts.",
+MOMENTS = Record("Moments", "Time integrals over a part of a phase; x_1 counts from where the phase starts.").of(
     Quantity("int_v1", r"\int v_1", "m", "integral of v_1"),
     Quantity("int_v2", r"\int v_2", "m", "integral of v_2"),
     Quantity("int_v1v1", r"\int v_1^2", "m^2/s", "integral of v_1^2"),
@@ -197,9 +160,9 @@ MOMENTS = Record.of(
 )
 int_v1, int_v2, int_v1v1, int_v1v2, int_v2v2, int_yv1, int_yv2, int_xv2 = MOMENTS.symbols
 
-LEDGER = Record.of(
-    "Ledger",
-    "Work of each force, signed as it enters the robot; what is lost at stops is apart.",
+LEDGER = Record(
+    "Ledger", "Work of each force, signed as it enters the robot; what is lost at stops is apart.", python_name="Work"
+).of(
     Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
     Quantity("offset_work", r"k c \Delta x_1", "J", "work of the offset force k c"),
     Quantity("viscous_1", r"-\int b_1 v_1^2", "J", "viscous loss of the actuator"),
@@ -209,7 +172,6 @@ LEDGER = Record.of(
     Quantity(
         "spring_work", r"\int k x_1 v_2", "J", "what the actuator's displacement does to the body through the spring"
     ),
-    python_name="Work",
 )
 STOP_LOSS = Quantity("stop_loss", "E_s", "J", "what the actuator lost at stops")
 motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work = LEDGER.symbols

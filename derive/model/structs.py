@@ -7,19 +7,17 @@ hold other structs.
 from collections.abc import Iterable, Iterator
 
 from ..emit.ir import Member, Quantity, Record, Struct
-from .quantities import ROBOT, STATE
+from .quantities import BASIS, ROBOT, STATE, TIME
 
 
-def reals(unit: str, *names: str, meaning: str = "") -> Iterator[Member]:
-    """Members of one unit."""
-    for name in names:
-        yield Member(name, "real", meaning, unit)
+def reals(unit: str, *names: str) -> Iterator[Member]:
+    """Members of one unit, whose names say what they are."""
+    return (Member(name, "real", "", unit) for name in names)
 
 
 def of_quantities(quantities: Iterable[Quantity]) -> Iterator[Member]:
     """Members that are quantities of the derivation."""
-    for quantity in quantities:
-        yield Member(quantity.name, "real", quantity.meaning, quantity.unit)
+    return (Member(quantity.name, "real", quantity.meaning, quantity.unit) for quantity in quantities)
 
 
 def struct_of(record: Record) -> Struct:
@@ -30,24 +28,15 @@ def struct_of(record: Record) -> Struct:
 SEARCH_INTERVALS = 24
 """Intervals of currents that wait in a search."""
 
-NODE = Struct.of(
-    "Node",
-    "The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate.",
+NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and constants of the certificate.").of(
     Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
     Member("fades", "real", "from then on the pair is nothing beside the real pole", "s"),
     Member("pole", "real", "the real pole that is removed from a derivative: the fastest of three", "1/s"),
     Member("second", "real", "of three real poles; 0 of a pair that rings", "1/s"),
     Member("third", "real", "the slowest of three", "1/s"),
-    *reals("s", "t"),
-    *reals("1", "Wdd", meaning="W''"),
-    *reals("s", "Wd", meaning="W'"),
-    *reals("s^2", "W", meaning="impulse response of the poles"),
-    *reals("s^3", "W1", meaning="integral of W"),
-    *reals("s^4", "W2", meaning="integral of W1"),
+    *of_quantities((TIME, *BASIS.quantities)),
 )
-PLAN = Struct.of(
-    "Plan",
-    "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode.",
+PLAN = Struct("Plan", "What is computed once per robot: coefficients of (3), (4), poles and a node of each mode.").of(
     Member("robot", "Robot"),
     Member("rates", "Rates"),
     Member("both", "Poles", "both masses slip"),
@@ -58,19 +47,15 @@ PLAN = Struct.of(
     Member("node_body", "Node"),
     Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
 )
-STEP = Struct("Step", "A step of the current: u from time t on.", (*reals("s", "t"), *reals("A", "u")))
-PHASE = Struct.of(
-    "Phase",
-    "A phase: where and when it starts, and in which mode.",
+STEP = Struct("Step", "A step of the current: u from time t on.").of(*reals("s", "t"), *reals("A", "u"))
+PHASE = Struct("Phase", "A phase: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since touchdown", "s"),
     *of_quantities(STATE.quantities),
     Member("mode", "int8", "3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held"),
     Member("event", "int8", "HOPFORM_EVENT_..., what started it"),
     Member("step", "uint16", "index of the step of the current"),
 )
-STANCE = Struct.of(
-    "Stance",
-    "A stance, solved.",
+STANCE = Struct("Stance", "A stance, solved.").of(
     Member("duration", "real", "time of the ending", "s"),
     Member("end", "State", "state at the ending"),
     Member("apex", "real", "hop height of the apex; 0 without take-off", "m"),
@@ -81,32 +66,23 @@ STANCE = Struct.of(
     Member("phases_kept", "int32", "phases in the caller's buffer"),
     Member("event_count", "int32", "events of the stance, kept or not"),
 )
-TARGET = Struct.of(
-    "Target",
-    "What the controller is asked for.",
+TARGET = Struct("Target", "What the controller is asked for.").of(
     Member("h_des", "real", "hop height of the next apex", "m"),
     Member("datum", "real", "the level that h_des counts from, less that of the ground under the foot", "m"),
     Member("stop_margin", "real", "x_1 stays below x1_max by more than this", "m"),
     Member("horizon", "real", "longest time of a stance", "s"),
 )
-COMMAND = Struct.of(
-    "Command",
-    "The answer of the controller.",
+COMMAND = Struct("Command", "The answer of the controller.").of(
     *reals("A", "u"),
     Member("apex", "real", "hop height that follows, as h_des; 0 without take-off", "m"),
     Member("status", "int32", "HOPFORM_COMMAND_..."),
 )
-TRIAL = Struct.of(
-    "Trial",
-    "A current that was tried, and what its stance does.",
+TRIAL = Struct("Trial", "A current that was tried, and what its stance does.").of(
     *reals("A", "u"),
     Member("apex", "real", "0 without take-off", "m"),
     Member("apex_u", "real", "its derivative by u, as the next ones", "m/A"),
     Member(
-        "largest_x1",
-        "real",
-        "the largest x_1; above x1_max where that is hit: how far the stance is from not hitting it",
-        "m",
+        "largest_x1", "real", "the largest x_1; where x1_max is hit, beyond it by how far the stance is from that", "m"
     ),
     *reals("m/A", "largest_x1_u"),
     Member("least_contact", "real", "the least minimum of the contact force over k before the ending", "m"),
@@ -117,17 +93,13 @@ TRIAL = Struct.of(
     Member("held", "bool", "the actuator never moves"),
     Member("smooth", "bool", "the derivatives exist"),
 )
-INTERVAL = Struct.of(
-    "Interval",
-    "An interval between two currents that were tried, of a branch and bound.",
+INTERVAL = Struct("Interval", "An interval between two currents that were tried, of a branch and bound.").of(
     Member("from", "Trial", "the one nearer to 0"),
     Member("to", "Trial"),
     Member("lower_bound", "real", "lower bound: no admissible current in it comes nearer to what is wanted", "m"),
     Member("slow", "int32", "bisections in a row that left most of an interval"),
 )
-SEARCH = Struct.of(
-    "Search",
-    "A search for a current; the caller's memory.",
+SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("plan", "const Plan *"),
     Member("start", "State"),
     Member("apex", "real", "wanted, over the ground", "m"),
@@ -146,9 +118,7 @@ SEARCH = Struct.of(
     Member("reached", "bool"),
     Member("partial", "bool", "a stance or the search outgrew the memory given"),
 )
-FLIGHT_PHASE = Struct.of(
-    "FlightPhase",
-    "A phase of a flight: where and when it starts, and in which mode.",
+FLIGHT_PHASE = Struct("FlightPhase", "A phase of a flight: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since take-off", "s"),
     *reals("m", "x1"),
     *reals("m/s", "v1"),
@@ -158,9 +128,7 @@ FLIGHT_PHASE = Struct.of(
     Member("event", "int8", "HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it"),
     Member("spare", "int8", "0"),
 )
-FLIGHT = Struct.of(
-    "Flight",
-    "A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead.",
+FLIGHT = Struct("Flight", "A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead.").of(
     Member("gains", "Gains", "of the law; 0 where the motor has no force"),
     Member("start", "State", "as given"),
     Member("ground", "real", "height of the ground ahead over that which was left", "m"),
@@ -177,39 +145,28 @@ FLIGHT = Struct.of(
     Member("phases_kept", "int32", "phases in the caller's buffer"),
     Member("event_count", "int32", "events of the flight, kept or not"),
 )
-DETECTOR = Struct.of(
-    "Detector",
-    "How touchdown is found in a noisy signal of contact.",
+DETECTOR = Struct("Detector", "How touchdown is found in a noisy signal of contact.").of(
     Member("high", "real", "the signal is above where it reaches this"),
     Member("low", "real", "and no longer where it falls below this; low <= high"),
     Member("count", "int32", "samples in a row that must agree, >= 1"),
 )
-CONTACT = Struct.of(
-    "Contact",
-    "What is known of the contact; begins as zeros.",
+CONTACT = Struct("Contact", "What is known of the contact; begins as zeros.").of(
     Member("above", "int32", "1 if the signal is above"),
     Member("touches", "int32", "1 if the foot is taken to touch"),
     Member("run", "int32", "samples in a row that disagree with it"),
 )
-INPUT = Struct(
-    "Input",
-    "A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0 "
-    "repeats a single number.",
-    (Member("first", "const void *"), Member("stride", "ptrdiff")),
+INPUT = Struct("Input", "A number per stance: each `stride` bytes behind the one before; 0 repeats a single one.").of(
+    Member("first", "const void *"), Member("stride", "ptrdiff")
 )
-OUTPUT = Struct(
-    "Output",
-    "A column that is written; `first` may be NULL where it is not wanted.",
-    (Member("first", "void *"), Member("stride", "ptrdiff")),
+OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where it is not wanted.").of(
+    Member("first", "void *"), Member("stride", "ptrdiff")
 )
 
 
 def stances_in(robot: Record = ROBOT) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
-    return Struct.of(
-        "StancesIn",
-        "Many stances: where their robots, states at touchdown, constant currents and longest times are read.",
+    return Struct("StancesIn", "Where robots, states at touchdown, currents and longest times of stances are read.").of(
         Member("robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields),
         Member("x1", "Input", "", "m"),
         Member("v1", "Input", "after the impact", "m/s"),
@@ -221,9 +178,7 @@ def stances_in(robot: Record = ROBOT) -> Struct:
     )
 
 
-STANCES_OUT = Struct.of(
-    "StancesOut",
-    "Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else.",
+STANCES_OUT = Struct("StancesOut", "Where results of stances go: of a refused one a negative status and NaN.").of(
     Member("status", "Output", "int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_..."),
     Member("duration", "Output", "time of the ending", "s"),
     Member("x1", "Output", "at the ending, as the next three", "m"),
@@ -235,9 +190,7 @@ STANCES_OUT = Struct.of(
     Member("event_count", "Output", "int32_t"),
     Member("phases", "Phase *", "where one stance after the other is solved; NULL where no events are wanted"),
     Member("phase_capacity", "int32"),
-    Member(
-        "event_time", "real *", "event_capacity a stance, NaN behind its last; NULL where no events are wanted", "s"
-    ),
+    Member("event_time", "real *", "event_capacity a stance, NaN behind its last; NULL if no events are wanted", "s"),
     Member("event_kind", "int8 *", "HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last"),
     Member("event_capacity", "int32"),
 )
@@ -245,8 +198,4 @@ STANCES_OUT = Struct.of(
 
 def structs(robot: Record = ROBOT) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds."""
-    return (
-        NODE, PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, INTERVAL, SEARCH, FLIGHT_PHASE, FLIGHT,
-        DETECTOR, CONTACT,
-        INPUT, OUTPUT, stances_in(robot), STANCES_OUT,
-    )  # fmt: skip
+    return (*(value for value in globals().values() if isinstance(value, Struct)), stances_in(robot))

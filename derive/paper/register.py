@@ -13,8 +13,9 @@ Figures are those of the robot `hopper_c` after a drop from 20 cm unless said ot
 """
 
 import json
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import sympy as sp
@@ -39,62 +40,42 @@ VERDICTS: dict[Verdict, str] = {
 class Equation:
     """One equation of the paper: what is printed, what follows from (3), (4), and which generated steps compute it."""
 
-    number: int
+    verdict: Verdict
     title: str
     printed: str
     derived: str
-    verdict: Verdict
     reason: str
     steps: tuple[str, ...]
     printed_expr: sp.Expr | None = None
     derived_expr: sp.Expr | None = None
-
-    @classmethod
-    def as_printed(
-        cls, number: int, title: str, printed: str, reason: str, steps: tuple[str, ...], *algebra: sp.Expr
-    ) -> "Equation":
-        """An equation that agrees: what follows from (3), (4) is what is printed."""
-        return cls(number, title, printed, printed, "agrees", reason, steps, *algebra)
-
-    @property
-    def computed_by(self) -> str:
-        """The steps as Markdown."""
-        return ", ".join(f"`{step}`" for step in self.steps)
+    number: int = 0
 
     @property
     def literals(self) -> Iterator[str]:
         """The fields as lines of Python, plain literals in pieces that fit the line."""
         yield f"{self.number},"
         for text in (self.title, self.printed, self.derived, self.verdict, self.reason):
-            pieces = list(_pieces(text))
-            yield from pieces[:-1] if len(pieces) > 1 else ()
-            yield f"{pieces[-1]},"
+            yield from _literal(text)
         yield f"({''.join(f'{json.dumps(step)}, ' for step in self.steps).rstrip()}),"
 
 
-@dataclass(frozen=True)
-class Proof:
-    """A claim about the derivation or the generated code and the test that proves it."""
-
-    claim: str
-    test: str
-
-
-def _pieces(text: str, width: int = 96) -> Iterator[str]:
-    """A string literal as adjacent literals, broken at spaces; more than one stand in parentheses."""
-    lines, line = [], ""
+def _literal(text: str, width: int = 96) -> Iterator[str]:
+    """An argument that is a string: adjacent literals, broken at spaces; more than one stand in parentheses."""
+    lines = [""]
     for word in text.split(" "):
-        if line and len(json.dumps(line + word)) > width:
-            lines.append(line)
-            line = ""
-        line += word + " "
-    lines.append(line[:-1])
-    if len(lines) == 1:
-        yield json.dumps(lines[0])
-        return
-    yield "("
-    yield from (f"    {json.dumps(piece)}" for piece in lines)
-    yield ")"
+        if lines[-1] and len(json.dumps(lines[-1] + word)) > width:
+            lines.append("")
+        lines[-1] += f"{word} "
+    first, *more = [*map(json.dumps, lines[:-1]), json.dumps(lines[-1][:-1])]
+    yield from ("(", *(f"    {piece}" for piece in (first, *more)), "),") if more else (f"{first},",)
+
+
+agrees, clash, slip, incomplete, wrong = (partial(Equation, verdict) for verdict in VERDICTS)
+
+
+def as_printed(title: str, printed: str, reason: str, steps: tuple[str, ...], *algebra: sp.Expr) -> Equation:
+    """An equation that agrees: what follows from (3), (4) is what is printed."""
+    return agrees(title, printed, printed, reason, steps, *algebra)
 
 
 # ---- symbols of what the paper names ----
@@ -104,7 +85,7 @@ m_1, m_2, b_eff, u_star, v_td, x2_ground = sp.symbols("m_1 m_2 b_eff u_star v_td
 E_delta, E_td, E_dist, h_des, x1_T = sp.symbols("E_delta E_td E_dist h_des x1_T", real=True)
 acc2 = sp.Symbol("acc2", real=True)
 pole_a, pole_b, pole_c, pole_d, pole_e = POLES = sp.symbols("a b c_pole d e_pole")
-A, B, C, D, E = COEFFICIENTS = sp.symbols("A B C D E")
+A, B, C, D, E = sp.symbols("A B C D E")
 HATS = sp.symbols("A_hat B_hat C_hat D_hat E_hat F_hat G_hat")
 
 # The polynomials as printed: below (11), and behind s in the denominators of (6), (7).
@@ -164,13 +145,11 @@ _conservative = k * (-x2 + L0 + c) - m_s * g
 _powers = energy.powers(HOPPER)
 _delta_power = sum(_powers[entry] for entry in energy.body_entries(HOPPER))
 
-REGISTER: tuple[Equation, ...] = (
-    Equation(
-        1,
+_ENTRIES = {
+    1: incomplete(
         "Motion of the actuator, first model",
         r"\ddot{x}_1 = \frac{1}{m_{eff}}(k(x_2 - x_1 - L_0) - b_1\dot{x}_1 - \gamma_2 u)",
         r"\ddot{x}_1 = \frac{1}{m_{eff}}(k(x_2 - x_1 - L_0 - c) - b_1\dot{x}_1 - \gamma_2 u)",
-        "incomplete",
         "A Lagrangian with one spring gives L_0 + c here as in (2). Printed with L_0 alone, (1) contains a further "
         "constant force k c on the actuator that has no partner on the body; it is kept, and its work is an entry of "
         "the ledger. With c = 0 both are the same. The force is not small: from c = 16 mm on it alone overcomes the "
@@ -179,8 +158,7 @@ REGISTER: tuple[Equation, ...] = (
         (k * (x2 - x1 - L0) - b1 * v1 - gamma2 * u) / m_eff,
         (_spring - b1 * v1 - gamma2 * u) / m_eff,
     ),
-    Equation.as_printed(
-        2,
+    2: as_printed(
         "Motion of the body, first model",
         r"\ddot{x}_2 = \frac{1}{m_s}(k(x_1 - x_2 + L_0 + c) - b_2\dot{x}_2 - m_s g)",
         "(4) with f_2 = 0, and what the Lagrangian gives.",
@@ -188,13 +166,11 @@ REGISTER: tuple[Equation, ...] = (
         (k * (x1 - x2 + L0 + c) - b2 * v2 - m_s * g) / m_s,
         HOPPER.accelerations[1].subs(f2, 0),
     ),
-    Equation(
-        3,
+    3: incomplete(
         "Motion of the actuator",
         r"\ddot{x}_1 = \frac{1}{m_{eff}}(k(x_2 - x_1 - L_0) - b_1\dot{x}_1 - \gamma_2 u) - f_1 \text{sign}(\dot{x}_1)",
         r"\ddot{x}_1 = \frac{1}{m_{eff}}(k(x_2 - x_1 - L_0 - c) - b_1\dot{x}_1 - \gamma_2 u) - f_1 "
         r"\text{sign}(\dot{x}_1)",
-        "incomplete",
         "L_0 against L_0 + c as in (1). And sign(0) is any number of [-1, 1]: the actuator sticks wherever the other "
         "terms stay within f_1, which the paper's count of N pieces leaves out. At 0.75 A it sticks, slips and meets "
         "its stop within one stance; without current it stands on its stop from touchdown to take-off.",
@@ -202,8 +178,7 @@ REGISTER: tuple[Equation, ...] = (
         (k * (x2 - x1 - L0) - b1 * v1 - gamma2 * u) / m_eff - f1 * side_1,
         (_spring - b1 * v1 - gamma2 * u) / m_eff - f1 * side_1,
     ),
-    Equation.as_printed(
-        4,
+    4: as_printed(
         "Motion of the body",
         r"\ddot{x}_2 = \frac{1}{m_s}(k(x_1 - x_2 + L_0 + c) - b_2\dot{x}_2 - m_s g) - f_2 \text{sign}(\dot{x}_2)",
         "What the Lagrangian gives. f_2 stands outside the bracket over m_s, so it is an acceleration, here, in (5) "
@@ -212,12 +187,10 @@ REGISTER: tuple[Equation, ...] = (
         (k * (x1 - x2 + L0 + c) - b2 * v2 - m_s * g) / m_s - f2 * side_2,
         HOPPER.accelerations[1],
     ),
-    Equation(
-        5,
+    5: incomplete(
         "Friction of the actuator from the current that moves it",
         r"f_1 = u_* \frac{\gamma_2}{m_{eff}}",
         r"f_1 = \frac{|k(x_2 - x_1 - L_0) - \gamma_2 u_*|}{m_{eff}}",
-        "incomplete",
         "Holds for magnitudes (gamma_2 may be negative) and where the spring carries no load. A robot that stands on "
         "its leg starts to move upwards at 0.75 A, not at 0.30 A, and below 0.15 A it sinks, because its weight is "
         "more than the friction of its actuator; half the distance of the two thresholds is 0.30 A.",
@@ -225,8 +198,7 @@ REGISTER: tuple[Equation, ...] = (
         u_star * gamma2 / m_eff,
         sp.Abs(k * (x2 - x1 - L0) - gamma2 * u_star) / m_eff,
     ),
-    Equation.as_printed(
-        6,
+    6: as_printed(
         "Laplace transform of (3)",
         r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2 + sX_2(s) "
         r"\frac{k}{m_{eff}}}{s(s^2 + s \frac{b_1}{m_{eff}} + \frac{k}{m_{eff}})}",
@@ -235,33 +207,28 @@ REGISTER: tuple[Equation, ...] = (
         (start_1 + s * X2 * k / m_eff) / (s * quadratic_1),
         _transformed(1),
     ),
-    Equation(
-        7,
+    7: slip(
         "Laplace transform of (4)",
         r"X_2(s) = \frac{s^2 x_2(0) + s\beta - \gamma + s \frac{k}{m_2} X_1(s)}{s(s^2 + s \frac{b_2}{m_s} + "
         r"\frac{k}{m_s})}",
         r"X_2(s) = \frac{s^2 x_2(0) + s\beta - \gamma + s \frac{k}{m_s} X_1(s)}{s(s^2 + s \frac{b_2}{m_s} + "
         r"\frac{k}{m_s})}",
-        "typographical slip",
         "m_2 is m_s.",
         ("rates_of: p_2, q_2", "motion_of_body: H3_2, H2_2"),
         (s**2 * x2_0 + s * beta - gamma + s * k / m_2 * X1) / (s * quadratic_2),
         _transformed(2),
     ),
-    Equation(
-        8,
+    8: wrong(
         "Constant acceleration of the body",
         r"\gamma = -\frac{f_2}{m_s} + g - \frac{k(L_0 + c)}{m_s}",
         r"\gamma = f_2 \text{sign}(\dot{x}_2) + g - \frac{k(L_0 + c)}{m_s}",
-        "wrong",
         "f_2 is an acceleration in (4), f_2/m_s is none: the body comes 1.1 mm lower at 3 A. The sign printed is "
         "that of compression alone; kept until take-off, with f_2 mended, it lifts the body by 4.3 mm.",
         ("drive_of: C_2",),
         -f2 / m_s + g - k * (L0 + c) / m_s,
         LETTERS[gamma],
     ),
-    Equation.as_printed(
-        9,
+    9: as_printed(
         "Initial velocity of the body in the transform",
         r"\beta = \dot{x}_2(0) + x_2(0) \frac{b_2}{m_s}",
         "The code counts from x_2(0), where the second term is absent.",
@@ -269,24 +236,20 @@ REGISTER: tuple[Equation, ...] = (
         v2_0 + x2_0 * b2 / m_s,
         LETTERS[beta],
     ),
-    Equation(
-        10,
+    10: incomplete(
         "Constant acceleration of the actuator",
         r"\lambda_2 = -\frac{\gamma_2 u}{m_{eff}} - \frac{kL_0}{m_{eff}} - f_1",
         r"\lambda_2 = -\frac{\gamma_2 u}{m_{eff}} - \frac{kL_0}{m_{eff}} - f_1 \text{sign}(\dot{x}_1)",
-        "incomplete",
         "Holds while the actuator moves up. A free actuator without current goes down instead: with the printed sign "
         "it is 4.9 mm too low where the body turns, because friction pushes along.",
         ("drive_of: C_1",),
         -gamma2 * u / m_eff - k * L0 / m_eff - f1,
         LETTERS[lambda_2],
     ),
-    Equation(
-        11,
+    11: clash(
         "Transform of the body's height, and its poles",
         r"X_2(s) = \frac{x_2(0)s^4 + H_4 s^3 + H_3 s^2 + H_2 s + H_1}{s^2(s+a)(s+b)(s+c)}",
         r"X_2(s) = \frac{x_2(0)s^4 + H_4 s^3 + H_3 s^2 + H_2 s + H_1}{s^2(s+a)(s+b)(s+c)}",
-        "clash of symbols",
         "Transform and polynomial hold. c is the offset of (2), (4) already. And a, b, c are not roots of the "
         "polynomial, as the text below says, but their negatives: the roots have no positive real part, and with "
         "them (18) would grow.",
@@ -294,8 +257,7 @@ REGISTER: tuple[Equation, ...] = (
         _numerator_11 / (s**2 * cubic),
         _transform_2,
     ),
-    Equation.as_printed(
-        12,
+    12: as_printed(
         "Numerator of (11), terms in s^3",
         r"H_4 = x_2(0) \frac{b_1}{m_{eff}} + \beta",
         "Counted from x_2(0) it is the initial velocity, which the code adds by itself.",
@@ -303,8 +265,7 @@ REGISTER: tuple[Equation, ...] = (
         x2_0 * b1 / m_eff + beta,
         LETTERS[H_4],
     ),
-    Equation.as_printed(
-        13,
+    13: as_printed(
         "Numerator of (11), terms in s^2",
         r"H_3 = x_2(0) \frac{k}{m_{eff}} + \frac{b_1 \beta}{m_{eff}} - \gamma + \frac{kx_1(0)}{m_s}",
         "With gamma of (8) mended. Counted from x_2(0), x_2'(0) it is the initial acceleration of the body.",
@@ -312,42 +273,36 @@ REGISTER: tuple[Equation, ...] = (
         x2_0 * k / m_eff + b1 * beta / m_eff - gamma + k * x1_0 / m_s,
         LETTERS[H_3],
     ),
-    Equation(
-        14,
+    14: wrong(
         "Numerator of (11), terms in s",
         r"H_2 = (\dot{x}_1(0) + \frac{x_1(0)b_1}{b_{eff}}) \frac{k}{m_s} + \frac{k\beta}{m_{eff}} + \frac{b_1 "
         r"\gamma}{m_1}",
         r"H_2 = (\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) \frac{k}{m_s} + \frac{k\beta}{m_{eff}} - \frac{b_1 "
         r"\gamma}{m_{eff}}",
-        "wrong",
         "b_eff and m_1 are m_eff, and gamma enters with a minus sign, as in (7): with the plus sign the body is 13 "
         "cm off at the end of one compression at 3 A.",
         ("motion_of_both: H2_2",),
         (v1_0 + x1_0 * b1 / b_eff) * k / m_s + k * beta / m_eff + b1 * gamma / m_1,
         LETTERS[H_2],
     ),
-    Equation(
-        15,
+    15: incomplete(
         "Numerator of (11), constant terms",
         r"H_1 = \frac{-\gamma k}{m_{eff}} - \frac{uk\gamma_2}{m_s m_{eff}} - \left( \frac{L_0 k}{m_{eff}} + f_1 "
         r"\right) \frac{k}{m_s}",
         r"H_1 = \frac{-\gamma k}{m_{eff}} - \frac{uk\gamma_2}{m_s m_{eff}} - \left( \frac{L_0 k}{m_{eff}} + f_1 "
         r"\text{sign}(\dot{x}_1) \right) \frac{k}{m_s}",
-        "incomplete",
         "Holds while the actuator moves up. L_0 cancels against (8), c does not, because (3) lacks it: k c stays as "
         "a force that drives both masses for ever, and the code never forms the terms that cancel.",
         ("motion_of_both: H1_2",),
         -gamma * k / m_eff - u * k * gamma2 / (m_s * m_eff) - (L0 * k / m_eff + f1) * k / m_s,
         LETTERS[H_1],
     ),
-    Equation(
-        16,
+    16: incomplete(
         "Transform of the actuator's displacement",
         r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2}{s(s+d)(s+e)} + Z(s)",
         r"X_1(s) = \frac{(s^2 + s \frac{b_2}{m_s} + \frac{k}{m_s})(s^2 x_1(0) + s(\dot{x}_1(0) + "
         r"\frac{x_1(0)b_1}{m_{eff}}) + \lambda_2) + \frac{k}{m_{eff}}(s^2 x_2(0) + s\beta - "
         r"\gamma)}{s^2(s+a)(s+b)(s+c)}",
-        "incomplete",
         "True, but d and e are no poles of X_1: their residues here and in (17) cancel identically, so x_1 has the "
         "poles of x_2. The denominator of (6) has three roots, one of them 0; d and e are the negatives of the other "
         "two.",
@@ -355,26 +310,22 @@ REGISTER: tuple[Equation, ...] = (
         start_1 / (s * quadratic_1) + _printed_17,
         _transform_1,
     ),
-    Equation(
-        17,
+    17: incomplete(
         "What the body adds to (16)",
         r"Z(s) = \frac{\frac{k}{m_{eff}}(x_2(0)s^4 + H_4 s^3 + H_3 s^2 + H_2 s + H_1)}{s^2(s+a)(s+b)(s+c)(s+d)(s+e)}",
         r"\mathop{\text{Res}}_{s=-d,-e} Z(s) = -\mathop{\text{Res}}_{s=-d,-e} \frac{s^2 x_1(0) + s(\dot{x}_1(0) + "
         r"\frac{x_1(0)b_1}{m_{eff}}) + \lambda_2}{s(s+d)(s+e)}",
-        "incomplete",
         "True, but the poles d and e cancel in (16); split by themselves they divide by zero where b_1^2 = 4 k "
         "m_eff, a robot that moves as smoothly as any other. The letter e is the base of the exponentials of (18) as "
         "well.",
         ("motion_of_both: H3_1, H2_1, H1_1",),
         _printed_17,
     ),
-    Equation(
-        18,
+    18: incomplete(
         "Height of the body over time",
         r"x_2(t) = A + Bt + Ce^{-at} + De^{-bt} + Ee^{-ct}",
         r"x_2(t) = x_2(0) + \dot{x}_2(0) t + \ddot{x}_2(0) W + \tilde{H}_2 \int W + \tilde{H}_1 \iint W, \quad "
         r"W = \mathcal{L}^{-1} \frac{1}{(s+a)(s+b)(s+c)}",
-        "incomplete",
         "Needs distinct poles and b_1 + b_2 > 0. Without viscous friction a third pole lies at 0 and a term in t^2 "
         "is missing; near it A and B grow without bound and cancel: at b_1 = b_2 = 1e-6 N s/m the sum in double "
         "precision is more than 1 cm off although every coefficient is right to the last bit. Mostly two poles are "
@@ -384,71 +335,59 @@ REGISTER: tuple[Equation, ...] = (
         ("residue: chi", "split: W, W1, W2", "state_at: x1_t, y_t"),
         _printed_18,
     ),
-    Equation(
-        19,
+    19: agrees(
         "Velocity of the body over time",
         r"\dot{x}_2(t) = B - aCe^{-at} - bDe^{-bt} - cEe^{-ct}",
         r"\dot{x}_2(t) = \dot{x}_2(0) + \ddot{x}_2(0) \dot{W} + \tilde{H}_2 W + \tilde{H}_1 \int W",
-        "agrees",
         "The time derivative of (18), with the limits of (18).",
         ("split: Wd, W, W1", "state_at: v2_t"),
         B - pole_a * C * _decays[0] - pole_b * D * _decays[1] - pole_c * E * _decays[2],
         _printed_18.diff(t),
     ),
-    Equation(
-        20,
+    20: incomplete(
         "Displacement of the actuator over time",
         r"x_1(t) = \hat{A} + \hat{B}t + \hat{C}e^{-at} + \hat{D}e^{-bt} + \hat{E}e^{-ct} + \hat{F}e^{-dt} + "
         r"\hat{G}e^{-et}",
         r"x_1(t) = \hat{A} + \hat{B}t + \hat{C}e^{-at} + \hat{D}e^{-bt} + \hat{E}e^{-ct}",
-        "incomplete",
         "The coefficients F and G are zero for every robot and every start, because the poles d and e cancel; "
         "otherwise the limits of (18). B is the same in both: the masses end with one velocity.",
         ("split: W, W1, W2", "state_at: x1_t"),
         _printed_20,
         _printed_20.subs({HATS[5]: 0, HATS[6]: 0}),
     ),
-    Equation(
-        21,
+    21: incomplete(
         "Velocity of the actuator over time",
         r"\dot{x}_1(t) = \hat{B} - a\hat{C}e^{-at} - b\hat{D}e^{-bt} - c\hat{E}e^{-ct} - d\hat{F}e^{-dt} - "
         r"e\hat{G}e^{-et}",
         r"\dot{x}_1(t) = \hat{B} - a\hat{C}e^{-at} - b\hat{D}e^{-bt} - c\hat{E}e^{-ct}",
-        "incomplete",
         "The time derivative of (20), whose last two terms are zero.",
         ("split: Wd, W, W1", "state_at: v1_t"),
         HATS[1] - sum(rate * share * decay for rate, share, decay in zip(POLES, HATS[2:], _decays, strict=True)),
         _printed_20.diff(t).subs({HATS[5]: 0, HATS[6]: 0}),
     ),
-    Equation(
-        22,
+    22: incomplete(
         "Energy of the body",
         r"U_{x_2} = \int m_s \ddot{x}_2 dx_2",
         r"E = \frac{1}{2} m_s \dot{x}_2^2 + m_s g x_2 + \frac{1}{2} k (x_2 - L_0 - c)^2",
-        "incomplete",
         "The integral is the change of the kinetic energy alone. What the paper plots, and what U_delta changes, is "
         "E: it adds gravity and the spring without the actuator's share.",
         ("energies: body", "body_energy_gain: gain"),
         m_s * acc2 * v2,
         energy.body_energy.diff(v2) * acc2 + energy.body_energy.diff(x2) * v2,
     ),
-    Equation(
-        23,
+    23: slip(
         "Energy of the body, conservative part",
         r"U_{x_2} = \int (k(-x_2 + L_0 + c) - m_s g) \ddot{x}_2 dt + U_{delta}",
         r"U_{x_2} = \int (k(-x_2 + L_0 + c) - m_s g) \dot{x}_2 dt + U_{delta}",
-        "typographical slip",
         "A force times an acceleration is no power: x_2'' dt is x_2' dt, which is dx_2. The sign of m_s g is right.",
         ("body_energy_gain: gain",),
         _conservative * acc2 + _delta_power,
         m_s * v2 * HOPPER.accelerations[1],
     ),
-    Equation(
-        24,
+    24: wrong(
         "What the body's energy gains in stance (AED)",
         r"U_{delta} = f_2(L_0 - x_2) + \int b_2 \dot{x}_2^2 dt + \int kx_1 \dot{x}_2 dt",
         r"U_{delta} = \int kx_1 \dot{x}_2 dt - \int b_2 \dot{x}_2^2 dt - m_s f_2 \int |\dot{x}_2| dt",
-        "wrong",
         "The losses enter with minus signs: with plus signs the apex at 3 A is overpredicted by 18 cm. f_2 is an "
         "acceleration, so m_s is missing, and L_0 - x_2 comes back to where it was while friction takes from the "
         "whole path. The last term is what reaches the body through the spring, 4.6 J at 3 A, not what the actuator "
@@ -457,12 +396,10 @@ REGISTER: tuple[Equation, ...] = (
         -f2 * v2 + b2 * v2**2 + k * x1 * v2,
         _delta_power,
     ),
-    Equation(
-        25,
+    25: incomplete(
         "Energy at touchdown",
         r"E_{td} = \frac{1}{2} m_s v_{td}^2",
         r"E_{td} = \frac{1}{2} m_s (1 - \eta) v_{td}^2",
-        "incomplete",
         "v_td has to be taken after the impact, which costs the fraction eta of the energy: taken before it, a drop "
         "from 20 cm predicts 1.0 cm too much. Height and spring at touchdown, m_s g x_1(0) + k x_1(0)^2/2, are left "
         "to (27).",
@@ -470,12 +407,10 @@ REGISTER: tuple[Equation, ...] = (
         m_s * v_td**2 / 2,
         m_s * control.touchdown_velocity(HOPPER)[0].value.subs(height, v_td**2 / (2 * g)) ** 2 / 2,
     ),
-    Equation(
-        26,
+    26: wrong(
         "Energy of a step in the ground",
         r"E_{dist} = \frac{1}{2} m_s g |x_{2ground} - x_2|",
         r"E_{dist} = m_s g (x_{2ground} - x_2)",
-        "wrong",
         "The energy of a height has no 1/2, and a step down is not a step up: a step down by 5 cm misplaces the apex "
         "by 7.5 cm, a step up by 2.5 cm. x_2 has to be read as the level from which h_des counts; as the height of "
         "the body the difference is the length of the leg on any ground.",
@@ -483,13 +418,11 @@ REGISTER: tuple[Equation, ...] = (
         m_s * g * sp.Abs(x2_ground - x2) / 2,
         m_s * g * (x2_ground - x2),
     ),
-    Equation(
-        27,
+    27: incomplete(
         "What the controller minimises",
         r"J = |E_{delta}(u) - (m_s g h_{des} - E_{td} - E_{dist})|",
         r"J = |E_{delta}(u) + \frac{1}{2} k x_1(0)^2 - \frac{1}{2} k x_1(T)^2 + m_s g x_1(0) - (m_s g h_{des} - "
         r"E_{td} - E_{dist})|",
-        "incomplete",
         "Leaves out the spring coordinate: E counts k x_1^2/2 that leaves with the foot at take-off, 3.2 cm of apex "
         "at 3 A. h_des counts from L_0 + c. E_delta needs a take-off; where there is none J is undefined, and as a "
         "function of u it has jumps and several minima, so the code solves apex(u) = h_des instead.",
@@ -497,93 +430,57 @@ REGISTER: tuple[Equation, ...] = (
         sp.Abs(E_delta - (m_s * g * h_des - E_td - E_dist)),
         sp.Abs(E_delta + k * x1_0**2 / 2 - k * x1_T**2 / 2 + m_s * g * x1_0 - (m_s * g * h_des - E_td - E_dist)),
     ),
-)
+}
+REGISTER = tuple(replace(entry, number=number) for number, entry in _ENTRIES.items())
 
 
-@dataclass(frozen=True)
-class Tally:
-    """A verdict, what it means and the equations that have it."""
-
-    verdict: Verdict
-    meaning: str
-    numbers: tuple[int, ...]
-
-    @property
-    def equations(self) -> str:
-        return ", ".join(f"[({number})](#{number})" for number in self.numbers)
+def tallies() -> Iterator[tuple[str, str, int, str]]:
+    """A row per verdict: what it means, how many equations have it, and links to them."""
+    for verdict, meaning in VERDICTS.items():
+        numbers = [entry.number for entry in REGISTER if entry.verdict == verdict]
+        yield verdict, meaning, len(numbers), ", ".join(f"[({number})](#{number})" for number in numbers)
 
 
-def tallies(register: Iterable[Equation] = REGISTER) -> tuple[Tally, ...]:
-    """The verdicts in the order of VERDICTS, each with its equations."""
-    entries = tuple(register)
-    return tuple(
-        Tally(verdict, meaning, tuple(entry.number for entry in entries if entry.verdict == verdict))
-        for verdict, meaning in VERDICTS.items()
-    )
+CERTIFICATE = {
+    "tests/unit/test_derivation.py": {
+        "test_velocities_obey_3_and_4": "The closed form obeys (3), (4) in every combination of slipping and held "
+        "masses, further terms or none.",
+        "test_a_phase_starts_where_the_last_one_ended": "Each phase starts where the last one ended.",
+        "test_both_masses_end_with_the_terminal_velocity_that_balances_all_forces": "For ever after, both masses move "
+        "with the terminal velocity that balances all forces.",
+        "test_the_numerators_are_those_of_11_to_17_counted_from_the_start": "The numerators are those of (11) to "
+        "(17), with the corrections of this page.",
+        "test_18_comes_back_for_distinct_poles": "Away from multiple poles the solution is (18), coefficient by "
+        "coefficient.",
+        "test_the_split_off_pole_and_the_pair_are_w": "Real pole and pair, split, are the inverse transform of (11) "
+        "for any poles.",
+        "test_integrals_and_derivatives_by_recursion_are_what_they_are_called": "So are the power series, the "
+        "recursions and the series around a triple pole.",
+        "test_the_whole_robot_gains_what_the_ledger_says": "The change of the robot's energy is the sum of the ledger.",
+        "test_the_body_gains_the_aed": "The change of the body's energy is the AED.",
+        "test_the_apex_from_energies_is_the_apex_of_the_takeoff": "The apex from energies is the apex of the take-off.",
+        "test_a_variation_is_the_derivative_of_the_motion": "A variation is the derivative of the motion, for the "
+        "current and every parameter.",
+    },
+    "tests/unit/test_certificate.py": {
+        "test_units_balance_in_every_step": "Units balance in every generated step.",
+        "test_the_generated_formula_has_the_value_of_its_derivation_at_forty_digits": "Every generated formula has "
+        "the value of its derivation at 40 digits, within 16 eps of the sum of its terms.",
+        "test_w_is_exact_in_double_precision_for_any_poles_and_times": "W, its derivatives and its integral are right "
+        "within 128 eps for distinct, complex, double, triple, nearly triple and slow poles, the second integral "
+        "within 192 eps.",
+        "test_the_factors_of_the_cubic_multiply_to_its_coefficients": "The factors of the cubic multiply to its "
+        "coefficients, within 4 eps each, 12 eps near a triple pole.",
+    },
+    "tests/unit/test_equations.py": {
+        "test_what_agrees_differs_by_nothing_from_what_follows": "Every verdict and every figure of this page.",
+        "test_what_is_printed_reads_as_the_expression_that_is_proven": "The formulas on this page are the expressions "
+        "that are proven.",
+    },
+}
+"""Claims about the derivation and the generated code, by the test that proves each, by its file."""
 
 
-CERTIFICATE: tuple[Proof, ...] = (
-    Proof(
-        "The closed form obeys (3), (4) in every combination of slipping and held masses, further terms or none.",
-        "tests/unit/test_derivation.py::test_velocities_obey_3_and_4",
-    ),
-    Proof(
-        "Each phase starts where the last one ended.",
-        "tests/unit/test_derivation.py::test_a_phase_starts_where_the_last_one_ended",
-    ),
-    Proof(
-        "For ever after, both masses move with the terminal velocity that balances all forces.",
-        "tests/unit/test_derivation.py::test_both_masses_end_with_the_terminal_velocity_that_balances_all_forces",
-    ),
-    Proof(
-        "The numerators are those of (11) to (17), with the corrections of this page.",
-        "tests/unit/test_derivation.py::test_the_numerators_are_those_of_11_to_17_counted_from_the_start",
-    ),
-    Proof(
-        "Away from multiple poles the solution is (18), coefficient by coefficient.",
-        "tests/unit/test_derivation.py::test_18_comes_back_for_distinct_poles",
-    ),
-    Proof(
-        "Real pole and pair, split, are the inverse transform of (11) for any poles.",
-        "tests/unit/test_derivation.py::test_the_split_off_pole_and_the_pair_are_w",
-    ),
-    Proof(
-        "So are the power series, the recursions and the series around a triple pole.",
-        "tests/unit/test_derivation.py::test_integrals_and_derivatives_by_recursion_are_what_they_are_called",
-    ),
-    Proof(
-        "The change of the robot's energy is the sum of the ledger.",
-        "tests/unit/test_derivation.py::test_the_whole_robot_gains_what_the_ledger_says",
-    ),
-    Proof("The change of the body's energy is the AED.", "tests/unit/test_derivation.py::test_the_body_gains_the_aed"),
-    Proof(
-        "The apex from energies is the apex of the take-off.",
-        "tests/unit/test_derivation.py::test_the_apex_from_energies_is_the_apex_of_the_takeoff",
-    ),
-    Proof(
-        "A variation is the derivative of the motion, for the current and every parameter.",
-        "tests/unit/test_derivation.py::test_a_variation_is_the_derivative_of_the_motion",
-    ),
-    Proof("Units balance in every generated step.", "tests/unit/test_certificate.py::test_units_balance_in_every_step"),
-    Proof(
-        "Every generated formula has the value of its derivation at 40 digits, within 16 eps of the sum of its terms.",
-        "tests/unit/test_certificate.py::test_the_generated_formula_has_the_value_of_its_derivation_at_forty_digits",
-    ),
-    Proof(
-        "W, its derivatives and its integral are right within 128 eps for distinct, complex, double, triple, nearly "
-        "triple and slow poles, the second integral within 192 eps.",
-        "tests/unit/test_certificate.py::test_w_is_exact_in_double_precision_for_any_poles_and_times",
-    ),
-    Proof(
-        "The factors of the cubic multiply to its coefficients, within 4 eps each, 12 eps near a triple pole.",
-        "tests/unit/test_certificate.py::test_the_factors_of_the_cubic_multiply_to_its_coefficients",
-    ),
-    Proof(
-        "Every verdict and every figure of this page.",
-        "tests/unit/test_equations.py::test_what_agrees_differs_by_nothing_from_what_follows",
-    ),
-    Proof(
-        "The formulas on this page are the expressions that are proven.",
-        "tests/unit/test_equations.py::test_what_is_printed_reads_as_the_expression_that_is_proven",
-    ),
-)
+def proofs() -> Iterator[tuple[str, str]]:
+    """A row per claim: it and its test."""
+    return ((claim, f"`{file}::{test}`") for file, claims in CERTIFICATE.items() for test, claim in claims.items())

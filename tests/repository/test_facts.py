@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 import hopform
-from derive.emit import render as renderer
 from derive.emit.folder import write
 from derive.emit.ir import Quantity
 from derive.emit.render import Options, render
@@ -109,8 +108,8 @@ def test_a_new_word_stands_in_every_table(monkeypatch):
         else kind
         for kind in kinds.KINDS
     )
-    monkeypatch.setattr(renderer, "KINDS", longer)
-    monkeypatch.setattr(renderer, "STATUSES", longer[0])
+    monkeypatch.setattr(kinds, "KINDS", longer)
+    monkeypatch.setattr(kinds, "STATUSES", longer[0])
     monkeypatch.setattr(answers, "KINDS", longer)
     texts = {path.as_posix(): text for path, text in render().items()}
     header = texts["c/include/hopform/hopform.h"]

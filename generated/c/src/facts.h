@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "e58027956952e072"
+#define HOPFORM_SOURCE "33614ddaa7d34fc3"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -23,7 +23,7 @@
 /* What the hopper is made of. */
 #define HOPFORM_ROBOT_MEMBERS(X) X(m_eff, POSITIVE) X(m_s, POSITIVE) X(k, POSITIVE) X(L0, REAL) X(c, REAL) X(b1, NONNEGATIVE) X(b2, NONNEGATIVE) X(f1, NONNEGATIVE) X(f2, NONNEGATIVE) X(gamma2, REAL) X(g, NONNEGATIVE) X(x1_min, LOWER) X(x1_max, UPPER) X(u_max, BOUND) X(impact_loss, FRACTION)
 
-/* The equations of motion (3), (4) as coefficients of y, v_1, v_2 and 1, and their characteristic polynomials. */
+/* Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials. */
 #define HOPFORM_RATES_MEMBERS(X) X(a1_y, REAL) X(a1_v1, REAL) X(a1_v2, REAL) X(a1_u, REAL) X(a1_0, REAL) X(a2_y, REAL) X(a2_v1, REAL) X(a2_v2, REAL) X(a2_0, REAL) X(s_1, REAL) X(s_2, REAL) X(s_3, REAL) X(p_1, REAL) X(q_1, REAL) X(p_2, REAL) X(q_2, REAL)
 
 /* The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held. */
@@ -41,7 +41,7 @@
 /* Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart. */
 #define HOPFORM_FLIGHT_LEDGER_MEMBERS(X) X(motor_work, REAL) X(offset_work, REAL) X(viscous_1, REAL) X(coulomb_1, REAL)
 
-/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole. */
+/* Numerators of (11), counted from where and how fast each coordinate starts. */
 #define HOPFORM_MOTION_MEMBERS(X) X(H3_1, REAL) X(H2_1, REAL) X(H1_1, REAL) X(H3_2, REAL) X(H2_2, REAL) X(H1_2, REAL) X(H3_y, REAL) X(H2_y, REAL) X(H1_y, REAL) X(N2_1, REAL) X(N1_1, REAL) X(N0_1, REAL)
 
 /* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */

@@ -15,7 +15,7 @@ typedef struct {
     float C_2;  /* [m/s^2] constant acceleration of the body */
 } hopform_drive_f32;
 
-/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole. */
+/* Numerators of (11), counted from where and how fast each coordinate starts. */
 typedef struct {
     float H3_1;  /* [m/s^2] actuator, terms in s^2: its initial acceleration */
     float H2_1;  /* [m/s^3] actuator, terms in s */
@@ -31,7 +31,7 @@ typedef struct {
     float N0_1;  /* [m/s^4] actuator, constant terms of that */
 } hopform_motion_f32;
 
-/* One numerator H_3 s^2 + H_2 s + H_1: how one function of time leaves its initial value. */
+/* H_3 s^2 + H_2 s + H_1 of (11): how a function of time leaves its initial value. */
 typedef struct {
     float H3;  /* [1/s] terms in s^2: the initial rate */
     float H2;  /* [1/s^2] terms in s */
@@ -64,17 +64,17 @@ typedef struct {
     float W2;   /* [s^4] integral of W1 */
 } hopform_basis_f32;
 
-/* W over a short time, from its power series: the four highest integrals. */
+/* W over a short time, from its power series: the three highest integrals. */
 typedef struct {
-    float W2;  /* [s^4] second integral of W */
+    float W2;  /* [s^4] integral of W1 */
     float W3;  /* [s^5] third integral of W */
     float W4;  /* [s^6] fourth integral of W */
 } hopform_series_f32;
 
-/* R over a short time, from its power series: the two highest integrals. */
+/* The highest integrals of R over a short time, from its power series. */
 typedef struct {
-    float R2;  /* [s^3] second integral of R */
-    float R3;  /* [s^4] third integral of R */
+    float R2;  /* [s^3] integral of R1 */
+    float R3;  /* [s^4] integral of R2 */
 } hopform_pair_series_f32;
 
 /* Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i. */
@@ -83,7 +83,7 @@ typedef struct {
     float free_2;  /* [m/s^2] free acceleration of the body */
 } hopform_free_f32;
 
-/* Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q. */
+/* Deflated numerator, s + a divided out: A s + B over s^2 + p s + q. */
 typedef struct {
     float A;  /* [1/s^2] terms in s */
     float B;  /* [1/s^3] constant terms */
@@ -164,7 +164,7 @@ typedef struct {
     float W2;  /* [s^4] integral of W1 */
 } hopform_integrals_f32;
 
-/* Step response: change of a function of time since the start of the phase, and its first three derivatives. */
+/* Step response: change of a function of time in a phase, and its first three derivatives. */
 typedef struct {
     float rise;            /* [1] the function less its initial value */
     float rise_rate;       /* [1/s] its rate */
@@ -172,13 +172,13 @@ typedef struct {
     float rise_third;      /* [1/s^3] the derivative of that */
 } hopform_rise_f32;
 
-/* W, its derivatives and integrals a short time later, by a Taylor step of the propagator. */
+/* W, its derivatives and integrals a short time later, by a Taylor step. */
 typedef struct {
-    float Wdd_t;  /* [1] W'' */
-    float Wd_t;   /* [s] W' */
-    float W_t;    /* [s^2] W */
+    float Wdd_t;  /* [1] second derivative of W */
+    float Wd_t;   /* [s] derivative of W */
+    float W_t;    /* [s^2] response of the three poles to an impulse */
     float W1_t;   /* [s^3] integral of W */
-    float W2_t;   /* [s^4] integral of that */
+    float W2_t;   /* [s^4] integral of W1 */
 } hopform_propagated_f32;
 
 /* The state at time t of a phase. */
@@ -186,7 +186,7 @@ typedef struct {
     float x1_t;  /* [m] displacement of the actuator */
     float v1_t;  /* [m/s] velocity of the actuator */
     float v2_t;  /* [m/s] velocity of the body */
-    float y_t;   /* [m] compression of the spring */
+    float y_t;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_at_f32;
 
 /* Change of the right sides of (3), (4), by what each share of it goes with. */

@@ -19,12 +19,13 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_REACHED_WITHIN_f32 1e-6f /* [m] the search for a current ends this near */
 #define HOPFORM_NEAR_WITHIN_f32 4e-6f /* [m] an apex this near is reached */
 #define HOPFORM_TERMS_f32 24 /* terms of the power series of W */
+#define HOPFORM_SMALLEST_EXPONENT_f32 -87.0f /* exp of less counts as 0 */
+#define HOPFORM_PREDICTION_f32 0.1f /* a shorter step, of an interval, predicts a root well enough */
 #define HOPFORM_LOG_2_HIGH_f32 0.69311523f /* leading bits of ln 2 */
 #define HOPFORM_LOG_2_LOW_f32 3.1946183e-5f /* ln 2 less those */
 #define HOPFORM_QUARTER_TURN_HIGH_f32 1.5703125f /* leading bits of pi/2 */
 #define HOPFORM_QUARTER_TURN_MIDDLE_f32 0.0004837513f /* the bits behind those */
 #define HOPFORM_QUARTER_TURN_LOW_f32 7.54979e-8f /* the rest */
-#define HOPFORM_SMALLEST_EXPONENT_f32 -87.0f /* exp of less counts as 0 */
 #define HOPFORM_LARGEST_ANGLE_f32 1e6f /* a larger angle has no digit left */
 #define HOPFORM_ROUNDER_f32 12582912.0f /* added to a number, it leaves it rounded in its last bits */
 #define HOPFORM_FRACTION_BITS_f32 23 /* bits of the fraction */
@@ -34,7 +35,6 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_TINY_DOWN_f32 0.00390625f /* scales its cube root back */
 #define HOPFORM_EXPONENT_BIAS_f32 127 /* of the exponent's bits */
 #define HOPFORM_LANE_COUNT_f32 32 /* stances that are solved at a time */
-#define HOPFORM_PREDICTION_f32 0.1f /* a shorter step, of an interval, predicts a root well enough */
 
 /* Domains of parameters; NaN lies in none. */
 #define HOPFORM_IN_REAL_f32(value) ((value) >= -HOPFORM_NEVER_f32 && (value) <= HOPFORM_NEVER_f32)

@@ -19,12 +19,13 @@ typedef int64_t hopform_signed_bits_f64;
 #define HOPFORM_REACHED_WITHIN_f64 1e-14 /* [m] the search for a current ends this near */
 #define HOPFORM_NEAR_WITHIN_f64 2e-10 /* [m] an apex this near is reached */
 #define HOPFORM_TERMS_f64 40 /* terms of the power series of W */
+#define HOPFORM_SMALLEST_EXPONENT_f64 -708.0 /* exp of less counts as 0 */
+#define HOPFORM_PREDICTION_f64 0.01 /* a shorter step, of an interval, predicts a root well enough */
 #define HOPFORM_LOG_2_HIGH_f64 0.6931471803691238 /* leading bits of ln 2 */
 #define HOPFORM_LOG_2_LOW_f64 1.9082149292705877e-10 /* ln 2 less those */
 #define HOPFORM_QUARTER_TURN_HIGH_f64 1.5707963267341256 /* leading bits of pi/2 */
 #define HOPFORM_QUARTER_TURN_MIDDLE_f64 6.077100506303966e-11 /* the bits behind those */
 #define HOPFORM_QUARTER_TURN_LOW_f64 6.123233995736766e-17 /* the rest */
-#define HOPFORM_SMALLEST_EXPONENT_f64 -708.0 /* exp of less counts as 0 */
 #define HOPFORM_LARGEST_ANGLE_f64 1000000000000000.0 /* a larger angle has no digit left */
 #define HOPFORM_ROUNDER_f64 6755399441055744.0 /* added to a number, it leaves it rounded in its last bits */
 #define HOPFORM_FRACTION_BITS_f64 52 /* bits of the fraction */
@@ -34,7 +35,6 @@ typedef int64_t hopform_signed_bits_f64;
 #define HOPFORM_TINY_DOWN_f64 3.814697265625e-06 /* scales its cube root back */
 #define HOPFORM_EXPONENT_BIAS_f64 1023 /* of the exponent's bits */
 #define HOPFORM_LANE_COUNT_f64 32 /* stances that are solved at a time */
-#define HOPFORM_PREDICTION_f64 0.01 /* a shorter step, of an interval, predicts a root well enough */
 
 /* Domains of parameters; NaN lies in none. */
 #define HOPFORM_IN_REAL_f64(value) ((value) >= -HOPFORM_NEVER_f64 && (value) <= HOPFORM_NEVER_f64)

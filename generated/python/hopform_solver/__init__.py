@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "e58027956952e072"
+SOURCE = "33614ddaa7d34fc3"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"

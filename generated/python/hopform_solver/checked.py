@@ -16,10 +16,11 @@ _LONGEST = 60
 def inside(domain: str, value: Any, largest: float = sys.float_info.max) -> Any:
     """Whether a number, or each of an array, lies in a domain and, where infinity does not, within +-largest."""
     allowed = DOMAINS[domain]
-    low, high = max(allowed.low, -largest), min(allowed.high, largest)
+    low = allowed.low if allowed.with_low else max(allowed.low, -largest)
+    high = allowed.high if allowed.with_high else min(allowed.high, largest)
     above = value >= low if allowed.with_low or low > allowed.low else value > low
     below = value <= high if allowed.with_high or high < allowed.high else value < high
-    return (above | allowed.unbounded_below) & (below | allowed.unbounded_above)
+    return above & below
 
 
 def shown(value: object) -> str:

@@ -16,16 +16,6 @@ class Domain(NamedTuple):
     with_low: bool
     with_high: bool
 
-    @property
-    def unbounded_below(self) -> bool:
-        """Whether -inf lies in it."""
-        return self.with_low and self.low == float("-inf")
-
-    @property
-    def unbounded_above(self) -> bool:
-        """Whether inf lies in it."""
-        return self.with_high and self.high == float("inf")
-
 
 DOMAINS = {
     "real": Domain("finite", float("-inf"), float("inf"), False, False),
@@ -190,7 +180,7 @@ CurrentEventKind: TypeAlias = Literal[
     "u_saturates",
     "u_desaturates",
 ]
-"""What starts a phase of a flight beside what the actuator does."""
+"""What starts a phase of a flight beside the actuator."""
 
 CURRENT_EVENTS = {
     8: "u_saturates",  # the current reaches its limit
@@ -286,7 +276,7 @@ class Robot(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """The equations of motion (3), (4) as coefficients of y, v_1, v_2 and 1, and their characteristic polynomials."""
+    """Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials."""
 
     a1_y: Real
     """[1/s^2] acceleration of the actuator per compression"""
@@ -307,7 +297,7 @@ class Rates(NamedTuple):
     a2_0: Real
     """[m/s^2] constant acceleration of the body"""
     s_1: Real
-    """[1/s] sum of the poles' rates, both masses moving"""
+    """[1/s] sum of the rates of the three poles"""
     s_2: Real
     """[1/s^2] sum of their products in pairs"""
     s_3: Real
@@ -332,7 +322,7 @@ class Poles(NamedTuple):
     q: Real
     """[1/s^2] product of the rates of the pair"""
     s_1: Real
-    """[1/s] sum of the three rates"""
+    """[1/s] sum of the rates of the three poles"""
     s_2: Real
     """[1/s^2] sum of their products in pairs"""
     s_3: Real
@@ -362,7 +352,7 @@ class Drive(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole."""
+    """Numerators of (11), counted from where and how fast each coordinate starts."""
 
     H3_1: Real
     """[m/s^2] actuator, terms in s^2: its initial acceleration"""
@@ -391,7 +381,7 @@ class Motion(NamedTuple):
 
 
 class Numerator(NamedTuple):
-    """One numerator H_3 s^2 + H_2 s + H_1: how one function of time leaves its initial value."""
+    """H_3 s^2 + H_2 s + H_1 of (11): how a function of time leaves its initial value."""
 
     H3: Real
     """[1/s] terms in s^2: the initial rate"""
@@ -445,10 +435,10 @@ class Basis(NamedTuple):
 
 
 class Series(NamedTuple):
-    """W over a short time, from its power series: the four highest integrals."""
+    """W over a short time, from its power series: the three highest integrals."""
 
     W2: Real
-    """[s^4] second integral of W"""
+    """[s^4] integral of W1"""
     W3: Real
     """[s^5] third integral of W"""
     W4: Real
@@ -456,12 +446,12 @@ class Series(NamedTuple):
 
 
 class PairSeries(NamedTuple):
-    """R over a short time, from its power series: the two highest integrals."""
+    """The highest integrals of R over a short time, from its power series."""
 
     R2: Real
-    """[s^3] second integral of R"""
+    """[s^3] integral of R1"""
     R3: Real
-    """[s^4] third integral of R"""
+    """[s^4] integral of R2"""
 
 
 class Free(NamedTuple):
@@ -474,7 +464,7 @@ class Free(NamedTuple):
 
 
 class PairNumerator(NamedTuple):
-    """Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q."""
+    """Deflated numerator, s + a divided out: A s + B over s^2 + p s + q."""
 
     A: Real
     """[1/s^2] terms in s"""
@@ -631,7 +621,7 @@ class Integrals(NamedTuple):
 
 
 class Rise(NamedTuple):
-    """Step response: change of a function of time since the start of the phase, and its first three derivatives."""
+    """Step response: change of a function of time in a phase, and its first three derivatives."""
 
     rise: Real
     """[1] the function less its initial value"""
@@ -644,18 +634,18 @@ class Rise(NamedTuple):
 
 
 class Propagated(NamedTuple):
-    """W, its derivatives and integrals a short time later, by a Taylor step of the propagator."""
+    """W, its derivatives and integrals a short time later, by a Taylor step."""
 
     Wdd_t: Real
-    """[1] W''"""
+    """[1] second derivative of W"""
     Wd_t: Real
-    """[s] W'"""
+    """[s] derivative of W"""
     W_t: Real
-    """[s^2] W"""
+    """[s^2] response of the three poles to an impulse"""
     W1_t: Real
     """[s^3] integral of W"""
     W2_t: Real
-    """[s^4] integral of that"""
+    """[s^4] integral of W1"""
 
 
 class At(NamedTuple):
@@ -668,7 +658,7 @@ class At(NamedTuple):
     v2_t: Real
     """[m/s] velocity of the body"""
     y_t: Real
-    """[m] compression of the spring"""
+    """[m] compression of the spring, x_1 - x_2 + L_0 + c"""
 
 
 class Slopes(NamedTuple):

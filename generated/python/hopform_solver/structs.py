@@ -221,16 +221,6 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("first", "void *", 1),
         ("stride", "ptrdiff", 1),
     ),
-    "StancesIn": (
-        ("robot", "Input", 15),
-        ("x1", "Input", 1),
-        ("v1", "Input", 1),
-        ("v2", "Input", 1),
-        ("y", "Input", 1),
-        ("u", "Input", 1),
-        ("horizon", "Input", 1),
-        ("max_phases", "int32", 1),
-    ),
     "StancesOut": (
         ("status", "Output", 1),
         ("duration", "Output", 1),
@@ -246,6 +236,16 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("event_time", "real *", 1),
         ("event_kind", "int8 *", 1),
         ("event_capacity", "int32", 1),
+    ),
+    "StancesIn": (
+        ("robot", "Input", 15),
+        ("x1", "Input", 1),
+        ("v1", "Input", 1),
+        ("v2", "Input", 1),
+        ("y", "Input", 1),
+        ("u", "Input", 1),
+        ("horizon", "Input", 1),
+        ("max_phases", "int32", 1),
     ),
 }
 """A type is real, int8, uint16, int32, uint32, bool, ptrdiff, the name of a struct, or a pointer, which ends in *."""

@@ -81,7 +81,7 @@ extern "C" {
 #define HOPFORM_FLIGHT_HORIZON 3     /**< the longest time was reached */
 #define HOPFORM_FLIGHT_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
 
-/** What starts a phase of a flight beside what the actuator does. */
+/** What starts a phase of a flight beside the actuator. */
 #define HOPFORM_FLIGHT_EVENT_U_SATURATES 8 /**< the current reaches its limit */
 #define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9 /**< the current leaves its limit */
 

@@ -14,6 +14,8 @@
 extern "C" {
 #endif
 
+enum { HOPFORM_SEARCH_INTERVALS_f64 = 24 }; /**< intervals of currents that wait in a search */
+
 /** What the hopper is made of. */
 typedef struct {
     double m_eff;        /**< [kg] effective mass of the actuator */
@@ -33,7 +35,7 @@ typedef struct {
     double impact_loss;  /**< [1] fraction of the body's kinetic energy lost at touchdown */
 } hopform_robot_f64;
 
-/** The equations of motion (3), (4) as coefficients of y, v_1, v_2 and 1, and their characteristic polynomials. */
+/** Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials. */
 typedef struct {
     double a1_y;   /**< [1/s^2] acceleration of the actuator per compression */
     double a1_v1;  /**< [1/s] acceleration of the actuator per v_1 */
@@ -44,7 +46,7 @@ typedef struct {
     double a2_v1;  /**< [1/s] acceleration of the body per v_1 */
     double a2_v2;  /**< [1/s] acceleration of the body per v_2 */
     double a2_0;   /**< [m/s^2] constant acceleration of the body */
-    double s_1;    /**< [1/s] sum of the poles' rates, both masses moving */
+    double s_1;    /**< [1/s] sum of the rates of the three poles */
     double s_2;    /**< [1/s^2] sum of their products in pairs */
     double s_3;    /**< [1/s^3] their product */
     double p_1;    /**< [1/s] actuator moving alone: s^2 + p_1 s + q_1 */
@@ -58,7 +60,7 @@ typedef struct {
     double a;    /**< [1/s] rate of the real pole */
     double p;    /**< [1/s] sum of the rates of the pair */
     double q;    /**< [1/s^2] product of the rates of the pair */
-    double s_1;  /**< [1/s] sum of the three rates */
+    double s_1;  /**< [1/s] sum of the rates of the three poles */
     double s_2;  /**< [1/s^2] sum of their products in pairs */
     double s_3;  /**< [1/s^3] their product */
 } hopform_poles_f64;
@@ -102,24 +104,22 @@ typedef struct {
     double coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f64;
 
-enum { HOPFORM_SEARCH_INTERVALS_f64 = 24 }; /**< intervals of currents that wait in a search */
-
-/** The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate. */
+/** A mode's propagator where a phase is looked at first, and constants of the certificate. */
 typedef struct {
-    double half_period; /**< [s] of the pair; HOPFORM_NEVER where its poles are real */
-    double fades; /**< [s] from then on the pair is nothing beside the real pole */
-    double pole; /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
-    double second; /**< [1/s] of three real poles; 0 of a pair that rings */
-    double third; /**< [1/s] the slowest of three */
-    double t; /**< [s] */
-    double Wdd; /**< [1] W'' */
-    double Wd; /**< [s] W' */
-    double W; /**< [s^2] impulse response of the poles */
-    double W1; /**< [s^3] integral of W */
-    double W2; /**< [s^4] integral of W1 */
+    double half_period;  /**< [s] of the pair; HOPFORM_NEVER where its poles are real */
+    double fades;        /**< [s] from then on the pair is nothing beside the real pole */
+    double pole;         /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
+    double second;       /**< [1/s] of three real poles; 0 of a pair that rings */
+    double third;        /**< [1/s] the slowest of three */
+    double t;            /**< [s] time since the phase began */
+    double Wdd;          /**< [1] second derivative of W */
+    double Wd;           /**< [s] derivative of W */
+    double W;            /**< [s^2] response of the three poles to an impulse */
+    double W1;           /**< [s^3] integral of W */
+    double W2;           /**< [s^4] integral of W1 */
 } hopform_node_f64;
 
-/** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
+/** What is computed once per robot: coefficients of (3), (4), poles and a node of each mode. */
 typedef struct {
     hopform_robot_f64 robot;
     hopform_rates_f64 rates;
@@ -134,8 +134,8 @@ typedef struct {
 
 /** A step of the current: u from time t on. */
 typedef struct {
-    double t; /**< [s] */
-    double u; /**< [A] */
+    double t;  /**< [s] */
+    double u;  /**< [A] */
 } hopform_step_f64;
 
 /** A phase: where and when it starts, and in which mode. */
@@ -165,10 +165,10 @@ typedef struct {
 
 /** What the controller is asked for. */
 typedef struct {
-    double h_des; /**< [m] hop height of the next apex */
-    double datum; /**< [m] the level that h_des counts from, less that of the ground under the foot */
-    double stop_margin; /**< [m] x_1 stays below x1_max by more than this */
-    double horizon; /**< [s] longest time of a stance */
+    double h_des;        /**< [m] hop height of the next apex */
+    double datum;        /**< [m] the level that h_des counts from, less that of the ground under the foot */
+    double stop_margin;  /**< [m] x_1 stays below x1_max by more than this */
+    double horizon;      /**< [s] longest time of a stance */
 } hopform_target_f64;
 
 /** The answer of the controller. */
@@ -183,7 +183,7 @@ typedef struct {
     double u; /**< [A] */
     double apex; /**< [m] 0 without take-off */
     double apex_u; /**< [m/A] its derivative by u, as the next ones */
-    double largest_x1; /**< [m] the largest x_1; above x1_max where that is hit: how far the stance is from not hitting it */
+    double largest_x1; /**< [m] the largest x_1; where x1_max is hit, beyond it by how far the stance is from that */
     double largest_x1_u; /**< [m/A] */
     double least_contact; /**< [m] the least minimum of the contact force over k before the ending */
     double least_contact_u; /**< [m/A] */
@@ -268,7 +268,7 @@ typedef struct {
     int32_t run; /**< samples in a row that disagree with it */
 } hopform_contact_f64;
 
-/** A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0 repeats a single number. */
+/** A number per stance: each `stride` bytes behind the one before; 0 repeats a single one. */
 typedef struct {
     const void *first;
     ptrdiff_t stride;
@@ -280,19 +280,7 @@ typedef struct {
     ptrdiff_t stride;
 } hopform_output_f64;
 
-/** Many stances: where their robots, states at touchdown, constant currents and longest times are read. */
-typedef struct {
-    hopform_input_f64 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
-    hopform_input_f64 x1; /**< [m] */
-    hopform_input_f64 v1; /**< [m/s] after the impact */
-    hopform_input_f64 v2; /**< [m/s] after the impact */
-    hopform_input_f64 y; /**< [m] compression, 0 at touchdown */
-    hopform_input_f64 u; /**< [A] */
-    hopform_input_f64 horizon; /**< [s] */
-    int32_t max_phases;
-} hopform_stances_in_f64;
-
-/** Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else. */
+/** Where results of stances go: of a refused one a negative status and NaN. */
 typedef struct {
     hopform_output_f64 status; /**< int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_... */
     hopform_output_f64 duration; /**< [s] time of the ending */
@@ -305,10 +293,22 @@ typedef struct {
     hopform_output_f64 event_count; /**< int32_t */
     hopform_phase_f64 *phases; /**< where one stance after the other is solved; NULL where no events are wanted */
     int32_t phase_capacity;
-    double *event_time; /**< [s] event_capacity a stance, NaN behind its last; NULL where no events are wanted */
+    double *event_time; /**< [s] event_capacity a stance, NaN behind its last; NULL if no events are wanted */
     int8_t *event_kind; /**< HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last */
     int32_t event_capacity;
 } hopform_stances_out_f64;
+
+/** Where robots, states at touchdown, currents and longest times of stances are read. */
+typedef struct {
+    hopform_input_f64 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
+    hopform_input_f64 x1; /**< [m] */
+    hopform_input_f64 v1; /**< [m/s] after the impact */
+    hopform_input_f64 v2; /**< [m/s] after the impact */
+    hopform_input_f64 y; /**< [m] compression, 0 at touchdown */
+    hopform_input_f64 u; /**< [A] */
+    hopform_input_f64 horizon; /**< [s] */
+    int32_t max_phases;
+} hopform_stances_in_f64;
 
 /** Coefficients and poles of a robot, which may lie in the plan. A refusal zeroes the plan, and every function refuses
  * it. */
@@ -323,9 +323,8 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
  * refused.
  */
 int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
-                                  const hopform_step_f64 *steps, int32_t step_count, double horizon,
-                                  int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity,
-                                  hopform_stance_f64 *stance);
+                                  const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
+                                  hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance);
 
 /** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. */
 int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
