@@ -190,8 +190,9 @@ class AsPrinted(_Aiming):
 
     def __call__(self, touchdown: Touchdown) -> float:
         h_des, datum = self.target(touchdown)
-        state = {name: getattr(touchdown, name) for name in ("robot", "x1", "v1", "v2")}
-        return choose_current_as_printed(**state, **{**vars(self), "h_des": h_des, "datum": datum}).u
+        asked: dict[str, Any] = {**vars(self), "h_des": h_des, "datum": datum}
+        state = {name: getattr(touchdown, name) for name in ("x1", "v1", "v2")}
+        return choose_current_as_printed(touchdown.robot, **state, **asked).u
 
 
 @dataclass(frozen=True)
