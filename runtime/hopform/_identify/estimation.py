@@ -201,11 +201,17 @@ def solve(
         scaled = rows * coordinates.slopes(values) / per_sample[:, np.newaxis]
         return *_condensed(np.concatenate(parts) / per_sample, scaled, loss), parts, rows
 
+    def seen_at(z: Array) -> Array:
+        return at(z.tobytes())[0]
+
+    def slopes_at(z: Array) -> Array:
+        return at(z.tobytes())[1]
+
     start = coordinates.into({p.name: p.start for p in parameters})
     if parameters:
         ends = {"ftol": precision, "xtol": precision, "gtol": 1e-12, "max_nfev": most}
         how = {"bounds": (coordinates.low, coordinates.high), **ends}
-        start = optimize.least_squares(lambda z: at(z.tobytes())[0], start, lambda z: at(z.tobytes())[1], **how).x
+        start = optimize.least_squares(seen_at, start, slopes_at, **how).x
     seen, _, parts, rows = at(start.tobytes())
     least = tuple(parts), weights, rows, float(seen @ seen)
     return Solution(tuple(parameters), coordinates.out(start) | held, *least, at.cache_info().misses, loss, experiments)
@@ -424,12 +430,7 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
     """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of the estimate."""
     value = solution.values[parameter.name]
     two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
-    rest = [p for p in started(solution) if p.name != parameter.name]
-    index = [n for n, p in enumerate(solution.parameters) if p is not parameter]
-    seen = spread(solution).covariance
-    own = solution.parameters.index(parameter)
-    slopes = (seen[index, own] / max(seen[own, own], 1e-300)).tolist()
-    ways = [(slopes, 6), ([0.0] * len(rest), 20)]
+    ways = [(math.sqrt(inflation), 6), (0.0, 20)]
 
     def growth(trial: float) -> float:
         """How much the sum of squares grows, in variances, if the parameter is held at a value.
@@ -437,14 +438,13 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
         The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time
         at once.
         """
-        unit, expected = influence(solution)[2] * inflation, ((trial - value) / stderr) ** 2
+        unit, errors, fixed = influence(solution)[2] * inflation, (trial - value) / stderr, {parameter.name: trial}
         grown = list[float]()
         for tilt, most in tuple(ways):
-            pairs, fixed = zip(rest, tilt, strict=True), {parameter.name: trial}
-            start = [p._replace(start=clip(p, p.start + s * (trial - value))) for p, s in pairs]
+            start = [p for p in moved(solution, parameter.name, tilt * errors) if p.name != parameter.name]
             held = again(solution, solution.experiments, start, fixed=fixed, most=most, precision=1e-4)
             grown.append((held.cost - solution.cost) / unit)
-            if grown[-1] <= 4.0 * expected + 1.0:
+            if grown[-1] <= 4.0 * errors**2 + 1.0:
                 break
         if len(grown) == 2 and grown[1] < grown[0]:
             ways.reverse()
