@@ -28,7 +28,7 @@ def test_noise_and_quantum_are_seen():
 
 
 @pytest.mark.parametrize(("b2", "f2"), [(0.0, 0.5), (6.0, 0.0), (3.0, 0.3)])
-def test_an_envelope_along_a_line_is_coulomb_s_and_an_exponential_one_viscous(b2, f2):
+def test_a_decay_shows_its_frequency_and_which_friction_it_has(b2, f2):
     robot = dataclasses.replace(HOPPER, b2=b2, f2=f2)
     recording = record(robot, "decay", height=0.04, noise=1e-5, quantum=0.0, duration=3.0)
     found = oscillation_of(recording.time, recording.position("x2"))

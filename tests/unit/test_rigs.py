@@ -10,7 +10,7 @@ import pytest
 from scipy import signal
 
 import hopform
-from hopform._identify import motion, rigs
+from hopform._identify import motion
 from hopform._identify.rigs import LETTERS, Experiment
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -81,9 +81,9 @@ def test_derivatives_by_sensor_clock_and_logger_are_the_limits_of_differences(ki
 
 def test_a_delayed_current_moves_its_steps_and_keeps_the_first():
     steps = ((0.0, 1.0), (0.1, 2.0), (0.2, 3.0))
-    assert rigs.delayed(steps, 0.05) == ((0.0, 1.0), (pytest.approx(0.15), 2.0), (0.25, 3.0))
-    assert rigs.delayed(steps, -0.15) == ((0.0, 2.0), (pytest.approx(0.05), 3.0))
-    assert rigs.delayed(steps, 0.0) == steps
+    assert motion.delayed(steps, 0.05) == ((0.0, 1.0), (pytest.approx(0.15), 2.0), (0.25, 3.0))
+    assert motion.delayed(steps, -0.15) == ((0.0, 2.0), (pytest.approx(0.05), 3.0))
+    assert motion.delayed(steps, 0.0) == steps
 
 
 def test_a_clock_of_another_speed_is_the_motion_at_other_times():

@@ -192,32 +192,29 @@ def solve(
     per_sample = np.repeat(weights, [each.time.size for each in experiments])
 
     @lru_cache(maxsize=3)
-    def at(place: bytes) -> _Place:
-        """Residuals and Jacobian; the optimiser asks for one after the other, and goes back after a step too far."""
+    def at(place: bytes) -> tuple[Array, Array, list[Array], Array]:
+        """Residuals and Jacobian as the optimiser sees them, which asks for one after the other and goes back after a
+        step too far; residuals [m] per experiment, and their derivatives by the parameters.
+        """
         values = coordinates.out(np.frombuffer(place))
         parts, rows = residuals(experiments, parameters, values | held)
         scaled = rows * coordinates.slopes(values) / per_sample[:, np.newaxis]
-        return _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
+        return *_condensed(np.concatenate(parts) / per_sample, scaled, loss), parts, rows
 
-    def part(name: str) -> Callable[[Array], Array]:
-        return lambda z: getattr(at(z.tobytes()), name)
+    def seen_at(z: Array) -> Array:
+        return at(z.tobytes())[0]
+
+    def slopes_at(z: Array) -> Array:
+        return at(z.tobytes())[1]
 
     start = coordinates.into({p.name: p.start for p in parameters})
     if parameters:
-        how = {"bounds": (coordinates.low, coordinates.high), "ftol": precision, "xtol": precision, "gtol": 1e-12}
-        start = optimize.least_squares(part("seen"), start, part("slopes"), max_nfev=most, **how).x
-    end = at(start.tobytes())
-    least = tuple(end.parts), weights, end.rows, float(end.seen @ end.seen)
+        ends = {"ftol": precision, "xtol": precision, "gtol": 1e-12, "max_nfev": most}
+        how = {"bounds": (coordinates.low, coordinates.high), **ends}
+        start = optimize.least_squares(seen_at, start, slopes_at, **how).x
+    seen, _, parts, rows = at(start.tobytes())
+    least = tuple(parts), weights, rows, float(seen @ seen)
     return Solution(tuple(parameters), coordinates.out(start) | held, *least, at.cache_info().misses, loss, experiments)
-
-
-class _Place(NamedTuple):
-    """Residuals [m] per experiment and their derivatives by the parameters, and both as the optimiser sees them."""
-
-    parts: list[Array]
-    rows: Array
-    seen: Array
-    slopes: Array
 
 
 BEND = 2.0
@@ -305,18 +302,9 @@ def deviations(solution: Solution, experiments: Experiments) -> tuple[float, ...
     return tuple(each.noise or size(part) for each, part in zip(experiments, solution.residuals, strict=True))
 
 
-class Influence(NamedTuple):
-    """psi of each sample, the derivative of half its cost by its residual; the mean of psi'; the variance unit of the
-    cost.
-    """
-
-    psi: Array
-    slope: float
-    unit: float
-
-
-def influence(solution: Solution) -> Influence:
-    """The influence of each sample on a minimum, residuals in standard deviations.
+def influence(solution: Solution) -> tuple[Array, float, float]:
+    """The influence of each sample on a minimum, residuals in standard deviations: psi, the derivative of half its cost
+    by its residual; the mean of psi'; the variance unit of the cost.
 
     The covariance of an M-estimate is (J^T J)^-1 mean(psi^2)/mean(psi')^2 (Huber 1981, 7.6). One standard error off the
     minimum, its cost is mean(psi^2)/mean(psi') higher: the unit. Least squares have psi' = 1 and the variance of the
@@ -328,7 +316,7 @@ def influence(solution: Solution) -> Influence:
         z = (psi / BEND) ** 2
         _, first, second = _ROBUST[solution.loss](z)
         psi, slope = psi * first, max(float((first + 2.0 * z * second).mean()), 0.1)
-    return Influence(psi, slope, float(psi @ psi) / solution.freedom / slope)
+    return psi, slope, float(psi @ psi) / solution.freedom / slope
 
 
 def bulk(residual: Array, loss: str) -> NDArray[np.bool_]:
@@ -396,8 +384,8 @@ def spread(solution: Solution) -> Spread:
     part = directions[~unseen].T / singular[~unseen]
     covariance = np.full((names.size, names.size), 0.0)
     inside = part @ part.T / np.outer(norms[alive], norms[alive]) * np.outer(scales[alive], scales[alive])
-    effect = influence(solution)
-    covariance[np.ix_(alive, alive)] = inside * effect.unit / effect.slope
+    _, slope, unit = influence(solution)
+    covariance[np.ix_(alive, alive)] = inside * unit / slope
     blind = np.abs(directions[unseen]) > 1e-3
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
     errors = zip(solution.parameters, np.sqrt(np.diag(covariance)).tolist(), strict=True)
@@ -442,12 +430,7 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
     """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of the estimate."""
     value = solution.values[parameter.name]
     two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
-    rest = [p for p in started(solution) if p.name != parameter.name]
-    index = [n for n, p in enumerate(solution.parameters) if p is not parameter]
-    seen = spread(solution).covariance
-    own = solution.parameters.index(parameter)
-    slopes = (seen[index, own] / max(seen[own, own], 1e-300)).tolist()
-    ways = [(slopes, 6), ([0.0] * len(rest), 20)]
+    ways = [(math.sqrt(inflation), 6), (0.0, 20)]
 
     def growth(trial: float) -> float:
         """How much the sum of squares grows, in variances, if the parameter is held at a value.
@@ -455,14 +438,13 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
         The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time
         at once.
         """
-        unit, expected = influence(solution).unit * inflation, ((trial - value) / stderr) ** 2
+        unit, errors, fixed = influence(solution)[2] * inflation, (trial - value) / stderr, {parameter.name: trial}
         grown = list[float]()
         for tilt, most in tuple(ways):
-            pairs, fixed = zip(rest, tilt, strict=True), {parameter.name: trial}
-            start = [p._replace(start=clip(p, p.start + s * (trial - value))) for p, s in pairs]
+            start = [p for p in moved(solution, parameter.name, tilt * errors) if p.name != parameter.name]
             held = again(solution, solution.experiments, start, fixed=fixed, most=most, precision=1e-4)
             grown.append((held.cost - solution.cost) / unit)
-            if grown[-1] <= 4.0 * expected + 1.0:
+            if grown[-1] <= 4.0 * errors**2 + 1.0:
                 break
         if len(grown) == 2 and grown[1] < grown[0]:
             ways.reverse()

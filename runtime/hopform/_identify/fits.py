@@ -344,7 +344,7 @@ def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution
     idle = [each for each in wanted if all(each not in one.names for one in wider.experiments)]
     if idle:
         raise HopformError(f"nuisances: {idle[0]} is none of these recordings: no current changes in any of them")
-    _, parameters = nuisances.extended(wider, solution)
+    *_, parameters = nuisances.extended(wider, solution)
     wider = replace(wider, parameters=tuple(parameters), starts=({p.name: p.start for p in parameters}, *wider.starts))
     return wider, minimise(wider)
 

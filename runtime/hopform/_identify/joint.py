@@ -107,10 +107,8 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
 _HELPS = {
     "m_s": "a weighed body (--known m_s), or decays with a weighed mass added, give m_s",
     "k": "a drop or a decay of a weighed body gives k",
-    "b2": "a decay over many half periods gives b2 and f2",
-    "f2": "a decay over many half periods gives b2 and f2",
-    "length": "a drop onto the ground gives L0 + c and impact_loss",
-    "impact_loss": "a drop onto the ground gives L0 + c and impact_loss",
+    **dict.fromkeys(("b2", "f2"), "a decay over many half periods gives b2 and f2"),
+    **dict.fromkeys(("length", "impact_loss"), "a drop onto the ground gives L0 + c and impact_loss"),
     "m_eff": "a step response against a known spring, or a known force constant, gives m_eff",
     "b1": "a step response of both signs and several sizes gives b1 and f1",
     "f1": "a slow ramp of the current both ways gives f1",

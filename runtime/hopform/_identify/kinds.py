@@ -202,18 +202,15 @@ def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: 
     return groups
 
 
-def _motions(groups: Sequence[Group]) -> int:
-    return sum(len(each.cuts) for each in groups)
-
-
 def problem_of(given: Given, known: Known = None, backend: str | None = None, loss: str = "linear") -> Problem:
     """The least-squares problem of recordings by their kind: read, checked, cut into motions, with the starts that
     these show; of several kinds that of a robot.
     """
-    groups = list[Group]()
+    several, motions = list[Problem](), 0
     for group in check({kind: read_several(some, "recordings") for kind, some in given.items()}, known, loss):
-        groups.append(group.kind.segment(group, _motions(groups)))
-    several = [each.kind.posed(each, _motions(groups[:n]), backend) for n, each in enumerate(groups)]
+        cut = group.kind.segment(group, motions)
+        several.append(cut.kind.posed(cut, motions, backend))
+        motions += len(cut.cuts)
     return _merged(several) if len(given) > 1 else several[0]
 
 

@@ -2,12 +2,8 @@
 stances, and drops, in which flights and stances follow each other.
 
 A stance is solved in the compression y = x_1 - x_2 + L0 + c, and pulls nothing: at y = 0 it ends in a take-off. A rig
-whose spring is fixed at both ends pushes and pulls. Under
-
-    c -> c + P,     g -> g + k P/m_s
-
-y grows by P while both (3) and (4) stay as they are: k (x_2 - x_1 - L0) knows no c, and k (y + P) - m_s g - k P = k y -
-m_s g. So a spring that pulls is one that is preloaded by more than it ever moves.
+whose spring is fixed at both ends pushes and pulls. Under c -> c + P the compression grows by P while (3) stays as it
+is: k (x_2 - x_1 - L0) knows no c. So a spring that pulls is one that is preloaded by more than it ever moves.
 
 A drop has its actuator locked, or free under a given current. In flight the body is ballistic and the actuator moves
 alone,
@@ -46,7 +42,7 @@ AT = {name: number for number, name in enumerate(COLUMNS)}
 MAX_PHASES = 200_000
 FIRM = 1e12
 """[m/s^2] friction under which no body ever moves: how a body is held."""
-_LENGTHS = [AT["L0"], AT["c"]]
+_LENGTH_BY = np.array([1.0 if name in ("L0", "c") else 0.0 for name in COLUMNS])
 
 
 class Motion(NamedTuple):
@@ -56,33 +52,14 @@ class Motion(NamedTuple):
     by: Array
 
 
-class Piece(NamedTuple):
-    """A stance up to its ending: the motion at the times asked for, and the take-off if there is one."""
-
-    motion: Motion
-    duration: float
-    end: Array | None
-    end_by: Array | None
-    duration_by: Array | None
-
-
 def stance(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Motion:
     """The motion from a state x1, v1, x2, v2 at t = 0 at times that do not decrease; HopformError if the leg takes off
     before.
     """
-    piece = stance_piece(robot, start, steps, times, None, backend)
-    if piece.motion.states.shape[0] < times.size:
-        raise HopformError(f"the leg takes off after {piece.duration!r} s, before the last sample")
-    return piece.motion
-
-
-def states(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Array:
-    """The states alone of such a motion, (times, 4), without their derivatives."""
-    x1, v1, x2, v2 = start
-    state = LegState(x1, v1, v2, x1 - x2 + robot.L0 + robot.c)
-    found = solved(robot, state, steps, float(times[-1]) * (1.0 + 1e-12), backend)
-    at = found.state_at(np.minimum(times, found.outcome()[1]))
-    return np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
+    motion, found = stance_piece(robot, start, steps, times, None, backend)
+    if motion.states.shape[0] < times.size:
+        raise HopformError(f"the leg takes off after {found.outcome()[1]!r} s, before the last sample")
+    return motion
 
 
 def solved(robot: Robot, state: LegState, steps: Steps, horizon: float, backend: str | None) -> SolvedStance:
@@ -94,41 +71,26 @@ def solved(robot: Robot, state: LegState, steps: Steps, horizon: float, backend:
 
 
 def _of_height(rows: NDArray[Any], given: bool) -> Array:
-    """Derivatives of x1, v1, x2, v2 by the columns from those of x1, v1, v2, y, as `in_height` has them, in one new
-    array.
-    """
-    by = np.empty((rows.shape[0], len(STATE), len(COLUMNS)))
-    by[:, :2], by[:, 3] = rows[:, :2], rows[:, 2]
-    np.subtract(rows[:, 0], rows[:, 3], out=by[:, 2])
-    by[:, 2, _LENGTHS] += 1.0
-    by_y = by[:, :, AT["x2"]].copy()
-    if given:
-        for name in (AT["x1"], *_LENGTHS):
-            by[:, :, name] += by_y
-        by[:, :, AT["x2"]] = -by_y
-    else:
-        by[:, :, AT["x2"]] = 0.0
-    return by
+    """Derivatives of x1, v1, x2, v2 by the columns from those of x1, v1, v2, y."""
+    x1, v1, v2, y = np.moveaxis(in_height(rows, given), 1, 0)
+    return np.stack([x1, v1, x1 - y + _LENGTH_BY, v2], axis=1)
 
 
 def stance_piece(
     robot: Robot, start: Sequence[float], steps: Steps, times: Array, y: float | None, backend: str | None
-) -> Piece:
-    """A stance of at most the given times; y is the compression at the start, from the state if None."""
+) -> tuple[Motion, SolvedStance]:
+    """The motion in a stance of at most the given times, and the stance; y is the compression at the start, from the
+    state if None.
+    """
     x1, v1, x2, v2 = start
     given = y is None
     compression = max(x1 - x2 + robot.L0 + robot.c, 0.0) if y is None else y
     horizon = max(float(times[-1]), 1e-9) * (1.0 + 1e-12) if times.size else 1e-9
     found = solved(robot, LegState(x1, v1, v2, compression), steps, horizon, backend)
-    ending, duration, last, *_ = found.outcome()
+    ending, duration, *_ = found.outcome()
     at, rows = found.tangents(np.ascontiguousarray(times if ENDINGS[ending] == "rest" else times[times <= duration]))
-    motion = Motion(np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1), _of_height(rows, given))
-    if ENDINGS[ending] != "takeoff":
-        return Piece(motion, duration, None, None, None)
-    ends = in_height(found.sensitivities(), given)
-    place = [ROWS.index(name) for name in STATE]
-    end = np.array([last.x1, last.v1, last.x1 + robot.L0 + robot.c, last.v2])
-    return Piece(motion, duration, end, ends[place], ends[ROWS.index("T")])
+    states = np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
+    return Motion(states, _of_height(rows, given)), found
 
 
 # ---- drops ----
@@ -138,10 +100,11 @@ _PLACES = 256
 """Places at which the foot is looked at for the touchdown, over a flight and over the first of it: one between may be
 missed.
 """
+_ROUNDS = 8
+"""As many more between two of them, so often that the time has all its digits: 256^8 = 2^64."""
 _SHARES = np.arange(1, _PLACES + 1) / _PLACES
 _NO_SPRING, _FAR = 1e-15, 100.0
 """[N/m], [m]: a spring that is none, and the compression at which it still pushes, with 1e-13 N."""
-_LENGTH_BY = np.array([1.0 if name in ("L0", "c") else 0.0 for name in COLUMNS])
 _AIRBORNE = [AT[name] for name in ("x1", "v1", "u", "m_eff", "b1", "f1", "gamma2", "x1_min", "x1_max")]
 """Inputs of the actuator's motion in the air."""
 
@@ -204,10 +167,13 @@ def _piece(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run]:
     return Motion(moved.states[:-1], moved.by[:-1]), still
 
 
-def _steps_from(steps: Steps, begin: float) -> Steps:
-    """The current from a time on, counted from there."""
-    past = [u for t, u in steps if t <= begin]
-    return ((0.0, past[-1] if past else steps[0][1]), *((t - begin, u) for t, u in steps if t > begin))
+def delayed(steps: Steps, delay: float) -> Steps:
+    """Steps of a current that arrive later by a delay [s]; the first holds from the beginning, also where all come
+    earlier.
+    """
+    moved = [(max(t + delay, 0.0), u) for t, u in steps]
+    begun = max((n for n, (t, _) in enumerate(moved) if t <= 0.0), default=0)
+    return ((0.0, moved[begun][1]), *moved[begun + 1 :])
 
 
 def _chain(by: Array, state_by: Array, begin_by: Array, rates: Array) -> Array:
@@ -219,39 +185,34 @@ def _chain(by: Array, state_by: Array, begin_by: Array, rates: Array) -> Array:
     return np.asarray(total - rates[..., np.newaxis] * begin_by)
 
 
-def _pull(rig: _Rig, times: Array) -> Array:
-    """gamma2 u [N] up to times of the clock: at a step that of before."""
+def _rates(rig: _Rig, times: Array, states: Array, *, flies: bool) -> Array:
+    """Rates of x1, v1, x2, v2 at times of the clock, at a step under the current of before; 0 of a velocity that is
+    held.
+    """
+    robot, (x1, v1, x2, v2) = rig.robot, states.T
     begins, currents = np.array(rig.steps, dtype=float).T
-    return np.asarray(rig.robot.gamma2 * currents[np.maximum(np.searchsorted(begins, times, side="left") - 1, 0)])
-
-
-def _acceleration(robot: Robot, v1: Array, spring: Array, pull: Array) -> Array:
-    """x1'' of an actuator that moves, 0 of one that is held."""
+    pull = robot.gamma2 * currents[np.maximum(np.searchsorted(begins, times, side="left") - 1, 0)]
+    spring = np.zeros_like(x1) if flies else robot.k * (x1 - x2 + robot.L0)
     a1 = -(spring + robot.b1 * v1 + pull) / robot.m_eff - robot.f1 * np.sign(v1)
-    return np.asarray(np.where(v1 != 0.0, a1, 0.0))
-
-
-def _stance_rates(rig: _Rig, times: Array, states: Array) -> Array:
-    """Rates of x1, v1, x2, v2 in stance."""
-    robot, v1, v2 = rig.robot, states[:, 1], states[:, 3]
-    spring = robot.k * (states[:, 0] - states[:, 2] + robot.L0)
     a2 = (spring - robot.b2 * v2) / robot.m_s - robot.g - robot.f2 * np.sign(v2)
-    a1 = _acceleration(robot, v1, spring, _pull(rig, times))
-    return np.stack([v1, a1, v2, np.where(v2 != 0.0, a2, 0.0)], axis=-1)
+    body = np.full_like(v2, -robot.g) if flies else np.where(v2 != 0.0, a2, 0.0)
+    return np.stack([v1, np.where(v1 != 0.0, a1, 0.0), v2, body], axis=-1)
 
 
 def _stance(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     """The stance that a run is in: the motion at the times that lie in it, and the take-off if it comes before the
     last.
     """
-    steps, y = _steps_from(rig.steps, run.begin), 0.0 if run.touches else None
-    piece = stance_piece(rig.robot, run.state.tolist(), steps, times - run.begin, y, rig.backend)
-    states = piece.motion.states
-    rows = _chain(piece.motion.by, run.state_by, run.begin_by, _stance_rates(rig, times[: states.shape[0]], states))
-    if piece.end is None or piece.end_by is None or piece.duration_by is None:
+    steps, y = delayed(rig.steps, -run.begin), 0.0 if run.touches else None
+    (states, by), stance = stance_piece(rig.robot, run.state.tolist(), steps, times - run.begin, y, rig.backend)
+    rows = _chain(by, run.state_by, run.begin_by, _rates(rig, times[: states.shape[0]], states, flies=False))
+    ending, duration, last, *_ = stance.outcome()
+    if ENDINGS[ending] != "takeoff":
         return Motion(states, rows), None
-    ends = _chain(np.vstack([piece.end_by, piece.duration_by]), run.state_by, np.zeros(len(COLUMNS)), np.zeros(5))
-    lifted = _Run(run.begin + piece.duration, run.begin_by + ends[4], piece.end, ends[:4], flies=True, touches=False)
+    ends = in_height(stance.sensitivities(), y is None)[[ROWS.index(name) for name in (*STATE, "T")]]
+    ends = _chain(ends, run.state_by, np.zeros(len(COLUMNS)), np.zeros(5))
+    end = np.array([last.x1, last.v1, last.x1 + rig.robot.L0, last.v2])
+    lifted = _Run(run.begin + duration, run.begin_by + ends[4], end, ends[:4], flies=True, touches=False)
     return Motion(states, rows), lifted
 
 
@@ -261,7 +222,7 @@ def _actuator(rig: _Rig, run: _Run, longest: float) -> SolvedStance | None:
         return None
     x1, v1 = run.state[:2].tolist()
     alone = rig.robot._replace(k=_NO_SPRING, L0=0.0, c=_FAR, b2=0.0, f2=FIRM, g=0.0)
-    return solved(alone, LegState(x1, v1, 0.0, x1 + _FAR), _steps_from(rig.steps, run.begin), longest, rig.backend)
+    return solved(alone, LegState(x1, v1, 0.0, x1 + _FAR), delayed(rig.steps, -run.begin), longest, rig.backend)
 
 
 def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
@@ -283,8 +244,7 @@ def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     states = np.stack([x1, v1, x2 + v2 * moments - 0.5 * robot.g * moments**2, fall], axis=1)
     by[:, 2, AT["x2"]], by[:, 2, AT["v2"]], by[:, 2, AT["g"]] = 1.0, moments, -0.5 * moments**2
     by[:, 3, AT["v2"]], by[:, 3, AT["g"]] = 1.0, -moments
-    zero = np.zeros(moments.size)
-    rates = np.stack([v1, _acceleration(robot, v1, zero, _pull(rig, run.begin + moments)), fall, zero - robot.g], -1)
+    rates = _rates(rig, run.begin + moments, states, flies=True)
     local = _chain(by, run.state_by, np.zeros(len(COLUMNS)), rates)
     rows = local[: t.size] - rates[: t.size, :, np.newaxis] * run.begin_by
     moved = Motion(states[: t.size], rows)
@@ -313,41 +273,15 @@ def _touchdown(rig: _Rig, run: _Run, actuator: SolvedStance | None, longest: flo
         height = max(x2 - run.state[0] - robot.L0, 0.0)
         airtime = (v2 + math.sqrt(v2 * v2 + 2.0 * robot.g * height)) / robot.g
         return airtime if airtime <= longest else None
-
-    def foot(t: Array) -> tuple[Array, Array]:
-        state = actuator.state_at(t)
-        height = x2 + v2 * t - 0.5 * robot.g * t * t - state.x1 - robot.L0
-        return np.asarray(height), np.asarray(v2 - robot.g * t - state.v1)
-
     soon = min(4.0 * abs(v2 - v1) / robot.g, longest)
-    places = np.sort(np.concatenate([soon * _SHARES, longest * _SHARES]))
-    heights, rates = foot(places)
-    below = np.flatnonzero(heights < 0.0)
-    if not below.size:
-        return None
-    last = int(below[0])
-    low, high = float(places[last - 1]) if last else 0.5 * float(places[0]), float(places[last])
-    return _zero(foot, low, high, high - float(heights[last] / rates[last]) if rates[last] < 0.0 else low)
-
-
-_INSTANT = 1e-15
-"""[s] of Newton's last step to a touchdown: heights are rounded to some 1e-16 m."""
-
-
-def _zero(falling: Callable[[Array], tuple[Array, Array]], low: float, high: float, guess: float) -> float:
-    """Where a function that is > 0 at low and < 0 at high is 0: Newton's steps in a bracket that shrinks."""
-    for n in range(100):
-        middle = guess if low < guess < high and n % 8 != 7 else 0.5 * (low + high)
-        if not low < middle < high:
+    places: Array = np.sort(np.concatenate([soon * _SHARES, longest * _SHARES]))
+    low, landed = 0.5 * float(places[0]), None
+    for _ in range(_ROUNDS):
+        heights: Array = x2 + v2 * places - 0.5 * robot.g * places**2 - actuator.state_at(places).x1 - robot.L0
+        below = np.flatnonzero(heights < 0.0)
+        if not below.size:
             break
-        value, rate = (float(each[0]) for each in falling(np.array([middle])))
-        if value > 0.0:
-            low = middle
-        elif value < 0.0:
-            high = middle
-        else:
-            return middle
-        guess = middle - value / rate if rate < 0.0 else math.nan
-        if abs(guess - middle) <= _INSTANT:
-            return middle
-    return low
+        first = int(below[0])
+        landed = low = float(places[first - 1]) if first else low
+        places = np.linspace(low, float(places[first]), _PLACES + 1)[1:]
+    return landed

@@ -144,30 +144,26 @@ def diagnose(problem: Problem, solution: Solution) -> tuple[Diagnosis, ...]:
     return tuple(sorted(found, key=lambda each: -each.decrease))
 
 
-class _Score(NamedTuple):
-    """The decrease of the sum of squares that further parameters predict, and their values after one step; whether the
-    fitted ones leave anything of their derivatives.
-    """
-
-    decrease: float
-    values: dict[str, float]
-    independent: bool
-
-
-def extended(problem: Problem, solution: Solution) -> tuple[_Score, list[Parameter]]:
-    """The score of a problem's further parameters at a solution without them, and all of its parameters one step of
-    Gauss and Newton on.
+def extended(problem: Problem, solution: Solution) -> tuple[float, bool, list[Parameter]]:
+    """The score of a problem's further parameters at a solution without them: the decrease of the sum of squares that
+    they predict, whether the fitted ones leave anything of their derivatives, and all parameters one step of Gauss and
+    Newton on.
     """
     own = len(solution.parameters)
     further = problem.parameters[own:]
     at = {p.name: p.start for p in further} | solution.values
     parts, rows = estimation.residuals(problem.experiments, problem.parameters, at)
     weight = _weights(solution)
-    residual, jacobian = np.concatenate(parts) * weight, rows * weight[:, np.newaxis]
-    score = _decrease(residual, jacobian[:, :own], jacobian[:, own:], further)
-    starts = [estimation.clip(p, score.values[p.name]) for p in further]
-    moved = [p._replace(start=start) for p, start in zip(further, starts, strict=True)]
-    return score, [*estimation.started(solution), *moved]
+    jacobian = rows * weight[:, np.newaxis]
+    size = np.sqrt((jacobian**2).sum(axis=0))
+    alive, whole = np.flatnonzero(size[:own] > 0.0), size[own:]
+    columns = [jacobian[:, alive] / size[alive], jacobian[:, own:], np.concatenate(parts) * weight]
+    r = estimation.triangle(np.column_stack(columns))[alive.size : alive.size + whole.size, alive.size :]
+    left, rest = r[:, :-1], r[:, -1]
+    independent = bool((np.sqrt((left**2).sum(axis=0)) > _INDEPENDENT * whole).all() and whole.all())
+    step = -np.linalg.lstsq(left, rest, rcond=1e-9)[0] if independent else np.zeros(whole.size)
+    moved = [p._replace(start=estimation.clip(p, p.start + float(each))) for p, each in zip(further, step, strict=True)]
+    return float((rest**2).sum()) if independent else 0.0, independent, [*estimation.started(solution), *moved]
 
 
 def _weights(solution: Solution) -> Array:
@@ -175,28 +171,15 @@ def _weights(solution: Solution) -> Array:
     return np.concatenate([some / sigma for some, sigma in zip(solution.inliers, solution.sigma, strict=True)])
 
 
-def _decrease(residual: Array, known: Array, new: Array, further: Sequence[Parameter]) -> _Score:
-    """The score of columns beside those of fitted parameters."""
-    size, whole = (np.sqrt((rows**2).sum(axis=0)) for rows in (known, new))
-    known = known[:, size > 0.0] / size[size > 0.0]
-    r = estimation.triangle(np.column_stack([known, new, residual]))
-    free, last = known.shape[1], new.shape[1]
-    left, rest = r[free : free + last, free : free + last], r[free : free + last, -1]
-    independent = bool((np.sqrt((left**2).sum(axis=0)) > _INDEPENDENT * whole).all() and whole.all())
-    step = -np.linalg.lstsq(left, rest, rcond=1e-9)[0] if independent else np.zeros(last)
-    values = {p.name: p.start + float(each) for p, each in zip(further, step, strict=True)}
-    return _Score(float((rest**2).sum()) if independent else 0.0, values, independent)
-
-
 def _fitted(problem: Problem, solution: Solution, letter: str) -> list[Diagnosis]:
     """What a nuisance brings, fitted from where its score points."""
     new = [p.name for p in problem.parameters[len(solution.parameters) :]]
     if not new:
         return []
-    score, start = extended(problem, solution)
-    if letter == "lag" and not score.independent:
+    decrease, independent, start = extended(problem, solution)
+    if letter == "lag" and not independent:
         start = [p._replace(start=_LAG) if p.name in new else p for p in start]
-    elif score.decrease < _SCORE:
+    elif decrease < _SCORE:
         return []
     again = estimation.again(solution, problem.experiments, start, most=25, precision=1e-6)
     if not is_noise(problem, again):  # the minimum without it may be far from that with it

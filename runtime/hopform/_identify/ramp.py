@@ -13,6 +13,7 @@ shifts the thresholds of both directions alike: their half difference is frictio
 what it carries where the actuator rests, k x0, which is taken off if k and gamma2 are known.
 """
 
+import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -215,11 +216,13 @@ def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spr
     seen = int(later[0])
     if seen < 10:
         raise recording.error_of("x1", "the actuator moves before the ramp begins: let it come to rest first", line)
-    last = _window(x, rest, noise, seen)
+    # The motion is followed to 60 times the noise.
+    far = np.flatnonzero(np.abs(x - rest) > 60.0 * noise)
+    last = min(max(int(far[0]) if far.size else x.size, seen + 8), x.size)
     best, count = _costs(t[:last], x[:last], spring)
 
     def cost(begins: float) -> float:
-        return best(begins).cost
+        return best(begins)[0]
 
     at = _least(cost, float(t[2]), float(t[seen]))
     freedom = max(count - (5 if spring else 4), 1)
@@ -232,15 +235,7 @@ def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spr
     around = student(0.5 + 0.5 * LEVEL, freedom) * 2.0 * wobble
     half, current = math.hypot(float(np.abs(np.diff(currents)).max()), around), currents[1]
     onset = Onset(recording.source, direction, at, low, high, current, current - half, current + half, noise, rest)
-    return Rise(onset, t[:last], x[:last], best(at).at(t[:last]), u[:last])
-
-
-def _window(x: Array, rest: float, noise: float, seen: int) -> int:
-    """How far the cubic is followed: to 60 times the noise, and no longer past the onset than it took to be seen,
-    thrice.
-    """
-    far = np.flatnonzero(np.abs(x - rest) > 60.0 * noise)
-    return min(max(int(far[0]) if far.size else x.size, seen + 8), x.size)
+    return Rise(onset, t[:last], x[:last], best(at)[1](t[:last]), u[:last])
 
 
 def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
@@ -248,14 +243,9 @@ def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
     parted.
     """
     half = 0.5 * rate
-    if square == 0.0 and rate > 0.0:
-        return np.asarray((0.5 * s * s - _twice(-rate, s)) / rate)
-    under, least = half * half - square, 1e-4 * (half + 1e-3)
-    apart = math.sqrt(abs(under))
-    if under > 0.0 or apart <= least:
-        apart = max(apart, least)
-        return np.asarray((_twice(apart - half, s) - _twice(-apart - half, s)) / (2.0 * apart))
-    return np.asarray(np.imag(_twice(complex(-half, apart), s)) / apart)
+    apart, least = cmath.sqrt(half * half - square), 1e-4 * (half + 1e-3)
+    apart = apart if abs(apart) > least else complex(least)
+    return np.real((_twice(apart - half, s) - _twice(-apart - half, s)) / (2.0 * apart))
 
 
 def _twice(p: complex, s: Array) -> NDArray[Any]:
@@ -279,11 +269,8 @@ def _thinned(values: Array) -> Array:
     return np.asarray(values[: values.size // many * many].reshape(-1, many).mean(axis=1))
 
 
-class _Best(NamedTuple):
-    """The motion that fits a window best of those that begin at one time: its sum of squares, and x1 at times."""
-
-    cost: float
-    at: Callable[[Array], Array]
+_Best = tuple[float, Callable[[Array], Array]]
+"""The motion that fits a window best of those that begin at one time: its sum of squares, and x1 at times."""
 
 
 def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], int]:
@@ -291,81 +278,51 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
     t, x = _thinned(t), _thinned(x)
     span, mean = float(t[-1] - t[0]), x - x.mean()
 
-    def rise_of(times: Array, begin: float, rate: float, square: float) -> Array:
+    def rise_of(times: Array, begin: float, logs: Array) -> Array:
         still = int(np.searchsorted(times, begin))
-        return np.concatenate([np.zeros(still), _rise((times[still:] - begin) / span, rate, square)])
+        return np.concatenate([np.zeros(still), _rise((times[still:] - begin) / span, *map(math.exp, logs))])
 
     def slope_of(rise: Array) -> float:
         rise = rise - rise.mean()
         power = float(rise @ rise)
         return float(rise @ mean) / power if power > 0.0 else 0.0
 
-    def missed(begin: float, rate: float, square: float) -> Array:
-        """Residual of the motion after the best rest and slope."""
-        rise = rise_of(t, begin, rate, square)
-        return np.asarray(mean - slope_of(rise) * (rise - rise.mean()))
+    def missed(logs: Array, begin: float) -> Array:
+        """Residual of the motion after the best rest and slope, as a share of the motion."""
+        rise = rise_of(t, begin, logs)
+        return np.asarray(mean - slope_of(rise) * (rise - rise.mean())) / size
 
-    def found(begin: float, rate: float, square: float) -> _Best:
-        rest = missed(begin, rate, square)
-
-        def at(times: Array) -> Array:
-            rise = rise_of(t, begin, rate, square)
-            return np.asarray(x.mean() + slope_of(rise) * (rise_of(times, begin, rate, square) - rise.mean()))
-
-        return _Best(float(rest @ rest), at)
-
-    lowest, highest, about = math.log(0.01), math.log(1e3), math.nan
-
-    def in_the_air(begin: float) -> _Best:
-        """Over rates from none to one that settles at once, at first about that of the last beginning."""
-        nonlocal about
-
-        def left(log: float) -> float:
-            rest = missed(begin, math.exp(log), 0.0)
-            return float(rest @ rest)
-
-        low, high = max(about - _NEAR, lowest), min(about + _NEAR, highest)
-        log = _between(left, low, high, 0.02 * _NEAR) if math.isfinite(about) else math.nan
-        about = log if min(log - low, high - log) > 0.05 * _NEAR else _least(left, lowest, highest, 15, 1e-3)
-        return found(begin, math.exp(about), 0.0)
-
-    first = np.array([math.log(5.0), math.log(100.0)])
-    near, size, smallest = first, float(np.sqrt(mean @ mean)), math.inf
-    how = {"bounds": ([-5.0, -5.0], [9.0, 14.0]), "ftol": 1e-9, "xtol": 1e-5, "max_nfev": 40}
+    size, smallest = float(np.sqrt(mean @ mean)), math.inf
+    near = first = np.log([5.0, 100.0] if spring else [5.0])
+    bounds = ([-5.0, -5.0], [9.0, 14.0]) if spring else (math.log(0.01), math.log(1e3))
+    how = {"bounds": bounds, "ftol": 1e-9, "xtol": 1e-5, "max_nfev": 40}
     least_squares = of_scipy("optimize").least_squares
 
-    def against_a_spring(begin: float) -> _Best:
+    def best(begin: float) -> _Best:
         """Over rates and springs, from where the last beginning had them, and from a guess where that is not enough."""
         nonlocal near, smallest
-
-        def share(logs: Array) -> Array:
-            return missed(begin, *map(math.exp, logs)) / size
-
-        tried = [least_squares(share, near, **how)]
+        tried = [least_squares(missed, near, args=(begin,), **how)]
         if tried[0].cost > smallest * (1.0 + 4.0 / t.size) or not math.isfinite(smallest):
-            tried.append(least_squares(share, first, **how))
+            tried.append(least_squares(missed, first, args=(begin,), **how))
         smallest = min(smallest, *(float(each.cost) for each in tried))
-        near = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=float)
-        return found(begin, *map(math.exp, near))
+        logs = near = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=float)
+        rest = size * missed(logs, begin)
 
-    return against_a_spring if spring else in_the_air, t.size
+        def at(times: Array) -> Array:
+            rise = rise_of(t, begin, logs)
+            return np.asarray(x.mean() + slope_of(rise) * (rise_of(times, begin, logs) - rise.mean()))
+
+        return float(rest @ rest), at
+
+    return best, t.size
 
 
-_NEAR = math.log(3.0)
-"""How far from that of the last beginning a rate is looked for first, as a logarithm."""
-
-
-def _least(cost: Callable[[float], float], low: float, high: float, places: int = 31, precision: float = 1e-4) -> float:
-    """Minimiser of a cost, to a share of the range: on a grid, then around its best place."""
-    grid = np.linspace(low, high, places)
+def _least(cost: Callable[[float], float], low: float, high: float) -> float:
+    """Minimiser of a cost, to a ten thousandth of the range: on a grid, then around its best place."""
+    grid = np.linspace(low, high, 31)
     n = int(np.argmin([cost(float(each)) for each in grid]))
-    return _between(cost, float(grid[max(n - 1, 0)]), float(grid[min(n + 1, places - 1)]), precision * (high - low))
-
-
-def _between(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
-    """Minimiser of a cost between a and b, to a width."""
-    found = of_scipy("optimize").minimize_scalar(cost, bounds=(a, b), method="bounded", options={"xatol": width})
-    return float(found.x)
+    ends, how = (float(grid[max(n - 1, 0)]), float(grid[min(n + 1, 30)])), {"xatol": 1e-4 * (high - low)}
+    return float(of_scipy("optimize").minimize_scalar(cost, bounds=ends, method="bounded", options=how).x)
 
 
 def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, step: float) -> float:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -373,17 +373,12 @@ def noise_of(values: Array) -> float:
     return float(np.median(np.abs(third - np.median(third)))) / (0.6745 * math.sqrt(20.0)) if third.size else 0.0
 
 
-def calm(values: Array) -> Array:
-    """Running medians of five: what single outliers do not move."""
-    padded = np.concatenate([np.repeat(values[:1], 2), values, np.repeat(values[-1:], 2)])
-    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1))
-
-
-def _neighbours(values: Array) -> Array:
-    """Running medians of seven, reflected at the ends: what up to three outliers in a row do not move, nor one at an
-    end.
+def calm(values: Array, reach: int = 2, ends: Literal["edge", "reflect"] = "edge") -> Array:
+    """Running medians of five, or of a reach either way: what single outliers do not move; of seven, reflected at the
+    ends, what up to three outliers in a row do not move, nor one at an end.
     """
-    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(np.pad(values, 3, mode="reflect"), 7), axis=1))
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, reach, mode=ends), 2 * reach + 1)
+    return np.asarray(np.median(windows, axis=1))
 
 
 def outliers(values: Array) -> NDArray[np.bool_]:
@@ -399,7 +394,7 @@ def outliers(values: Array) -> NDArray[np.bool_]:
             break
         some = values[rest]
         travel = float(np.percentile(np.abs(np.diff(some)), 75.0))
-        off = np.abs(some - _neighbours(some)) > max(3.0 * travel, 6.0 * noise_of(some), 6.0 * quantum_of(some))
+        off = np.abs(some - calm(some, 3, "reflect")) > max(3.0 * travel, 6.0 * noise_of(some), 6.0 * quantum_of(some))
         found[rest[off]], rest = True, rest[~off]
     return found
 
@@ -425,7 +420,7 @@ def independent(values: Array) -> NDArray[np.bool_]:
 
 def mended(values: Array) -> Array:
     """The values with the median of their neighbours in place of each outlier."""
-    return np.where(outliers(values), _neighbours(values), values)
+    return np.where(outliers(values), calm(values, 3, "reflect"), values)
 
 
 def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:

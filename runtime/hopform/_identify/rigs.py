@@ -2,7 +2,7 @@
 
 | rig | what moves | model |
 |---|---|---|
-| attached | a body on a spring that pushes and pulls | (4), actuator locked; the body rests at `rest` without gravity |
+| attached | a body on a spring that pushes and pulls | (3) in the letters of (4); it rests at `rest` without gravity |
 | ground | a body that falls, meets the ground and may hop | (4), actuator locked, flight and impact between stances |
 | free | the same over an actuator that moves under a given current | (3), (4), the actuator alone in flight |
 | held | an actuator on a spring whose other end is held | (3), body held; the spring is relaxed at x1 = `rest` |
@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import motion
-from hopform._identify.motion import AT, STATE, Array, Motion, Robot, Values
+from hopform._identify.motion import AT, STATE, Array, Motion, Robot, Values, delayed
 from hopform._solver.package import Steps
 
 Moved = tuple[Array, dict[str, Array]]
@@ -66,15 +66,6 @@ def by_clock(at: Values, by: Mapping[str, Array], clock: float) -> dict[str, Arr
     slopes = (power * at[name] * clock ** (power - 1) * by[name] for name, power in powers.items())
     found["clock"] = sum(slopes, np.zeros_like(next(iter(by.values()))))
     return found
-
-
-def delayed(steps: Steps, delay: float) -> Steps:
-    """Steps of a current that arrive later; the first holds from the beginning, also where all come earlier."""
-    if delay == 0.0:
-        return steps
-    moved = [(max(t + delay, 0.0), u) for t, u in steps]
-    begun = max((n for n, (t, _) in enumerate(moved) if t <= 0.0), default=0)
-    return ((0.0, moved[begun][1]), *moved[begun + 1 :])
 
 
 def lagged(time: Array, moved: Moved, lag: float, before: float) -> Moved:
@@ -259,7 +250,8 @@ class Experiment:
             if self.kind == "free":
                 start = (at["x1"], at["v1"], at["x"], at["v"])
                 return motion.drop(_leg_robot(self, unit), start, under, fine, self.backend).states
-            return motion.states(_actuator_robot(self, unit), (at["x"], at["v"], 0.0, 0.0), under, fine, self.backend)
+            start = (at["x"], at["v"], 0.0, 0.0)
+            return motion.stance(_actuator_robot(self, unit), start, under, fine, self.backend).states
 
         states = moved(force)
         (x, v, height), leg = states.T[:3], self.kind == "free"
@@ -313,31 +305,27 @@ _OF_ACTUATOR = {"x": "x1", "v": "v1", "offset": "u"}
 """Columns of derivatives by letters that are not named as they are."""
 
 
-def _rows(of: Experiment, moved: Motion, place: int, names: Mapping[str, str]) -> Moved:
-    """Position and velocity of one mass, and their derivatives by the letters of its rig but a rest."""
-    both, letters = slice(place, place + 2), (letter for letter in LETTERS[of.kind] if letter != "rest")
+def _rows(of: Kind, moved: Motion, place: int, names: Mapping[str, str]) -> Moved:
+    """Position and velocity of one mass, and their derivatives by the letters of a rig."""
+    both, letters = slice(place, place + 2), (letter for letter in LETTERS[of] if letter != "rest")
     return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
 
 
-def _attached(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
-    mass, preload = at["m_s"] + of.added_mass, of.preload + at["m_s"] * at["g"] / at["k"]
-    gravity = at["g"] + at["k"] * preload / mass
-    sprung = {"m_s": mass, "k": at["k"], "b2": at["b2"], "f2": at["f2"], "L0": at["rest"], "c": preload, "g": gravity}
-    robot = _robot(**sprung, x1_min=0.0, x1_max=0.0)
-    moved = motion.stance(robot, (0.0, 0.0, at["x"], at["v"]), steps, time, of.backend)
-    states, by = _rows(of, moved, 2, _OF_BODY)
-    by["rest"] = moved.by[:, 2:4, AT["L0"]]
-    # The preload is a number: it moves with nothing. The gravity that balances it does.
-    by["k"] = by["k"] + by["g"] * preload / mass
-    by["m_s"] = by["m_s"] - by["g"] * at["k"] * preload / mass**2
-    pull = (at["k"] * (at["rest"] - at["x"]) - at["b2"] * at["v"]) / mass - at["g"]
-    return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f2"])}
+def _attached(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
+    """An actuator's motion in the letters of a body: its weight is the force of a current g."""
+    mass = at["m_s"] + of.added_mass
+    like = {"m_eff": mass, "b1": at["b2"], "f1": at["f2"], "gamma2": mass}
+    (states, by), rates = _actuator(of, {**at, **like}, ((0.0, at["g"]),), time)
+    by |= {"m_s": by["m_eff"] + by["gamma2"], "b2": by["b1"], "f2": by["f1"], "g": by["offset"]}
+    return (states, by), rates
+
+
+_LOCKED = dict.fromkeys(("b1", "f1", "gamma2", "offset", "x1", "v1", "x1_min", "x1_max"), 0.0) | {"m_eff": 1.0}
+"""The letters of an actuator that is held."""
 
 
 def _ground(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
-    robot = _leg_robot(of, {**at, "x1_min": 0.0, "x1_max": 0.0})
-    moved = motion.drop(robot, (0.0, 0.0, at["x"], at["v"]), ((0.0, 0.0),), time, of.backend)
-    return _rows(of, moved, 2, _OF_BODY), {"x": at["v"], "v": -at["g"]}
+    return _free(replace(of, of="x2"), _LOCKED | dict(at), ((0.0, 0.0),), time)
 
 
 @lru_cache(maxsize=2)
@@ -357,7 +345,8 @@ def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved,
     pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
     onto_a_stop = (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
     first = 0.0 if at["v1"] == 0.0 and onto_a_stop else _first_acceleration(pull, at["v1"], at["f1"])
-    return _rows(of, moved, STATE.index(of.of), _OF_BODY), {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
+    rates = {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
+    return _rows("free", moved, STATE.index(of.of), _OF_BODY), rates
 
 
 def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
@@ -365,15 +354,16 @@ def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Mo
     robot, offset = _actuator_robot(of, at), at.get("offset", 0.0)
     steps = tuple((t, u + offset) for t, u in steps) if offset else steps
     moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time, of.backend)
-    states, by = _rows(of, moved, 0, _OF_ACTUATOR)
-    by["rest"] = -moved.by[:, 0:2, AT["L0"]]
+    states, by = _rows("air", moved, 0, _OF_ACTUATOR)
+    by["k"], by["rest"] = moved.by[:, 0:2, AT["k"]], -moved.by[:, 0:2, AT["L0"]]
     pull = (-robot.k * (robot.L0 + at["x"]) - at["b1"] * at["v"] - at["gamma2"] * steps[0][1]) / at["m_eff"]
     return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}
 
 
 def _actuator_robot(of: Experiment, at: Values) -> Robot:
-    own = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}
-    return _robot(**own, k=at.get("k", SOFT * at["m_eff"]), L0=-at.get("rest", 0.0), c=of.preload, f2=motion.FIRM)
+    own, k = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}, at.get("k", SOFT * at["m_eff"])
+    preload = of.preload + at["m_eff"] * at.get("g", 0.0) / k
+    return _robot(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
 
 
 def _threshold(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:

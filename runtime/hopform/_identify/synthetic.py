@@ -3,7 +3,7 @@ fits.
 """
 
 import math
-from typing import Any, Literal, NamedTuple, SupportsFloat
+from typing import Any, Literal, SupportsFloat
 
 import numpy as np
 
@@ -62,8 +62,12 @@ def record(
     if repeats > 1 and test not in ("drop", "decay"):
         raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
     draw = np.random.default_rng() if seed is None else seeded(seed)
-    encoder = _Encoder(nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw)
-    time, hertz = _times(duration, rate)
+    encoder = nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw
+    length, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
+    if not 18.5 < length * hertz < records.MOST_STEPS - 0.5:
+        message = f"duration times rate must give 20 to {records.MOST_STEPS} samples, got {length * hertz + 1.0:.6g}"
+        raise HopformError(message)
+    time = np.arange(round(length * hertz) + 1) / hertz
     if repeats * (time.size + hertz) > MOST_SAMPLES:
         most = int(MOST_SAMPLES / (time.size + hertz))
         raise HopformError(f"repeats must be at most {most} for so many samples each, got {repeats}")
@@ -77,15 +81,15 @@ def record(
         x, x1 = _body(robot, test, time, positive("height", height, "m"), still, mass, u)
         if repeats > 1:
             x, time = _again(x, repeats, hertz)
-        columns = {"x2": encoder.column("x2_m", 2, x)}
+        columns = {"x2": _column("x2_m", 2, x, *encoder)}
     else:
         values = robot.parameters._asdict() | {"rest": 0.0, "offset": 0.0, "x": 0.0, "v": 0.0}
         x1 = _of("held" if test == "step" or against else "air", values, time, steps=current_steps(time, u))
-        columns = {"x1": encoder.column("x1_m", 2, x1)}
+        columns = {"x1": _column("x1_m", 2, x1, *encoder)}
     if test not in ("drop", "decay"):
         columns["current"] = Column("current_A", "current", 3, u)
     if test == "free":
-        columns["x1"] = encoder.column("x1_m", 4, x1)
+        columns["x1"] = _column("x1_m", 4, x1, *encoder)
     return Recording(f"{robot.name or 'robot'}, {test}", time, columns, 2, mass)
 
 
@@ -97,30 +101,15 @@ def to_csv(recording: Recording) -> str:
     return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in rows)]) + "\n"
 
 
-class _Encoder(NamedTuple):
-    """The sensor of a position: noise [m], quantum [m], and the generator of the noise."""
-
-    noise: float
-    quantum: float
-    rng: "np.random.Generator"
-
-    def column(self, title: str, place: int, x: Array) -> Column:
-        """A position as a column."""
-        with np.errstate(over="ignore"):
-            values = x + self.noise * self.rng.standard_normal(x.size)
-        if not bool(np.isfinite(values).all()):
-            raise HopformError(f"{title} must stay within all numbers: a smaller height, current or noise is needed")
-        if self.quantum > np.spacing(np.abs(values)).max():  # a step that is finer than the last digit rounds nothing
-            values = self.quantum * np.round(values / self.quantum)
-        return Column(title, "length", place, values)
-
-
-def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
-    span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
-    if not 18.5 < span * hertz < records.MOST_STEPS - 0.5:
-        message = f"duration times rate must give 20 to {records.MOST_STEPS} samples, got {span * hertz + 1.0:.6g}"
-        raise HopformError(message)
-    return np.arange(round(span * hertz) + 1) / hertz, hertz
+def _column(title: str, place: int, x: Array, noise: float, quantum: float, rng: "np.random.Generator") -> Column:
+    """A position [m] as a sensor of a noise and a quantum [m] has it."""
+    with np.errstate(over="ignore"):
+        values = x + noise * rng.standard_normal(x.size)
+    if not bool(np.isfinite(values).all()):
+        raise HopformError(f"{title} must stay within all numbers: a smaller height, current or noise is needed")
+    if quantum > np.spacing(np.abs(values)).max():  # a step that is finer than the last digit rounds nothing
+        values = quantum * np.round(values / quantum)
+    return Column(title, "length", place, values)
 
 
 def _current(test: str, time: Array, still: float, most: float) -> Array:
