@@ -787,21 +787,22 @@ static inline double grazing_tolerance_f64(const hopform_motion_f64 *motion, con
               + fabs_f64(motion->N1_1 * basis->W1) + fabs_f64(motion->N0_1 * basis->W2));
 }
 
-/* How far x_1 is beyond a stop, from which `start` counts it, with its derivatives up to the fourth. */
+/* A value with its derivatives up to the fourth. */
 typedef struct {
     jet_f64 at;
     double fourth;
 } approach_f64;
 
+/* How far x_1 is short of the stop ahead, from which `start` counts it. */
 static inline approach_f64 approach_of_f64(const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
-                                             const hopform_state_f64 *start, double sign,
+                                             const hopform_state_f64 *start, double side,
                                              const hopform_basis_f64 *basis)
 {
     const hopform_numerator_f64 h = {motion->H3_1, motion->H2_1, motion->H1_1};
     const hopform_rise_f64 rise = hopform_step_response_f64(poles, &h, basis);
     const hopform_at_f64 at = hopform_state_at_f64(start, motion, basis);
-    const approach_f64 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
-                              sign * rise.rise_third};
+    const approach_f64 to = {{-side * at.x1_t, -side * at.v1_t, -side * rise.rise_rate, -side * rise.rise_curvature},
+                              -side * rise.rise_third};
     return to;
 }
 
@@ -811,22 +812,6 @@ static inline bool is_beyond_stop_f64(const hopform_motion_f64 *motion, const ho
 {
     const double beyond = sign * hopform_state_at_f64(start, motion, basis).x1_t;
     return beyond > 0.0 && beyond > grazing_tolerance_f64(motion, start, basis);
-}
-
-/* A step towards the time at which x_1, short of its stop at the lower time, meets it. */
-static inline root_step_f64 step_to_stop_f64(const hopform_poles_f64 *poles, const approach_f64 *to, double t,
-                                               double low, double high)
-{
-    const bool arrives = fabs_f64(to->at.value) <= HOPFORM_EPS_f64 * t * to->at.rate;
-    const bool beyond = to->at.value > 0.0;
-    const double step = step_to_root_f64(&to->at);
-    const double next = t - step;
-    const double from = beyond ? low : t;
-    const double until = beyond ? t : high;
-    const bool inside = (to->at.rate > 0.0) & (next > from) & (next < until);
-    const bool lands = (!arrives) & inside & step_converges_f64(poles, &to->at, to->fourth, next, step);
-    const root_step_f64 towards = {arrives, lands, inside, from, until, next};
-    return towards;
 }
 
 #endif

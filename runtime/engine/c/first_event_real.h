@@ -787,21 +787,22 @@ static inline real grazing_tolerance_real(const hopform_motion_real *motion, con
               + fabs_real(motion->N1_1 * basis->W1) + fabs_real(motion->N0_1 * basis->W2));
 }
 
-/* How far x_1 is beyond a stop, from which `start` counts it, with its derivatives up to the fourth. */
+/* A value with its derivatives up to the fourth. */
 typedef struct {
     jet_real at;
     real fourth;
 } approach_real;
 
+/* How far x_1 is short of the stop ahead, from which `start` counts it. */
 static inline approach_real approach_of_real(const hopform_poles_real *poles, const hopform_motion_real *motion,
-                                             const hopform_state_real *start, real sign,
+                                             const hopform_state_real *start, real side,
                                              const hopform_basis_real *basis)
 {
     const hopform_numerator_real h = {motion->H3_1, motion->H2_1, motion->H1_1};
     const hopform_rise_real rise = hopform_step_response_real(poles, &h, basis);
     const hopform_at_real at = hopform_state_at_real(start, motion, basis);
-    const approach_real to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
-                              sign * rise.rise_third};
+    const approach_real to = {{-side * at.x1_t, -side * at.v1_t, -side * rise.rise_rate, -side * rise.rise_curvature},
+                              -side * rise.rise_third};
     return to;
 }
 
@@ -811,22 +812,6 @@ static inline bool is_beyond_stop_real(const hopform_motion_real *motion, const 
 {
     const real beyond = sign * hopform_state_at_real(start, motion, basis).x1_t;
     return beyond > 0.0 && beyond > grazing_tolerance_real(motion, start, basis);
-}
-
-/* A step towards the time at which x_1, short of its stop at the lower time, meets it. */
-static inline root_step_real step_to_stop_real(const hopform_poles_real *poles, const approach_real *to, real t,
-                                               real low, real high)
-{
-    const bool arrives = fabs_real(to->at.value) <= HOPFORM_EPS_real * t * to->at.rate;
-    const bool beyond = to->at.value > 0.0;
-    const real step = step_to_root_real(&to->at);
-    const real next = t - step;
-    const real from = beyond ? low : t;
-    const real until = beyond ? t : high;
-    const bool inside = (to->at.rate > 0.0) & (next > from) & (next < until);
-    const bool lands = (!arrives) & inside & step_converges_real(poles, &to->at, to->fourth, next, step);
-    const root_step_real towards = {arrives, lands, inside, from, until, next};
-    return towards;
 }
 
 #endif
