@@ -565,7 +565,7 @@ static stance_phase_end_f32 end_of_phase(lanes *w, int l)
 /* Solve a stance by itself. */
 static void solve_alone(lanes *w, int64_t i)
 {
-    const int32_t kept = hopform_solve_column_f32(&w->plan, HOPFORM_OK, w->in, w->out, i);
+    const int32_t kept = hopform_one_by_one_f32(&w->plan, i, i + 1, w->in, w->out);
     w->kept = kept > w->kept ? kept : w->kept;
 }
 
@@ -585,7 +585,7 @@ static void go_on(lanes *w, int l, int32_t ending)
         solve_alone(w, one->index);
         return;
     }
-    const int32_t kept = hopform_put_solved_f32(w->out, one->index, &w->plan.robot, status, &stance, one->phases);
+    const int32_t kept = hopform_put_stance_f32(w->out, one->index, &w->plan.robot, status, &stance, one->phases);
     w->kept = kept > w->kept ? kept : w->kept;
 }
 
