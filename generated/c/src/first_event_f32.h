@@ -552,13 +552,6 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
     }
 }
 
-/* Whether a function has a root within rounding of that of another, at the end of an interval of length h. */
-static inline bool is_tie_f32(const jet_f32 *at, float rounding, float h, float other_rate, float other_rounding)
-{
-    return (at->rate * h < -16.0f * rounding)
-           & ((at->value - 4.0f * rounding) * fabs_f32(other_rate) < fabs_f32(at->rate) * other_rounding);
-}
-
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
 static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
 {
@@ -567,7 +560,8 @@ static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
         const float other = in->to[in->found].rate;
         const float rounding = rounding_of_f32(&set->function[n], &in->high, at->rate);
         const float of_other = rounding_of_f32(&set->function[in->found], &in->high, other);
-        if (is_tie_f32(at, rounding, in->high.t - in->low, other, of_other)) {
+        if (at->rate * (in->high.t - in->low) < -16.0f * rounding
+            && (at->value - 4.0f * rounding) * fabs_f32(other) < fabs_f32(at->rate) * of_other) {
             in->found = n;
         }
     }
@@ -592,20 +586,14 @@ static inline float deflated_f32(const event_set_f32 *set, const event_function_
     return at->curvature + set->node->pole * at->rate;
 }
 
-/* What the rules rest on: at the end of the interval no function but that with its root there is below zero. */
-static inline bool is_above_zero_f32(const jet_f32 *to, float rounding)
-{
-    return !(to->value < -rounding);
-}
-
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
 static inline bool is_certified_f32(const event_set_f32 *set, const interval_f32 *in, int32_t n)
 {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     const jet_f32 *to = &in->to[n];
-    if (to->value < 0.0f && n != in->found && !is_above_zero_f32(to, rounding_of_f32(g, &in->high, to->rate))) {
-        return false;
+    if (to->value < 0.0f && n != in->found && to->value < -rounding_of_f32(g, &in->high, to->rate)) {
+        return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const float d = deflated_f32(set, g, from, in->low);
     const float d_then = deflated_f32(set, g, to, in->high.t);

@@ -552,13 +552,6 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
     }
 }
 
-/* Whether a function has a root within rounding of that of another, at the end of an interval of length h. */
-static inline bool is_tie_f64(const jet_f64 *at, double rounding, double h, double other_rate, double other_rounding)
-{
-    return (at->rate * h < -16.0 * rounding)
-           & ((at->value - 4.0 * rounding) * fabs_f64(other_rate) < fabs_f64(at->rate) * other_rounding);
-}
-
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
 static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in)
 {
@@ -567,7 +560,8 @@ static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in)
         const double other = in->to[in->found].rate;
         const double rounding = rounding_of_f64(&set->function[n], &in->high, at->rate);
         const double of_other = rounding_of_f64(&set->function[in->found], &in->high, other);
-        if (is_tie_f64(at, rounding, in->high.t - in->low, other, of_other)) {
+        if (at->rate * (in->high.t - in->low) < -16.0 * rounding
+            && (at->value - 4.0 * rounding) * fabs_f64(other) < fabs_f64(at->rate) * of_other) {
             in->found = n;
         }
     }
@@ -592,20 +586,14 @@ static inline double deflated_f64(const event_set_f64 *set, const event_function
     return at->curvature + set->node->pole * at->rate;
 }
 
-/* What the rules rest on: at the end of the interval no function but that with its root there is below zero. */
-static inline bool is_above_zero_f64(const jet_f64 *to, double rounding)
-{
-    return !(to->value < -rounding);
-}
-
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
 static inline bool is_certified_f64(const event_set_f64 *set, const interval_f64 *in, int32_t n)
 {
     const event_function_f64 *g = &set->function[n];
     const jet_f64 *from = &in->from[n];
     const jet_f64 *to = &in->to[n];
-    if (to->value < 0.0 && n != in->found && !is_above_zero_f64(to, rounding_of_f64(g, &in->high, to->rate))) {
-        return false;
+    if (to->value < 0.0 && n != in->found && to->value < -rounding_of_f64(g, &in->high, to->rate)) {
+        return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const double d = deflated_f64(set, g, from, in->low);
     const double d_then = deflated_f64(set, g, to, in->high.t);

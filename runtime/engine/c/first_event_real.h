@@ -552,13 +552,6 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
     }
 }
 
-/* Whether a function has a root within rounding of that of another, at the end of an interval of length h. */
-static inline bool is_tie_real(const jet_real *at, real rounding, real h, real other_rate, real other_rounding)
-{
-    return (at->rate * h < -16.0 * rounding)
-           & ((at->value - 4.0 * rounding) * fabs_real(other_rate) < fabs_real(at->rate) * other_rounding);
-}
-
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
 static inline void settle_ties_real(const event_set_real *set, interval_real *in)
 {
@@ -567,7 +560,8 @@ static inline void settle_ties_real(const event_set_real *set, interval_real *in
         const real other = in->to[in->found].rate;
         const real rounding = rounding_of_real(&set->function[n], &in->high, at->rate);
         const real of_other = rounding_of_real(&set->function[in->found], &in->high, other);
-        if (is_tie_real(at, rounding, in->high.t - in->low, other, of_other)) {
+        if (at->rate * (in->high.t - in->low) < -16.0 * rounding
+            && (at->value - 4.0 * rounding) * fabs_real(other) < fabs_real(at->rate) * of_other) {
             in->found = n;
         }
     }
@@ -592,20 +586,14 @@ static inline real deflated_real(const event_set_real *set, const event_function
     return at->curvature + set->node->pole * at->rate;
 }
 
-/* What the rules rest on: at the end of the interval no function but that with its root there is below zero. */
-static inline bool is_above_zero_real(const jet_real *to, real rounding)
-{
-    return !(to->value < -rounding);
-}
-
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
 static inline bool is_certified_real(const event_set_real *set, const interval_real *in, int32_t n)
 {
     const event_function_real *g = &set->function[n];
     const jet_real *from = &in->from[n];
     const jet_real *to = &in->to[n];
-    if (to->value < 0.0 && n != in->found && !is_above_zero_real(to, rounding_of_real(g, &in->high, to->rate))) {
-        return false;
+    if (to->value < 0.0 && n != in->found && to->value < -rounding_of_real(g, &in->high, to->rate)) {
+        return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const real d = deflated_real(set, g, from, in->low);
     const real d_then = deflated_real(set, g, to, in->high.t);

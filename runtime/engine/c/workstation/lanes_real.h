@@ -30,8 +30,8 @@ enum {
     MODES = 9,
     ROOT_STEPS = 6,
     PHASES_OF_LANE = 16, /* a stance whose list is wanted and takes more is solved by itself */
-    SHORT_RUN = 2 * LANES,
-    LONG_RUN = 4096
+    RUN = 2 * LANES,     /* so many stances tell whether lanes are worth it */
+    RUN_ALONE = 4096     /* and so many are solved one by one where they are not */
 };
 
 /* Lanes wait for each other, so that most are alike: idle ones are filled when no more than so many are busy. */
@@ -111,11 +111,11 @@ typedef struct {
     const hopform_stances_in_real *in;
     const hopform_stances_out_real *out;
     int64_t next;
-    int64_t pause; /* where lanes are filled no further, to look whether they are worth it */
     int64_t last;
     int32_t kept;
     int32_t busy;        /* lanes with a stance */
-    int64_t evaluations; /* of W for all lanes */
+    int64_t alone;       /* stances that are still solved one by one */
+    int64_t evaluations; /* of W for all lanes, in this run */
     int64_t solved;
 
     lane stance[LANES]; /* in each lane */
@@ -124,13 +124,12 @@ typedef struct {
     column limit;       /* the end of the phase */
     state_columns from_stop;
     motion_columns motion;
-    function_columns function[SLOTS];
-    column has[SLOTS];
+    function_columns function[SLOTS]; /* constants for those that it does not have */
 
     /* The round: the phases that have their turn, and the ends of their first intervals. */
-    column turn, on[SLOTS];
-    column sure; /* what is certified */
+    column turn, sure; /* what is certified */
     int side_1, side_2;
+    int32_t slots; /* functions of each, at most */
     hopform_poles_real poles;
     hopform_node_real node;
     real chi, omega;
@@ -173,68 +172,47 @@ LANES_CODE static void short_bases(const hopform_poles_real poles, const real *r
     }
 }
 
-/* W of a pair that rings. */
-LANES_CODE static void ringing_bases(const hopform_poles_real poles, real omega, const real *restrict t,
+/* W of a pair that rings, or from it that of the pair and a real pole. */
+LANES_CODE static void ringing_bases(const hopform_poles_real poles, real omega, real chi, const real *restrict t,
                                      const real *restrict wanted, basis_columns *restrict basis)
 {
     for (int l = 0; l < LANES; l++) {
         const hopform_pair_core_real core = hopform_ringing_core_real(&poles, omega, t[l]);
         const hopform_pair_real pair = hopform_pair_of_core_real(&poles, t[l], &core);
-        const hopform_basis_real there = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
-        keep_basis(basis, l, wanted[l] > 0.0, &there);
+        const hopform_basis_real held = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
+        keep_basis(basis, l, wanted[l] > 0.0, &held);
     }
-}
-
-/* W of such a pair and a real pole, from that of the pair. */
-LANES_CODE static void split_bases(const hopform_poles_real poles, real chi, const real *restrict t,
-                                   const real *restrict wanted, basis_columns *restrict basis)
-{
-    for (int l = 0; l < LANES; l++) {
-        const hopform_basis_real of_pair = one_basis(basis, l);
-        const hopform_pair_real pair = {of_pair.Wdd, of_pair.Wd, of_pair.W, of_pair.W1, of_pair.W2};
-        const real z = poles.a * t[l];
-        real tail = 0.0;
-#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
-        HOPFORM_DECAY_TAIL_real(ADD_TERM)
-#undef ADD_TERM
-            const hopform_decay_real decay = hopform_decay_of_tail_real(poles.a, t[l], tail);
+    for (int l = 0; l < LANES && fabs_real(poles.a) > 0.0; l++) {
+        const hopform_basis_real held = one_basis(basis, l);
+        const hopform_pair_real pair = {held.Wdd, held.Wd, held.W, held.W1, held.W2};
+        const hopform_decay_real decay = hopform_early_decay_real(poles.a, t[l]);
         const hopform_basis_real split = hopform_basis_of_split_real(&poles, chi, t[l], &decay, &pair);
         keep_basis(basis, l, wanted[l] > 0.0, &split);
     }
 }
 
-/* The times that are brief for all poles, those at which the pair rings, and the rest. */
-LANES_CODE static void sort_times(const lanes *restrict w, const real *restrict t, const real *restrict wanted,
-                                  real *restrict brief, real *restrict rings, real *restrict rest)
-{
-    const hopform_poles_real poles = w->poles;
-    const real chi = w->chi;
-    const bool held = !(fabs_real(poles.a) > 0.0);
-    for (int l = 0; l < LANES; l++) {
-        const real z = poles.a * t[l];
-        const bool late = held | ((chi * t[l] * t[l] >= 1.0) & (fabs_real(z) < 1.0));
-        const bool early = (!held) & !(chi * t[l] * t[l] >= 1.0) & (poles.s_1 * t[l] < 4.0);
-        brief[l] = wanted[l] * flag(early);
-        rings[l] = wanted[l] * flag(late & !(poles.q * t[l] * t[l] < 1.0));
-        rest[l] = wanted[l] - brief[l] - rings[l];
-    }
-}
-
-/* W at t where `wanted`, as hopform_basis_at_real, which itself gives it to the rest of the lanes. */
+/* W at t where `wanted`, as hopform_basis_at_real, which itself gives it where neither is the time brief for all poles
+ * nor does the pair ring by then. */
 LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const real *restrict wanted,
                                 basis_columns *restrict basis)
 {
     column brief, rings, rest;
-    sort_times(w, t, wanted, brief, rings, rest);
+    const hopform_poles_real poles = w->poles;
+    const real chi = w->chi;
+    const bool held = !(fabs_real(poles.a) > 0.0);
     w->evaluations++;
+    for (int l = 0; l < LANES; l++) {
+        const bool late = held | (chi * t[l] * t[l] >= 1.0);
+        const bool splits = held | (fabs_real(poles.a * t[l]) < 1.0);
+        brief[l] = wanted[l] * flag((!late) & (poles.s_1 * t[l] < 4.0));
+        rings[l] = wanted[l] * flag(late & splits & !(poles.q * t[l] * t[l] < 1.0));
+        rest[l] = wanted[l] - brief[l] - rings[l];
+    }
     if (any(brief)) {
-        short_bases(w->poles, t, brief, basis);
+        short_bases(poles, t, brief, basis);
     }
     if (any(rings)) {
-        ringing_bases(w->poles, w->omega, t, rings, basis);
-        if (fabs_real(w->poles.a) > 0.0) {
-            split_bases(w->poles, w->chi, t, rings, basis);
-        }
+        ringing_bases(poles, w->omega, chi, t, rings, basis);
     }
     for (int l = 0; l < LANES && any(rest); l++) {
         if (rest[l] > 0.0) {
@@ -260,9 +238,8 @@ static void put_phase(lanes *w, int l)
     keep_state(&w->from_stop, l, true, &from_stop);
     keep_motion(&w->motion, l, true, &one->motion);
     for (int s = 0; s < SLOTS; s++) {
-        const bool has = s < set->count;
-        w->has[s][l] = flag(has);
-        keep_function(&w->function[s], l, has, &set->function[s]);
+        const event_function_real none = {0.0, 0.0, 0.0, 1.0, 0, 0};
+        keep_function(&w->function[s], l, true, s < set->count ? &set->function[s] : &none);
     }
 }
 
@@ -277,8 +254,11 @@ static bool choose_mode(lanes *w)
     for (int mode = 1; mode < MODES; mode++) {
         most = stances[mode] > stances[most] ? mode : most;
     }
+    w->slots = 0;
     for (int l = 0; l < LANES; l++) {
+        const int32_t count = w->stance[l].search.events.set.count;
         w->turn[l] = flag(w->live[l] && w->mode[l] == most);
+        w->slots = w->turn[l] > 0.0 && count > w->slots ? count : w->slots;
     }
     w->side_1 = most / 3 - 1;
     w->side_2 = most % 3 - 1;
@@ -300,9 +280,6 @@ static void reach_ahead(lanes *w)
         w->end_t[l] = node ? w->node.t : w->limit[l];
         w->found[l] = -1.0;
         w->sure[l] = w->turn[l];
-        for (int s = 0; s < SLOTS; s++) {
-            w->on[s][l] = w->turn[l] * w->has[s][l];
-        }
         keep_basis(&w->end, l, true, &basis);
         w->going[l] = w->turn[l] * flag((w->limit[l] > 0.0) & !node);
     }
@@ -340,14 +317,11 @@ LANES_CODE static void guess_crossings(lanes *restrict w, int s)
 {
     column crossed, going, share;
     const hopform_poles_real poles = w->poles;
-    if (!any(w->on[s])) {
-        return;
-    }
     for (int l = 0; l < LANES; l++) {
         const ends_of_lane ends = look_there(w, &poles, s, l);
         const real rounding = rounding_of_real(&ends.g, &ends.high, ends.to.rate);
         const bool is = has_crossed_real(&ends.to, w->end_t[l], rounding, w->found[l] < 0.0) & !is_found(w, s, l);
-        crossed[l] = w->on[s][l] * flag(is);
+        crossed[l] = w->turn[l] * flag(is);
         going[l] = crossed[l];
     }
     if (!any(crossed)) {
@@ -444,7 +418,7 @@ static void end_at_first_crossings(lanes *w)
             w->number[l] = -1.0;
             w->share[l] = 2.0;
         }
-        for (int s = 0; s < SLOTS; s++) {
+        for (int s = 0; s < w->slots; s++) {
             guess_crossings(w, s);
         }
         if (!any(w->going)) {
@@ -461,20 +435,16 @@ LANES_CODE static void certify(lanes *restrict w, int s)
     const hopform_poles_real poles = w->poles;
     const real pole = w->node.pole;
     const real fades = w->node.fades;
-    if (!any(w->on[s])) {
-        return;
-    }
     for (int l = 0; l < LANES; l++) {
         const ends_of_lane ends = look_there(w, &poles, s, l);
         const real h = w->end_t[l];
         const bool crossed =
             has_crossed_real(&ends.to, h, rounding_of_real(&ends.g, &ends.high, ends.to.rate), w->found[l] < 0.0);
-        const real on = w->sure[l] * w->on[s][l];
         const real d = ends.from.curvature + pole * ends.from.rate;
         const real d_then = ends.to.curvature + pole * ends.to.rate;
         const bool leaves = (h > fades) | (crossed & !is_found(w, s, l));
-        w->sure[l] -= on * flag(leaves);
-        open[l] = on * flag((!leaves) & !has_no_root_real(&ends.from, d, &ends.to, d_then));
+        open[l] = w->sure[l] * flag((!leaves) & !has_no_root_real(&ends.from, d, &ends.to, d_then));
+        w->sure[l] *= flag(!leaves);
     }
     if (!any(open)) {
         return;
@@ -579,6 +549,7 @@ static void go_on(lanes *w, int l, int32_t ending)
         return;
     }
     w->solved++;
+    w->busy--;
     hopform_stance_real stance;
     const int32_t status = stance_report_real(&one->chain, &one->start, ending, &stance);
     if (status == HOPFORM_PHASES_NOT_KEPT && one->chain.capacity < hopform_phases_wanted_real(w->out)) {
@@ -600,41 +571,31 @@ static void take(lanes *w, int l)
     one->start = hopform_start_of_real(w->in, i);
     one->step.t = 0.0;
     one->step.u = hopform_number_real(&w->in->u, i);
-    if (stance_status_real(&w->plan.robot, &one->start, horizon, w->in->max_phases) < 0
+    if (w->alone > 0 || stance_status_real(&w->plan.robot, &one->start, horizon, w->in->max_phases) < 0
         || !hopform_is_finite_real(one->step.u)) {
+        w->alone -= w->alone > 0 ? 1 : 0;
         solve_alone(w, i);
         return;
     }
     one->chain = stance_chain_from_real(&w->plan, &one->start, &one->step, 1, horizon, w->in->max_phases, one->phases,
                                         wanted < PHASES_OF_LANE ? wanted : PHASES_OF_LANE);
+    w->busy++;
     go_on(w, l, stance_begin_real(&one->chain));
 }
 
-/* Fill idle lanes. */
+/* Fill idle lanes; if the last run of stances has not been worth it, a long one is solved one by one. */
 static void refill(lanes *w)
 {
-    w->busy = 0;
+    if (w->solved >= RUN) {
+        w->alone = w->evaluations > w->solved ? RUN_ALONE : 0;
+        w->evaluations = 0;
+        w->solved = 0;
+    }
     for (int l = 0; l < LANES; l++) {
-        while (!w->live[l] && w->next < w->pause) {
+        while (!w->live[l] && w->next < w->last) {
             take(w, l);
         }
-        w->busy += w->live[l] ? 1 : 0;
     }
-}
-
-/* With all lanes empty: if they have not been worth it, solve as many stances as a long run of them one by one. */
-static void look_back(lanes *w)
-{
-    const int64_t run = w->evaluations > 0 ? LONG_RUN : SHORT_RUN;
-    const bool worth = w->evaluations <= w->solved;
-    const int64_t until = w->last - w->next < run ? w->last : w->next + run;
-    while (!worth && w->next < until) {
-        solve_alone(w, w->next++);
-    }
-    const int64_t ahead = worth ? run : SHORT_RUN;
-    w->pause = w->last - w->next < ahead ? w->last : w->next + ahead;
-    w->evaluations = 0;
-    w->solved = 0;
 }
 
 /* One phase of the stances whose turn it is. */
@@ -644,7 +605,7 @@ static void advance(lanes *w)
     if (rings) {
         reach_ahead(w);
         end_at_first_crossings(w);
-        for (int s = 0; s < SLOTS; s++) {
+        for (int s = 0; s < w->slots; s++) {
             certify(w, s);
         }
         meet_stops(w);
@@ -654,9 +615,7 @@ static void advance(lanes *w)
             lane *one = &w->stance[l];
             const stance_phase_end_real end =
                 rings ? end_of_phase(w, l) : stance_find_end_real(&one->chain, &one->motion, &one->search);
-            const int32_t ending = stance_end_phase_real(&one->chain, &one->motion, &end);
-            go_on(w, l, ending);
-            w->busy -= ending != 0 ? 1 : 0;
+            go_on(w, l, stance_end_phase_real(&one->chain, &one->motion, &end));
         }
     }
 }
@@ -664,27 +623,16 @@ static void advance(lanes *w)
 int32_t LANES_NAME(const hopform_plan_real *plan, int64_t first, int64_t end, const hopform_stances_in_real *in,
                    const hopform_stances_out_real *out)
 {
-    lanes w;
-    memset(&w, 0, sizeof w);
-    w.plan = *plan;
-    w.in = in;
-    w.out = out;
-    w.next = first;
-    w.pause = first;
-    w.last = end;
-    w.kept = HOPFORM_OK;
-    for (;;) {
-        if (w.next < w.pause && w.busy <= MOST_BUSY) {
+    lanes w = {.plan = *plan, .in = in, .out = out, .next = first, .last = end, .kept = HOPFORM_OK};
+    do {
+        if (w.busy <= MOST_BUSY) {
             refill(&w);
         }
         if (w.busy > 0) {
             advance(&w);
-        } else if (w.next < end) {
-            look_back(&w);
-        } else {
-            return w.kept;
         }
-    }
+    } while (w.busy > 0 || w.next < end);
+    return w.kept;
 }
 
 #endif
