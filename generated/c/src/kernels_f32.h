@@ -237,36 +237,40 @@ static inline float hopform_exp_f32(float x)
     return hopform_fade_by_f32(x).left;
 }
 
-/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one, by its power series
- * for |a t| < 1. */
-static inline hopform_decay_f32 hopform_early_decay_f32(float a, float t)
+/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
+static inline hopform_decay_f32 hopform_decay_of_tail_f32(float a, float t, float tail)
 {
-    const float z = a * t;
     hopform_decay_f32 decay;
-    float tail = 0.0f;
-#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
-    HOPFORM_DECAY_TAIL_f32(ADD_TERM)
-#undef ADD_TERM
-        decay.e3 = t * t * t * tail;
+    decay.e3 = t * t * t * tail;
     decay.e2 = 0.5f * t * t - a * decay.e3;
     decay.e1 = t - a * decay.e2;
     decay.e = 1.0f - a * decay.e1;
     return decay;
 }
 
-/* The same over any time: else from the first one. */
-static inline hopform_decay_f32 hopform_decay_at_f32(float a, float t)
+/* The same from the first one. */
+static inline hopform_decay_f32 hopform_decay_of_exp_f32(float a, float t, float e)
 {
-    if (fabs_f32(a * t) < 1.0f) {
-        return hopform_early_decay_f32(a, t);
-    }
     const float inverse = 1.0f / a;
     hopform_decay_f32 decay;
-    decay.e = hopform_exp_f32(-(a * t));
+    decay.e = e;
     decay.e1 = (1.0f - decay.e) * inverse;
     decay.e2 = (t - decay.e1) * inverse;
     decay.e3 = (0.5f * t * t - decay.e2) * inverse;
     return decay;
+}
+
+static inline hopform_decay_f32 hopform_decay_at_f32(float a, float t)
+{
+    const float z = a * t;
+    if (fabs_f32(z) < 1.0f) {
+        float tail = 0.0f;
+#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
+        HOPFORM_DECAY_TAIL_f32(ADD_TERM)
+#undef ADD_TERM
+            return hopform_decay_of_tail_f32(a, t, tail);
+    }
+    return hopform_decay_of_exp_f32(a, t, hopform_exp_f32(-z));
 }
 
 /* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */

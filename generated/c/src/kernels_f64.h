@@ -237,36 +237,40 @@ static inline double hopform_exp_f64(double x)
     return hopform_fade_by_f64(x).left;
 }
 
-/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one, by its power series
- * for |a t| < 1. */
-static inline hopform_decay_f64 hopform_early_decay_f64(double a, double t)
+/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
+static inline hopform_decay_f64 hopform_decay_of_tail_f64(double a, double t, double tail)
 {
-    const double z = a * t;
     hopform_decay_f64 decay;
-    double tail = 0.0;
-#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
-    HOPFORM_DECAY_TAIL_f64(ADD_TERM)
-#undef ADD_TERM
-        decay.e3 = t * t * t * tail;
+    decay.e3 = t * t * t * tail;
     decay.e2 = 0.5 * t * t - a * decay.e3;
     decay.e1 = t - a * decay.e2;
     decay.e = 1.0 - a * decay.e1;
     return decay;
 }
 
-/* The same over any time: else from the first one. */
-static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
+/* The same from the first one. */
+static inline hopform_decay_f64 hopform_decay_of_exp_f64(double a, double t, double e)
 {
-    if (fabs_f64(a * t) < 1.0) {
-        return hopform_early_decay_f64(a, t);
-    }
     const double inverse = 1.0 / a;
     hopform_decay_f64 decay;
-    decay.e = hopform_exp_f64(-(a * t));
+    decay.e = e;
     decay.e1 = (1.0 - decay.e) * inverse;
     decay.e2 = (t - decay.e1) * inverse;
     decay.e3 = (0.5 * t * t - decay.e2) * inverse;
     return decay;
+}
+
+static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
+{
+    const double z = a * t;
+    if (fabs_f64(z) < 1.0) {
+        double tail = 0.0;
+#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
+        HOPFORM_DECAY_TAIL_f64(ADD_TERM)
+#undef ADD_TERM
+            return hopform_decay_of_tail_f64(a, t, tail);
+    }
+    return hopform_decay_of_exp_f64(a, t, hopform_exp_f64(-z));
 }
 
 /* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */

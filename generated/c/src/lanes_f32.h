@@ -185,7 +185,12 @@ LANES_CODE static void ringing_bases(const hopform_poles_f32 poles, float omega,
     for (int l = 0; l < LANES && fabs_f32(poles.a) > 0.0f; l++) {
         const hopform_basis_f32 held = one_basis(basis, l);
         const hopform_pair_f32 pair = {held.Wdd, held.Wd, held.W, held.W1, held.W2};
-        const hopform_decay_f32 decay = hopform_early_decay_f32(poles.a, t[l]);
+        const float z = poles.a * t[l];
+        float tail = 0.0f;
+#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
+        HOPFORM_DECAY_TAIL_f32(ADD_TERM)
+#undef ADD_TERM
+            const hopform_decay_f32 decay = hopform_decay_of_tail_f32(poles.a, t[l], tail);
         const hopform_basis_f32 split = hopform_basis_of_split_f32(&poles, chi, t[l], &decay, &pair);
         keep_basis(basis, l, wanted[l] > 0.0f, &split);
     }

@@ -185,7 +185,12 @@ LANES_CODE static void ringing_bases(const hopform_poles_f64 poles, double omega
     for (int l = 0; l < LANES && fabs_f64(poles.a) > 0.0; l++) {
         const hopform_basis_f64 held = one_basis(basis, l);
         const hopform_pair_f64 pair = {held.Wdd, held.Wd, held.W, held.W1, held.W2};
-        const hopform_decay_f64 decay = hopform_early_decay_f64(poles.a, t[l]);
+        const double z = poles.a * t[l];
+        double tail = 0.0;
+#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
+        HOPFORM_DECAY_TAIL_f64(ADD_TERM)
+#undef ADD_TERM
+            const hopform_decay_f64 decay = hopform_decay_of_tail_f64(poles.a, t[l], tail);
         const hopform_basis_f64 split = hopform_basis_of_split_f64(&poles, chi, t[l], &decay, &pair);
         keep_basis(basis, l, wanted[l] > 0.0, &split);
     }

@@ -237,36 +237,40 @@ static inline real hopform_exp_real(real x)
     return hopform_fade_by_real(x).left;
 }
 
-/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one, by its power series
- * for |a t| < 1. */
-static inline hopform_decay_real hopform_early_decay_real(real a, real t)
+/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
+static inline hopform_decay_real hopform_decay_of_tail_real(real a, real t, real tail)
 {
-    const real z = a * t;
     hopform_decay_real decay;
-    real tail = 0.0;
-#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
-    HOPFORM_DECAY_TAIL_real(ADD_TERM)
-#undef ADD_TERM
-        decay.e3 = t * t * t * tail;
+    decay.e3 = t * t * t * tail;
     decay.e2 = 0.5 * t * t - a * decay.e3;
     decay.e1 = t - a * decay.e2;
     decay.e = 1.0 - a * decay.e1;
     return decay;
 }
 
-/* The same over any time: else from the first one. */
-static inline hopform_decay_real hopform_decay_at_real(real a, real t)
+/* The same from the first one. */
+static inline hopform_decay_real hopform_decay_of_exp_real(real a, real t, real e)
 {
-    if (fabs_real(a * t) < 1.0) {
-        return hopform_early_decay_real(a, t);
-    }
     const real inverse = 1.0 / a;
     hopform_decay_real decay;
-    decay.e = hopform_exp_real(-(a * t));
+    decay.e = e;
     decay.e1 = (1.0 - decay.e) * inverse;
     decay.e2 = (t - decay.e1) * inverse;
     decay.e3 = (0.5 * t * t - decay.e2) * inverse;
     return decay;
+}
+
+static inline hopform_decay_real hopform_decay_at_real(real a, real t)
+{
+    const real z = a * t;
+    if (fabs_real(z) < 1.0) {
+        real tail = 0.0;
+#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
+        HOPFORM_DECAY_TAIL_real(ADD_TERM)
+#undef ADD_TERM
+            return hopform_decay_of_tail_real(a, t, tail);
+    }
+    return hopform_decay_of_exp_real(a, t, hopform_exp_real(-z));
 }
 
 /* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */

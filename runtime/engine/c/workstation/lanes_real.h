@@ -185,7 +185,12 @@ LANES_CODE static void ringing_bases(const hopform_poles_real poles, real omega,
     for (int l = 0; l < LANES && fabs_real(poles.a) > 0.0; l++) {
         const hopform_basis_real held = one_basis(basis, l);
         const hopform_pair_real pair = {held.Wdd, held.Wd, held.W, held.W1, held.W2};
-        const hopform_decay_real decay = hopform_early_decay_real(poles.a, t[l]);
+        const real z = poles.a * t[l];
+        real tail = 0.0;
+#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
+        HOPFORM_DECAY_TAIL_real(ADD_TERM)
+#undef ADD_TERM
+            const hopform_decay_real decay = hopform_decay_of_tail_real(poles.a, t[l], tail);
         const hopform_basis_real split = hopform_basis_of_split_real(&poles, chi, t[l], &decay, &pair);
         keep_basis(basis, l, wanted[l] > 0.0, &split);
     }
