@@ -300,34 +300,6 @@ static inline void cross_at_the_limit_f64(const stance_events_f64 *events, doubl
     }
 }
 
-/* What ends the phase at the end of its last interval. */
-static inline stance_phase_end_f64 end_of_f64(const stance_events_f64 *events, const interval_f64 *in, bool stops,
-                                                double limit)
-{
-    stance_phase_end_f64 result = {in->high.t, STANCE_END_LIMIT_f64, 0, in->high.basis, 0.0};
-    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
-    const bool wins = events->rests != END_VELOCITY_2_f64
-                      && !is_takeoff_f64(&events->set, in->found); /* over mass 2 at the same time */
-    if (stops) {
-        result.kind = STANCE_END_STOP_f64;
-    } else if (in->found >= 0 && !(rests && wins)) {
-        result.kind = (stance_end_kind_f64)events->set.function[in->found].kind;
-        result.side = events->set.function[in->found].side;
-    } else if (rests) {
-        result.kind = events->rests;
-    }
-    return result;
-}
-
-/* How near x_1, where it turns at the end of a phase, is to a stop that it touches. */
-static inline double touch_of_stop_f64(const stance_chain_f64 *chain, const hopform_motion_f64 *motion,
-                                      const stance_phase_end_f64 *end)
-{
-    const hopform_state_f64 ahead = from_stop_f64(chain);
-    const bool turns = end->kind == END_VELOCITY_1_f64 && hopform_is_finite_f64(ahead.x1);
-    return turns ? grazing_tolerance_f64(motion, &ahead, &end->basis) : 0.0;
-}
-
 /* Whether so much of a phase has passed that what y tends to may tell more of a take-off. */
 static inline bool is_late_f64(const hopform_basis_f64 *basis)
 {
@@ -395,6 +367,32 @@ typedef struct {
     bool open;  /* whether an event is still looked for */
 } stance_search_f64;
 
+/* What ends the phase at the end of its last interval. */
+static inline stance_phase_end_f64 end_of_f64(const stance_chain_f64 *chain, const stance_search_f64 *search,
+                                                bool stops)
+{
+    const stance_events_f64 *events = &search->events;
+    const interval_f64 *in = &search->in;
+    const double limit = search->limit;
+    stance_phase_end_f64 result = {in->high.t, STANCE_END_LIMIT_f64, 0, in->high.basis, 0.0};
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
+    const bool wins = events->rests != END_VELOCITY_2_f64
+                      && !is_takeoff_f64(&events->set, in->found); /* over mass 2 at the same time */
+    if (stops) {
+        result.kind = STANCE_END_STOP_f64;
+    } else if (in->found >= 0 && !(rests && wins)) {
+        result.kind = (stance_end_kind_f64)events->set.function[in->found].kind;
+        result.side = events->set.function[in->found].side;
+    } else if (rests) {
+        result.kind = events->rests;
+    }
+    const hopform_state_f64 ahead = from_stop_f64(chain);
+    if (result.kind == END_VELOCITY_1_f64 && hopform_is_finite_f64(ahead.x1)) {
+        result.touch = grazing_tolerance_f64(events->motion, &ahead, &result.basis);
+    }
+    return result;
+}
+
 /* The search at the start of the phase that starts at the chain's state. */
 static inline void stance_begin_search_f64(const stance_chain_f64 *chain, const hopform_motion_f64 *motion,
                                             stance_search_f64 *search)
@@ -429,8 +427,7 @@ static inline bool next_interval_f64(const event_set_f64 *set, interval_f64 *in,
 }
 
 /* The first event, from the first interval on; a root in it that ends it may be known. */
-static inline stance_phase_end_f64
-stance_end_search_f64(const stance_chain_f64 *chain, const hopform_motion_f64 *motion, stance_search_f64 *search)
+static inline stance_phase_end_f64 stance_end_search_f64(const stance_chain_f64 *chain, stance_search_f64 *search)
 {
     const stance_events_f64 *events = &search->events;
     const event_set_f64 *set = &events->set;
@@ -458,9 +455,7 @@ stance_end_search_f64(const stance_chain_f64 *chain, const hopform_motion_f64 *m
         const stance_phase_end_f64 result = {in->low, END_UNCERTIFIED_f64, 0, last.basis, 0.0};
         return result;
     }
-    stance_phase_end_f64 result = end_of_f64(events, in, stops, limit);
-    result.touch = touch_of_stop_f64(chain, motion, &result);
-    return result;
+    return end_of_f64(chain, search, stops);
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -476,7 +471,7 @@ static inline stance_phase_end_f64 stance_find_end_f64(const stance_chain_f64 *c
     if (search->open) {
         reach_ahead_f64(&search->events.set, &search->in, search->limit);
     }
-    return stance_end_search_f64(chain, motion, search);
+    return stance_end_search_f64(chain, search);
 }
 
 /* ---- the chain ---- */

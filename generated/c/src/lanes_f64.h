@@ -328,13 +328,10 @@ LANES_CODE static void guess_crossings(lanes *restrict w, int s)
         const bool is = has_crossed_f64(&ends.to, w->end_t[l], rounding, w->found[l] < 0.0) & !is_found(w, s, l);
         crossed[l] = w->turn[l] * flag(is);
         going[l] = crossed[l];
+        share[l] = rough_root_f64(&ends.from, &ends.to, w->end_t[l]);
     }
     if (!any(crossed)) {
         return;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const ends_of_lane ends = look_there(w, &poles, s, l);
-        share[l] = rough_root_f64(&ends.from, &ends.to, w->end_t[l]);
     }
     for (int n = 0; n < PREDICTION_STEPS_f64 && any(going); n++) {
         for (int l = 0; l < LANES; l++) {
@@ -527,12 +524,7 @@ static stance_phase_end_f64 end_of_phase(lanes *w, int l)
             ends = !(fabs_f64(later_takeoff_f64(&one->chain, set->poles, leg, &in->high.basis, in->high.t)) > 0.0);
         }
     }
-    if (!ends) {
-        return stance_end_search_f64(&one->chain, &one->motion, search);
-    }
-    stance_phase_end_f64 end = end_of_f64(&search->events, in, stops, search->limit);
-    end.touch = touch_of_stop_f64(&one->chain, &one->motion, &end);
-    return end;
+    return ends ? end_of_f64(&one->chain, search, stops) : stance_end_search_f64(&one->chain, search);
 }
 
 /* ---- stances in and out ---- */

@@ -300,34 +300,6 @@ static inline void cross_at_the_limit_real(const stance_events_real *events, rea
     }
 }
 
-/* What ends the phase at the end of its last interval. */
-static inline stance_phase_end_real end_of_real(const stance_events_real *events, const interval_real *in, bool stops,
-                                                real limit)
-{
-    stance_phase_end_real result = {in->high.t, STANCE_END_LIMIT_real, 0, in->high.basis, 0.0};
-    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
-    const bool wins = events->rests != END_VELOCITY_2_real
-                      && !is_takeoff_real(&events->set, in->found); /* over mass 2 at the same time */
-    if (stops) {
-        result.kind = STANCE_END_STOP_real;
-    } else if (in->found >= 0 && !(rests && wins)) {
-        result.kind = (stance_end_kind_real)events->set.function[in->found].kind;
-        result.side = events->set.function[in->found].side;
-    } else if (rests) {
-        result.kind = events->rests;
-    }
-    return result;
-}
-
-/* How near x_1, where it turns at the end of a phase, is to a stop that it touches. */
-static inline real touch_of_stop_real(const stance_chain_real *chain, const hopform_motion_real *motion,
-                                      const stance_phase_end_real *end)
-{
-    const hopform_state_real ahead = from_stop_real(chain);
-    const bool turns = end->kind == END_VELOCITY_1_real && hopform_is_finite_real(ahead.x1);
-    return turns ? grazing_tolerance_real(motion, &ahead, &end->basis) : 0.0;
-}
-
 /* Whether so much of a phase has passed that what y tends to may tell more of a take-off. */
 static inline bool is_late_real(const hopform_basis_real *basis)
 {
@@ -395,6 +367,32 @@ typedef struct {
     bool open;  /* whether an event is still looked for */
 } stance_search_real;
 
+/* What ends the phase at the end of its last interval. */
+static inline stance_phase_end_real end_of_real(const stance_chain_real *chain, const stance_search_real *search,
+                                                bool stops)
+{
+    const stance_events_real *events = &search->events;
+    const interval_real *in = &search->in;
+    const real limit = search->limit;
+    stance_phase_end_real result = {in->high.t, STANCE_END_LIMIT_real, 0, in->high.basis, 0.0};
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
+    const bool wins = events->rests != END_VELOCITY_2_real
+                      && !is_takeoff_real(&events->set, in->found); /* over mass 2 at the same time */
+    if (stops) {
+        result.kind = STANCE_END_STOP_real;
+    } else if (in->found >= 0 && !(rests && wins)) {
+        result.kind = (stance_end_kind_real)events->set.function[in->found].kind;
+        result.side = events->set.function[in->found].side;
+    } else if (rests) {
+        result.kind = events->rests;
+    }
+    const hopform_state_real ahead = from_stop_real(chain);
+    if (result.kind == END_VELOCITY_1_real && hopform_is_finite_real(ahead.x1)) {
+        result.touch = grazing_tolerance_real(events->motion, &ahead, &result.basis);
+    }
+    return result;
+}
+
 /* The search at the start of the phase that starts at the chain's state. */
 static inline void stance_begin_search_real(const stance_chain_real *chain, const hopform_motion_real *motion,
                                             stance_search_real *search)
@@ -429,8 +427,7 @@ static inline bool next_interval_real(const event_set_real *set, interval_real *
 }
 
 /* The first event, from the first interval on; a root in it that ends it may be known. */
-static inline stance_phase_end_real
-stance_end_search_real(const stance_chain_real *chain, const hopform_motion_real *motion, stance_search_real *search)
+static inline stance_phase_end_real stance_end_search_real(const stance_chain_real *chain, stance_search_real *search)
 {
     const stance_events_real *events = &search->events;
     const event_set_real *set = &events->set;
@@ -458,9 +455,7 @@ stance_end_search_real(const stance_chain_real *chain, const hopform_motion_real
         const stance_phase_end_real result = {in->low, END_UNCERTIFIED_real, 0, last.basis, 0.0};
         return result;
     }
-    stance_phase_end_real result = end_of_real(events, in, stops, limit);
-    result.touch = touch_of_stop_real(chain, motion, &result);
-    return result;
+    return end_of_real(chain, search, stops);
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -476,7 +471,7 @@ static inline stance_phase_end_real stance_find_end_real(const stance_chain_real
     if (search->open) {
         reach_ahead_real(&search->events.set, &search->in, search->limit);
     }
-    return stance_end_search_real(chain, motion, search);
+    return stance_end_search_real(chain, search);
 }
 
 /* ---- the chain ---- */
