@@ -14,8 +14,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno"]
-# Loops over lanes become vector instructions where no trap on a number that is not used is kept.
-LANE_FLAGS = ["-O3", "-fno-trapping-math"]
+# Loops over lanes become vector instructions where no trap on a number that is not used is kept. Who reads one of two
+# numbers that have been stored in one go waits for both.
+LANE_FLAGS = ["-O3", "-fno-trapping-math", "-fno-tree-slp-vectorize"]
 PLATFORM = os.environ.get("HOPFORM_PLATFORM") or sys.platform
 """The platform of a wheel that is built for another computer, with $CC a cross compiler; or this one's."""
 SUFFIX = ".dylib" if PLATFORM.startswith(("darwin", "macosx")) else ".dll" if PLATFORM.startswith("win") else ".so"

@@ -7,124 +7,72 @@
 #include "columns_f32.h"
 #include "variants_f32.h"
 
-enum { PHASES_OF_LOOP = 4096, RESULTS = 9, FEW_STANCES = 4 };
+enum { PHASES_OF_LOOP = 4096, FEW_STANCES = 4 };
 
 /* ---- variants ---- */
 
+/* Solves stances `first` to `end` of one robot. */
+typedef int32_t solver(const hopform_plan_f32 *plan, int64_t first, int64_t end, const hopform_stances_in_f32 *in,
+                       const hopform_stances_out_f32 *out);
+
+/* The solver of a variant; NULL if the processor has none. */
+static solver *solver_of(int32_t variant)
+{
+#if defined(HOPFORM_X86_LANES)
+    const bool is_512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
+                        && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
+    if (is_512 && (variant == HOPFORM_VARIANT_AVX512 || variant == HOPFORM_VARIANT_BEST)) {
+        return hopform_lanes_avx512_f32;
+    }
+    if (__builtin_cpu_supports("avx2") && (variant == HOPFORM_VARIANT_AVX2 || variant == HOPFORM_VARIANT_BEST)) {
+        return hopform_lanes_avx2_f32;
+    }
+#endif
+    if (variant == HOPFORM_VARIANT_BASELINE || variant == HOPFORM_VARIANT_BEST) {
+        return hopform_lanes_baseline_f32;
+    }
+    return variant == HOPFORM_VARIANT_ONE_BY_ONE ? hopform_one_by_one_f32 : NULL;
+}
+
 int32_t hopform_has_variant_f32(int32_t variant)
 {
-#if defined(HOPFORM_X86_LANES)
-    if (variant == HOPFORM_VARIANT_AVX2) {
-        return __builtin_cpu_supports("avx2") ? 1 : 0;
-    }
-    if (variant == HOPFORM_VARIANT_AVX512) {
-        const bool has = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
-                         && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-        return has ? 1 : 0;
-    }
-#endif
-    return variant == HOPFORM_VARIANT_BEST || variant == HOPFORM_VARIANT_ONE_BY_ONE
-                   || variant == HOPFORM_VARIANT_BASELINE
-               ? 1
-               : 0;
+    return solver_of(variant) != NULL ? 1 : 0;
 }
 
-static int32_t best_variant(void)
+/* Every one of some stances refused with a status. */
+static int32_t refuse(int32_t status, const hopform_robot_f32 *robot, int64_t first, int64_t end,
+                      const hopform_stances_out_f32 *out)
 {
-    if (hopform_has_variant_f32(HOPFORM_VARIANT_AVX512)) {
-        return HOPFORM_VARIANT_AVX512;
-    }
-    return hopform_has_variant_f32(HOPFORM_VARIANT_AVX2) ? HOPFORM_VARIANT_AVX2 : HOPFORM_VARIANT_BASELINE;
-}
-
-/* Stances `first` to `end` of one robot, whose plan could not be made if its status is negative. */
-static int32_t one_by_one(const hopform_plan_f32 *plan, int32_t robot_status, int64_t first, int64_t end,
-                          const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
-{
-    int32_t kept = HOPFORM_OK;
     for (int64_t i = first; i < end; i++) {
-        if (hopform_solve_column_f32(plan, robot_status, in, out, i) != HOPFORM_OK) {
-            kept = HOPFORM_PHASES_NOT_KEPT;
-        }
+        (void)hopform_put_stance_f32(out, i, robot, status, NULL, NULL);
     }
-    return kept;
+    return status;
 }
 
-static int32_t by_variant(int32_t variant, const hopform_plan_f32 *plan, int64_t first, int64_t end,
-                          const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
-{
-#if defined(HOPFORM_X86_LANES)
-    if (variant == HOPFORM_VARIANT_AVX2) {
-        return hopform_lanes_avx2_f32(plan, first, end, in, out);
-    }
-    if (variant == HOPFORM_VARIANT_AVX512) {
-        return hopform_lanes_avx512_f32(plan, first, end, in, out);
-    }
-#endif
-    return variant == HOPFORM_VARIANT_BASELINE ? hopform_lanes_baseline_f32(plan, first, end, in, out)
-                                               : one_by_one(plan, HOPFORM_OK, first, end, in, out);
-}
-
-/* The batch, one run of stances with the same robot after the other. */
-static int32_t solve_by(int32_t variant, int64_t count, const hopform_stances_in_f32 *in,
-                        const hopform_stances_out_f32 *out)
-{
-    const bool many_robots = hopform_has_many_robots_f32(in);
-    int32_t kept = HOPFORM_OK;
-    int64_t end = 0;
-    for (int64_t first = 0; first < count; first = end) {
-        end = many_robots ? first + 1 : count;
-        while (end < count && !hopform_robot_changes_f32(in, end)) {
-            end++;
-        }
-        hopform_plan_f32 plan;
-        const hopform_robot_f32 robot = hopform_robot_of_f32(in, first);
-        const int32_t robot_status = hopform_plan_init_f32(&plan, &robot);
-        const bool few = robot_status < 0 || end - first < FEW_STANCES;
-        const int32_t run = few ? one_by_one(&plan, robot_status, first, end, in, out)
-                                : by_variant(variant, &plan, first, end, in, out);
-        kept = run > kept ? run : kept;
-    }
-    return kept;
-}
-
-/* A lane computes what it does not use as well: what that does to the processor's flags is no news to the caller. */
-static int32_t solve(int32_t variant, int64_t count, const hopform_stances_in_f32 *in,
-                     const hopform_stances_out_f32 *out)
+/* The batch, one run of stances with the same robot after the other. A lane computes what it does not use as well: what
+ * that does to the processor's flags is no news to the caller. */
+static int32_t solve(solver *by, int64_t count, const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
 {
     fenv_t before;
     (void)fegetenv(&before);
-    const int32_t kept = solve_by(variant == HOPFORM_VARIANT_BEST ? best_variant() : variant, count, in, out);
+    int32_t kept = HOPFORM_OK;
+    int64_t end = 0;
+    for (int64_t first = 0; first < count; first = end) {
+        hopform_plan_f32 plan;
+        const hopform_robot_f32 robot = hopform_robot_of_f32(in, first);
+        const int32_t status = hopform_plan_init_f32(&plan, &robot);
+        end = hopform_end_of_run_f32(in, first, count);
+        solver *run = end - first < FEW_STANCES ? hopform_one_by_one_f32 : by;
+        const int32_t put = status < 0 ? refuse(status, &robot, first, end, out) : run(&plan, first, end, in, out);
+        kept = put > kept ? put : kept;
+    }
     (void)fesetenv(&before);
     return kept;
 }
 
 /* ---- what users call ---- */
 
-enum { WRITTEN = RESULTS + 4 };
-
-/* Where results go, and the struct of their addresses, which no result may overlap. */
-static void columns_written(const hopform_stances_out_f32 *out, hopform_elements_f32 columns[WRITTEN])
-{
-    const hopform_output_f32 *const results[RESULTS] = {
-        &out->status, &out->event_count, &out->duration, &out->x1, &out->v1, &out->x2, &out->v2, &out->apex, &out->aed};
-    for (int n = 0; n < RESULTS; n++) {
-        const size_t size = n < 2 ? sizeof(int32_t) : sizeof(float);
-        const hopform_elements_f32 column = {results[n]->first, results[n]->stride, size};
-        columns[n] = column;
-    }
-    const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
-    const size_t phases = out->phase_capacity > 0 ? (size_t)out->phase_capacity : 0;
-    const hopform_elements_f32 others[] = {
-        {out->event_time, (ptrdiff_t)(events * sizeof(float)), events * sizeof(float)},
-        {out->event_kind, (ptrdiff_t)events, events},
-        {out->phases, 0, phases * sizeof *out->phases},
-        {out, 0, sizeof *out},
-    };
-    for (int n = 0; n < WRITTEN - RESULTS; n++) {
-        columns[RESULTS + n] = others[n];
-    }
-}
+enum { WRITTEN = HOPFORM_RESULTS_f32 + 3 };
 
 /* Status of a batch: HOPFORM_OK if it can be solved. */
 static int32_t status_of(int32_t variant, int64_t count, const hopform_stances_in_f32 *in,
@@ -134,34 +82,25 @@ static int32_t status_of(int32_t variant, int64_t count, const hopform_stances_i
         || (out->event_time == NULL) != (out->event_kind == NULL)) {
         return HOPFORM_ERROR_NULL;
     }
-    if (!hopform_has_variant_f32(variant)) {
+    if (solver_of(variant) == NULL) {
         return HOPFORM_ERROR_VARIANT;
     }
-    hopform_elements_f32 written[WRITTEN];
-    columns_written(out, written);
-    const int32_t status = hopform_batch_status_f32(count, in, written, WRITTEN);
-    bool overlap = false;
-    for (int n = 0; n < WRITTEN - 1; n++) {
-        overlap = overlap || hopform_columns_meet_f32(&written[WRITTEN - 1], &written[n], count);
+    const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
+    const size_t phases = out->phase_capacity > 0 ? (size_t)out->phase_capacity : 0;
+    hopform_elements_f32 written[WRITTEN] = {
+        {out->event_time, (ptrdiff_t)(events * sizeof(float)), events * sizeof(float)},
+        {out->event_kind, (ptrdiff_t)events, events},
+        {out->phases, 0, phases * sizeof *out->phases},
+    };
+    const void *first = out;
+    const hopform_output_f32 *results = first;
+    for (int n = 0; n < HOPFORM_RESULTS_f32; n++) {
+        const bool is_code = &results[n] == &out->status || &results[n] == &out->event_count;
+        const hopform_elements_f32 column = {results[n].first, results[n].stride,
+                                              is_code ? sizeof(int32_t) : sizeof(float)};
+        written[n + 3] = column;
     }
-    return status == HOPFORM_OK && overlap ? HOPFORM_ERROR_OVERLAP : status;
-}
-
-/* Every stance refused with a status. */
-static int32_t refuse(int32_t status, int64_t count, const hopform_stances_out_f32 *out)
-{
-    const hopform_stances_out_f32 own = *out; /* which results may overwrite */
-    const int64_t events = own.event_capacity > 0 ? count * own.event_capacity : 0;
-    for (int64_t i = 0; i < count; i++) {
-        hopform_put_refusal_f32(&own, i, status);
-    }
-    for (int64_t n = 0; own.event_time != NULL && n < events; n++) {
-        own.event_time[n] = (float)NAN;
-    }
-    for (int64_t n = 0; own.event_kind != NULL && n < events; n++) {
-        own.event_kind[n] = HOPFORM_EVENT_NONE;
-    }
-    return status;
+    return hopform_batch_status_f32(count, in, out, sizeof *out, written, WRITTEN);
 }
 
 int32_t hopform_solve_stances_by_f32(int32_t variant, int64_t count, const hopform_stances_in_f32 *in,
@@ -171,7 +110,12 @@ int32_t hopform_solve_stances_by_f32(int32_t variant, int64_t count, const hopfo
         return HOPFORM_ERROR_NULL;
     }
     const int32_t status = status_of(variant, count, in, out);
-    return status < 0 ? refuse(status, count, out) : solve(variant, count, in, out);
+    if (status < 0) {
+        const hopform_stances_out_f32 own = *out; /* which results may overwrite */
+        const hopform_robot_f32 none = {0};
+        return refuse(status, &none, 0, count, &own);
+    }
+    return solve(solver_of(variant), count, in, out);
 }
 
 int32_t hopform_solve_stances_f32(int64_t count, const hopform_stances_in_f32 *in,
@@ -186,31 +130,28 @@ void hopform_stance_loop_f32(char **args, const ptrdiff_t *dimensions, const ptr
     if (args == NULL || dimensions == NULL || steps == NULL) {
         return;
     }
-    hopform_stances_in_f32 in;
-    hopform_input_f32 *states[] = {&in.x1, &in.v1, &in.v2, &in.y, &in.u, &in.horizon};
-    const int inputs = (int)(sizeof states / sizeof states[0]);
-    for (int n = 0; n < inputs; n++) {
-        states[n]->first = args[n];
-        states[n]->stride = steps[n];
-    }
+    enum { STATES = HOPFORM_INPUTS_f32 - HOPFORM_ROBOT_FIELDS };
     const float none = (float)NAN;
-    const int fits = dimensions[1] == HOPFORM_ROBOT_FIELDS;
+    const bool fits = dimensions[1] == HOPFORM_ROBOT_FIELDS;
+    hopform_stances_in_f32 in;
+    hopform_stances_out_f32 out = {.phases = NULL};
+    void *place = &in;
+    hopform_input_f32 *inputs = place;
+    for (int n = 0; n < STATES; n++) {
+        inputs[HOPFORM_ROBOT_FIELDS + n].first = args[n];
+        inputs[HOPFORM_ROBOT_FIELDS + n].stride = steps[n];
+    }
     for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
-        in.robot[n].first = fits ? (const void *)(args[inputs] + n * steps[inputs + 1 + RESULTS]) : (const void *)&none;
-        in.robot[n].stride = fits ? steps[inputs] : 0;
+        in.robot[n].first =
+            fits ? (const void *)(args[STATES] + n * steps[STATES + 1 + HOPFORM_RESULTS_f32]) : (const void *)&none;
+        in.robot[n].stride = fits ? steps[STATES] : 0;
     }
     in.max_phases = PHASES_OF_LOOP;
-    hopform_stances_out_f32 out;
-    hopform_output_f32 *results[RESULTS] = {&out.status, &out.duration, &out.x1,  &out.v1,         &out.x2,
-                                             &out.v2,     &out.apex,     &out.aed, &out.event_count};
-    for (int n = 0; n < RESULTS; n++) {
-        results[n]->first = args[inputs + 1 + n];
-        results[n]->stride = steps[inputs + 1 + n];
+    place = &out;
+    hopform_output_f32 *results = place;
+    for (int n = 0; n < HOPFORM_RESULTS_f32; n++) {
+        results[n].first = args[STATES + 1 + n];
+        results[n].stride = steps[STATES + 1 + n];
     }
-    out.phases = NULL;
-    out.phase_capacity = 0;
-    out.event_time = NULL;
-    out.event_kind = NULL;
-    out.event_capacity = 0;
-    (void)solve(HOPFORM_VARIANT_BEST, dimensions[0], &in, &out); /* NumPy copies what overlaps */
+    (void)solve(solver_of(HOPFORM_VARIANT_BEST), dimensions[0], &in, &out); /* NumPy copies what overlaps */
 }

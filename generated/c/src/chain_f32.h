@@ -262,18 +262,19 @@ static inline bool meets_stop_f32(const stance_chain_f32 *chain, const stance_ev
     float high = end->t;
     for (int n = 0; n < 100; n++) {
         const approach_f32 to = approach_of_f32(poles, events->motion, &start, sign, &at.basis);
-        const root_step_f32 step = step_to_stop_f32(poles, &to, at.t, low, high);
-        if (step.arrives) {
+        const root_step_f32 step = step_between_f32(poles, &to.at, to.fourth, at.t, low, high);
+        const bool nears = to.at.rate < 0.0f;
+        if (nears && step.arrives) {
             break;
         }
-        if (step.lands) {
+        if (nears && step.lands) {
             const hopform_basis_f32 carried = carried_basis_f32(poles, &at.basis, step.next - at.t);
             at = propagator_of_f32(poles, step.next, &carried);
             break;
         }
         low = step.low;
         high = step.high;
-        const float next = step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5f * (high - low);
+        const float next = nears && step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5f * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
@@ -299,39 +300,17 @@ static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float
     }
 }
 
-/* What ends the phase at the end of its last interval. */
-static inline stance_phase_end_f32 end_of_f32(const stance_events_f32 *events, const interval_f32 *in, bool stops,
-                                                float limit)
+/* Whether so much of a phase has passed that what y tends to may tell more of a take-off. */
+static inline bool is_late_f32(const hopform_basis_f32 *basis)
 {
-    stance_phase_end_f32 result = {in->high.t, STANCE_END_LIMIT_f32, 0, in->high.basis, 0.0f};
-    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
-    const bool wins = events->rests != END_VELOCITY_2_f32
-                      && !is_takeoff_f32(&events->set, in->found); /* over mass 2 at the same time */
-    if (stops) {
-        result.kind = STANCE_END_STOP_f32;
-    } else if (in->found >= 0 && !(rests && wins)) {
-        result.kind = (stance_end_kind_f32)events->set.function[in->found].kind;
-        result.side = events->set.function[in->found].side;
-    } else if (rests) {
-        result.kind = events->rests;
-    }
-    return result;
-}
-
-/* How near x_1, where it turns at the end of a phase, is to a stop that it touches. */
-static inline float touch_of_stop_f32(const stance_chain_f32 *chain, const hopform_motion_f32 *motion,
-                                      const stance_phase_end_f32 *end)
-{
-    const hopform_state_f32 ahead = from_stop_f32(chain);
-    const bool turns = end->kind == END_VELOCITY_1_f32 && hopform_is_finite_f32(ahead.x1);
-    return turns ? grazing_tolerance_f32(motion, &ahead, &end->basis) : 0.0f;
+    return fabs_f32(basis->Wdd) < 0.25f;
 }
 
 /* How much later than t a take-off late in a phase is, by what y tends to; 0 where that tells no more. */
 static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
                                       const event_function_f32 *leg, const hopform_basis_f32 *basis, float t)
 {
-    if (!(fabs_f32(basis->Wdd) < 0.25f)) {
+    if (!is_late_f32(basis)) {
         return 0.0f;
     }
     const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
@@ -384,61 +363,115 @@ static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, f
 typedef struct {
     stance_events_f32 events;
     interval_f32 in;
+    float limit; /* the end of the phase: since it began, as all its times */
+    bool open;  /* whether an event is still looked for */
 } stance_search_f32;
+
+/* What ends the phase at the end of its last interval. */
+static inline stance_phase_end_f32 end_of_f32(const stance_chain_f32 *chain, const stance_search_f32 *search,
+                                                bool stops)
+{
+    const stance_events_f32 *events = &search->events;
+    const interval_f32 *in = &search->in;
+    const float limit = search->limit;
+    stance_phase_end_f32 result = {in->high.t, STANCE_END_LIMIT_f32, 0, in->high.basis, 0.0f};
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
+    const bool wins = events->rests != END_VELOCITY_2_f32
+                      && !is_takeoff_f32(&events->set, in->found); /* over mass 2 at the same time */
+    if (stops) {
+        result.kind = STANCE_END_STOP_f32;
+    } else if (in->found >= 0 && !(rests && wins)) {
+        result.kind = (stance_end_kind_f32)events->set.function[in->found].kind;
+        result.side = events->set.function[in->found].side;
+    } else if (rests) {
+        result.kind = events->rests;
+    }
+    const hopform_state_f32 ahead = from_stop_f32(chain);
+    if (result.kind == END_VELOCITY_1_f32 && hopform_is_finite_f32(ahead.x1)) {
+        result.touch = grazing_tolerance_f32(events->motion, &ahead, &result.basis);
+    }
+    return result;
+}
+
+/* The search at the start of the phase that starts at the chain's state. */
+static inline void stance_begin_search_f32(const stance_chain_f32 *chain, const hopform_motion_f32 *motion,
+                                            stance_search_f32 *search)
+{
+    const float until = end_of_step_f32(chain) - chain->t;
+    const hopform_basis_f32 start = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    put_events_f32(&search->events, chain, motion);
+    const event_set_f32 *set = &search->events.set;
+    interval_f32 *in = &search->in;
+    in->low = 0.0f;
+    in->high = propagator_of_f32(set->poles, 0.0f, &start);
+    for (int32_t n = 0; n < set->count; n++) {
+        in->from[n] = jet_at_start_f32(set->poles, &set->function[n]);
+    }
+    in->found = lost_at_once_f32(set, in);
+    in->count = 0;
+    search->limit = hopform_lesser_f32(search->events.rest_time, until);
+    search->open = in->found < 0 && search->limit > 0.0f;
+}
+
+/* The next interval, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_interval_f32(const event_set_f32 *set, interval_f32 *in, float limit)
+{
+    begin_interval_f32(set, in);
+    const float quiet = quiet_until_f32(set, in);
+    if (quiet > in->low + 2.0f * set->node->t) {
+        end_interval_at_f32(set, in, quiet < limit ? quiet : limit);
+        return true;
+    }
+    reach_ahead_f32(set, in, limit);
+    return false;
+}
+
+/* The first event, from the first interval on; a root in it that ends it may be known. */
+static inline stance_phase_end_f32 stance_end_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search)
+{
+    const stance_events_f32 *events = &search->events;
+    const event_set_f32 *set = &events->set;
+    const float limit = search->limit;
+    interval_f32 *in = &search->in;
+    bool stops = false;
+    bool certified = true;
+    bool quiet = false;
+    bool open = search->open;
+    while (open) {
+        bool later = !quiet; /* once at most, and then what else happens by then is looked at */
+        for (int n = 0; n < 2 && later && certified; n++) {
+            certified = find_first_root_f32(set, in);
+            cross_at_the_limit_f32(events, limit, in);
+            later = n == 0 && in->found >= 0 && sharpen_takeoff_f32(chain, events, limit, in);
+        }
+        const float t = in->high.t;
+        stops = certified && meets_stop_f32(chain, events, &in->high)
+                && !(is_takeoff_f32(set, in->found) && t <= in->high.t * (1.0f + 8.0f * HOPFORM_EPS_f32));
+        open = in->found < 0 && !stops && certified && in->high.t < limit;
+        quiet = open && next_interval_f32(set, in, limit);
+    }
+    if (!certified) {
+        const propagator_f32 last = propagator_at_f32(set->poles, in->low);
+        const stance_phase_end_f32 result = {in->low, END_UNCERTIFIED_f32, 0, last.basis, 0.0f};
+        return result;
+    }
+    return end_of_f32(chain, search, stops);
+}
 
 /* The first event of the phase that starts at the chain's state. */
 static inline stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *chain,
                                                          const hopform_motion_f32 *motion, stance_search_f32 *search)
 {
-    const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, chain->side_1, chain->side_2);
-    const float until = end_of_step_f32(chain) - chain->t;
-    const hopform_basis_f32 start = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     if (chain->side_1 == 0 && chain->side_2 == 0) {
-        const stance_phase_end_f32 result = {until, STANCE_END_LIMIT_f32, 0, start, 0.0f};
+        const hopform_basis_f32 start = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        const stance_phase_end_f32 result = {end_of_step_f32(chain) - chain->t, STANCE_END_LIMIT_f32, 0, start, 0.0f};
         return result;
     }
-    stance_events_f32 *events = &search->events;
-    interval_f32 *in = &search->in;
-    put_events_f32(events, chain, motion);
-    const event_set_f32 *set = &events->set;
-    const float limit = events->rest_time < until ? events->rest_time : until;
-    in->low = 0.0f;
-    in->high = propagator_of_f32(poles, 0.0f, &start);
-    for (int32_t n = 0; n < set->count; n++) {
-        in->from[n] = jet_at_start_f32(poles, &set->function[n]);
+    stance_begin_search_f32(chain, motion, search);
+    if (search->open) {
+        reach_ahead_f32(&search->events.set, &search->in, search->limit);
     }
-    in->found = lost_at_once_f32(set, in);
-    in->count = 0;
-    bool stops = false;
-    bool certified = true;
-    for (bool first = true; in->found < 0 && !stops && certified && in->high.t < limit; first = false) {
-        if (!first) {
-            begin_interval_f32(set, in);
-        }
-        const float quiet = first ? 0.0f : quiet_until_f32(set, in);
-        if (quiet > in->low + 2.0f * set->node->t) {
-            end_interval_at_f32(set, in, quiet < limit ? quiet : limit);
-        } else {
-            reach_ahead_f32(set, in, limit);
-            bool later = true; /* once at most, and then what else happens by then is looked at */
-            for (int n = 0; n < 2 && later && certified; n++) {
-                certified = find_first_root_f32(set, in);
-                cross_at_the_limit_f32(events, limit, in);
-                later = n == 0 && in->found >= 0 && sharpen_takeoff_f32(chain, events, limit, in);
-            }
-        }
-        const float t = in->high.t;
-        stops = certified && meets_stop_f32(chain, events, &in->high)
-                && !(is_takeoff_f32(set, in->found) && t <= in->high.t * (1.0f + 8.0f * HOPFORM_EPS_f32));
-    }
-    if (!certified) {
-        const propagator_f32 last = propagator_at_f32(poles, in->low);
-        const stance_phase_end_f32 result = {in->low, END_UNCERTIFIED_f32, 0, last.basis, 0.0f};
-        return result;
-    }
-    stance_phase_end_f32 result = end_of_f32(events, in, stops, limit);
-    result.touch = touch_of_stop_f32(chain, motion, &result);
-    return result;
+    return stance_end_search_f32(chain, search);
 }
 
 /* ---- the chain ---- */

@@ -262,18 +262,19 @@ static inline bool meets_stop_f64(const stance_chain_f64 *chain, const stance_ev
     double high = end->t;
     for (int n = 0; n < 100; n++) {
         const approach_f64 to = approach_of_f64(poles, events->motion, &start, sign, &at.basis);
-        const root_step_f64 step = step_to_stop_f64(poles, &to, at.t, low, high);
-        if (step.arrives) {
+        const root_step_f64 step = step_between_f64(poles, &to.at, to.fourth, at.t, low, high);
+        const bool nears = to.at.rate < 0.0;
+        if (nears && step.arrives) {
             break;
         }
-        if (step.lands) {
+        if (nears && step.lands) {
             const hopform_basis_f64 carried = carried_basis_f64(poles, &at.basis, step.next - at.t);
             at = propagator_of_f64(poles, step.next, &carried);
             break;
         }
         low = step.low;
         high = step.high;
-        const double next = step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5 * (high - low);
+        const double next = nears && step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5 * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
@@ -299,39 +300,17 @@ static inline void cross_at_the_limit_f64(const stance_events_f64 *events, doubl
     }
 }
 
-/* What ends the phase at the end of its last interval. */
-static inline stance_phase_end_f64 end_of_f64(const stance_events_f64 *events, const interval_f64 *in, bool stops,
-                                                double limit)
+/* Whether so much of a phase has passed that what y tends to may tell more of a take-off. */
+static inline bool is_late_f64(const hopform_basis_f64 *basis)
 {
-    stance_phase_end_f64 result = {in->high.t, STANCE_END_LIMIT_f64, 0, in->high.basis, 0.0};
-    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
-    const bool wins = events->rests != END_VELOCITY_2_f64
-                      && !is_takeoff_f64(&events->set, in->found); /* over mass 2 at the same time */
-    if (stops) {
-        result.kind = STANCE_END_STOP_f64;
-    } else if (in->found >= 0 && !(rests && wins)) {
-        result.kind = (stance_end_kind_f64)events->set.function[in->found].kind;
-        result.side = events->set.function[in->found].side;
-    } else if (rests) {
-        result.kind = events->rests;
-    }
-    return result;
-}
-
-/* How near x_1, where it turns at the end of a phase, is to a stop that it touches. */
-static inline double touch_of_stop_f64(const stance_chain_f64 *chain, const hopform_motion_f64 *motion,
-                                      const stance_phase_end_f64 *end)
-{
-    const hopform_state_f64 ahead = from_stop_f64(chain);
-    const bool turns = end->kind == END_VELOCITY_1_f64 && hopform_is_finite_f64(ahead.x1);
-    return turns ? grazing_tolerance_f64(motion, &ahead, &end->basis) : 0.0;
+    return fabs_f64(basis->Wdd) < 0.25;
 }
 
 /* How much later than t a take-off late in a phase is, by what y tends to; 0 where that tells no more. */
 static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
                                       const event_function_f64 *leg, const hopform_basis_f64 *basis, double t)
 {
-    if (!(fabs_f64(basis->Wdd) < 0.25)) {
+    if (!is_late_f64(basis)) {
         return 0.0;
     }
     const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
@@ -384,61 +363,115 @@ static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, d
 typedef struct {
     stance_events_f64 events;
     interval_f64 in;
+    double limit; /* the end of the phase: since it began, as all its times */
+    bool open;  /* whether an event is still looked for */
 } stance_search_f64;
+
+/* What ends the phase at the end of its last interval. */
+static inline stance_phase_end_f64 end_of_f64(const stance_chain_f64 *chain, const stance_search_f64 *search,
+                                                bool stops)
+{
+    const stance_events_f64 *events = &search->events;
+    const interval_f64 *in = &search->in;
+    const double limit = search->limit;
+    stance_phase_end_f64 result = {in->high.t, STANCE_END_LIMIT_f64, 0, in->high.basis, 0.0};
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
+    const bool wins = events->rests != END_VELOCITY_2_f64
+                      && !is_takeoff_f64(&events->set, in->found); /* over mass 2 at the same time */
+    if (stops) {
+        result.kind = STANCE_END_STOP_f64;
+    } else if (in->found >= 0 && !(rests && wins)) {
+        result.kind = (stance_end_kind_f64)events->set.function[in->found].kind;
+        result.side = events->set.function[in->found].side;
+    } else if (rests) {
+        result.kind = events->rests;
+    }
+    const hopform_state_f64 ahead = from_stop_f64(chain);
+    if (result.kind == END_VELOCITY_1_f64 && hopform_is_finite_f64(ahead.x1)) {
+        result.touch = grazing_tolerance_f64(events->motion, &ahead, &result.basis);
+    }
+    return result;
+}
+
+/* The search at the start of the phase that starts at the chain's state. */
+static inline void stance_begin_search_f64(const stance_chain_f64 *chain, const hopform_motion_f64 *motion,
+                                            stance_search_f64 *search)
+{
+    const double until = end_of_step_f64(chain) - chain->t;
+    const hopform_basis_f64 start = {1.0, 0.0, 0.0, 0.0, 0.0};
+    put_events_f64(&search->events, chain, motion);
+    const event_set_f64 *set = &search->events.set;
+    interval_f64 *in = &search->in;
+    in->low = 0.0;
+    in->high = propagator_of_f64(set->poles, 0.0, &start);
+    for (int32_t n = 0; n < set->count; n++) {
+        in->from[n] = jet_at_start_f64(set->poles, &set->function[n]);
+    }
+    in->found = lost_at_once_f64(set, in);
+    in->count = 0;
+    search->limit = hopform_lesser_f64(search->events.rest_time, until);
+    search->open = in->found < 0 && search->limit > 0.0;
+}
+
+/* The next interval, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_interval_f64(const event_set_f64 *set, interval_f64 *in, double limit)
+{
+    begin_interval_f64(set, in);
+    const double quiet = quiet_until_f64(set, in);
+    if (quiet > in->low + 2.0 * set->node->t) {
+        end_interval_at_f64(set, in, quiet < limit ? quiet : limit);
+        return true;
+    }
+    reach_ahead_f64(set, in, limit);
+    return false;
+}
+
+/* The first event, from the first interval on; a root in it that ends it may be known. */
+static inline stance_phase_end_f64 stance_end_search_f64(const stance_chain_f64 *chain, stance_search_f64 *search)
+{
+    const stance_events_f64 *events = &search->events;
+    const event_set_f64 *set = &events->set;
+    const double limit = search->limit;
+    interval_f64 *in = &search->in;
+    bool stops = false;
+    bool certified = true;
+    bool quiet = false;
+    bool open = search->open;
+    while (open) {
+        bool later = !quiet; /* once at most, and then what else happens by then is looked at */
+        for (int n = 0; n < 2 && later && certified; n++) {
+            certified = find_first_root_f64(set, in);
+            cross_at_the_limit_f64(events, limit, in);
+            later = n == 0 && in->found >= 0 && sharpen_takeoff_f64(chain, events, limit, in);
+        }
+        const double t = in->high.t;
+        stops = certified && meets_stop_f64(chain, events, &in->high)
+                && !(is_takeoff_f64(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_f64));
+        open = in->found < 0 && !stops && certified && in->high.t < limit;
+        quiet = open && next_interval_f64(set, in, limit);
+    }
+    if (!certified) {
+        const propagator_f64 last = propagator_at_f64(set->poles, in->low);
+        const stance_phase_end_f64 result = {in->low, END_UNCERTIFIED_f64, 0, last.basis, 0.0};
+        return result;
+    }
+    return end_of_f64(chain, search, stops);
+}
 
 /* The first event of the phase that starts at the chain's state. */
 static inline stance_phase_end_f64 stance_find_end_f64(const stance_chain_f64 *chain,
                                                          const hopform_motion_f64 *motion, stance_search_f64 *search)
 {
-    const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, chain->side_1, chain->side_2);
-    const double until = end_of_step_f64(chain) - chain->t;
-    const hopform_basis_f64 start = {1.0, 0.0, 0.0, 0.0, 0.0};
     if (chain->side_1 == 0 && chain->side_2 == 0) {
-        const stance_phase_end_f64 result = {until, STANCE_END_LIMIT_f64, 0, start, 0.0};
+        const hopform_basis_f64 start = {1.0, 0.0, 0.0, 0.0, 0.0};
+        const stance_phase_end_f64 result = {end_of_step_f64(chain) - chain->t, STANCE_END_LIMIT_f64, 0, start, 0.0};
         return result;
     }
-    stance_events_f64 *events = &search->events;
-    interval_f64 *in = &search->in;
-    put_events_f64(events, chain, motion);
-    const event_set_f64 *set = &events->set;
-    const double limit = events->rest_time < until ? events->rest_time : until;
-    in->low = 0.0;
-    in->high = propagator_of_f64(poles, 0.0, &start);
-    for (int32_t n = 0; n < set->count; n++) {
-        in->from[n] = jet_at_start_f64(poles, &set->function[n]);
+    stance_begin_search_f64(chain, motion, search);
+    if (search->open) {
+        reach_ahead_f64(&search->events.set, &search->in, search->limit);
     }
-    in->found = lost_at_once_f64(set, in);
-    in->count = 0;
-    bool stops = false;
-    bool certified = true;
-    for (bool first = true; in->found < 0 && !stops && certified && in->high.t < limit; first = false) {
-        if (!first) {
-            begin_interval_f64(set, in);
-        }
-        const double quiet = first ? 0.0 : quiet_until_f64(set, in);
-        if (quiet > in->low + 2.0 * set->node->t) {
-            end_interval_at_f64(set, in, quiet < limit ? quiet : limit);
-        } else {
-            reach_ahead_f64(set, in, limit);
-            bool later = true; /* once at most, and then what else happens by then is looked at */
-            for (int n = 0; n < 2 && later && certified; n++) {
-                certified = find_first_root_f64(set, in);
-                cross_at_the_limit_f64(events, limit, in);
-                later = n == 0 && in->found >= 0 && sharpen_takeoff_f64(chain, events, limit, in);
-            }
-        }
-        const double t = in->high.t;
-        stops = certified && meets_stop_f64(chain, events, &in->high)
-                && !(is_takeoff_f64(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_f64));
-    }
-    if (!certified) {
-        const propagator_f64 last = propagator_at_f64(poles, in->low);
-        const stance_phase_end_f64 result = {in->low, END_UNCERTIFIED_f64, 0, last.basis, 0.0};
-        return result;
-    }
-    stance_phase_end_f64 result = end_of_f64(events, in, stops, limit);
-    result.touch = touch_of_stop_f64(chain, motion, &result);
-    return result;
+    return stance_end_search_f64(chain, search);
 }
 
 /* ---- the chain ---- */

@@ -83,30 +83,23 @@ static inline bool hopform_columns_meet_f32(const hopform_elements_f32 *one, con
     return meet;
 }
 
-enum { HOPFORM_COLUMNS_READ_f32 = HOPFORM_ROBOT_FIELDS + 6 };
+/* The columns that are read stand one after the other in their struct, and so do those of results. */
+enum { HOPFORM_INPUTS_f32 = HOPFORM_ROBOT_FIELDS + 6, HOPFORM_RESULTS_f32 = 9 };
 
-/* Where the numbers of stances are read. */
-static inline void hopform_columns_of_f32(const hopform_stances_in_f32 *in,
-                                           hopform_elements_f32 columns[HOPFORM_COLUMNS_READ_f32])
+/* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may
+ * overlap `itself` either. */
+static inline int32_t hopform_batch_status_f32(int64_t count, const hopform_stances_in_f32 *in, const void *itself,
+                                                size_t size, const hopform_elements_f32 *written, int written_count)
 {
-    const hopform_input_f32 *const states[] = {&in->x1, &in->v1, &in->v2, &in->y, &in->u, &in->horizon};
-    for (int n = 0; n < HOPFORM_COLUMNS_READ_f32; n++) {
-        const hopform_input_f32 *from = n < HOPFORM_ROBOT_FIELDS ? &in->robot[n] : states[n - HOPFORM_ROBOT_FIELDS];
-        const hopform_elements_f32 column = {from->first, from->stride, sizeof(float)};
-        columns[n] = column;
-    }
-}
-
-/* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. */
-static inline int32_t hopform_batch_status_f32(int64_t count, const hopform_stances_in_f32 *in,
-                                                const hopform_elements_f32 *written, int written_count)
-{
-    hopform_elements_f32 read[HOPFORM_COLUMNS_READ_f32 + 1];
-    hopform_columns_of_f32(in, read);
-    const hopform_elements_f32 itself = {in, 0, sizeof *in};
-    read[HOPFORM_COLUMNS_READ_f32] = itself;
+    hopform_elements_f32 read[HOPFORM_INPUTS_f32 + 2] = {{in, 0, sizeof *in}, {itself, 0, size}};
+    const void *first = in;
+    const hopform_input_f32 *columns = first;
     int32_t status = HOPFORM_OK;
-    for (int i = 0; i <= HOPFORM_COLUMNS_READ_f32; i++) {
+    for (int n = 0; n < HOPFORM_INPUTS_f32; n++) {
+        const hopform_elements_f32 column = {columns[n].first, columns[n].stride, sizeof(float)};
+        read[n + 2] = column;
+    }
+    for (int i = 0; i < HOPFORM_INPUTS_f32 + 2; i++) {
         if (read[i].first == NULL && count > 0) {
             return HOPFORM_ERROR_NULL;
         }
@@ -129,37 +122,53 @@ static inline hopform_robot_f32 hopform_robot_of_f32(const hopform_stances_in_f3
     return robot;
 }
 
-/* Whether a robot's parameter has a place of its own for each stance. */
-static inline bool hopform_has_many_robots_f32(const hopform_stances_in_f32 *in)
+/* The end of a run of stances with the same robot; NaN differs from everything. */
+static inline int64_t hopform_end_of_run_f32(const hopform_stances_in_f32 *in, int64_t first, int64_t count)
 {
+    int64_t end = count;
     for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
-        if (in->robot[n].stride != 0) {
-            return true;
+        const float here = hopform_number_f32(&in->robot[n], first);
+        for (int64_t i = first + 1; i < end && in->robot[n].stride != 0; i++) {
+            const float there = hopform_number_f32(&in->robot[n], i);
+            end = here <= there && here >= there ? end : i;
         }
     }
-    return false;
-}
-
-/* Whether stance i has another robot than the one before; NaN differs from everything. */
-static inline bool hopform_robot_changes_f32(const hopform_stances_in_f32 *in, int64_t i)
-{
-    for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
-        if (in->robot[n].stride != 0) {
-            const float before = hopform_number_f32(&in->robot[n], i - 1);
-            const float now = hopform_number_f32(&in->robot[n], i);
-            if (!(before <= now && before >= now)) {
-                return true;
-            }
-        }
-    }
-    return false;
+    return end;
 }
 
 /* ---- the results ---- */
 
-static inline void hopform_put_stance_f32(const hopform_stances_out_f32 *out, int64_t i,
-                                           const hopform_robot_f32 *robot, const hopform_stance_f32 *stance)
+/* The events among the phases kept, where they are wanted; true if they are all that there are. */
+static inline bool hopform_put_events_f32(const hopform_stances_out_f32 *out, int64_t i,
+                                           const hopform_stance_f32 *stance, const hopform_phase_f32 *phases)
 {
+    int32_t from = 0;
+    int32_t found = 0;
+    for (int32_t n = 0; n < out->event_capacity; n++) {
+        while (from < stance->phases_kept && phases[from].event == HOPFORM_EVENT_NONE) {
+            from++;
+        }
+        const bool has = from < stance->phases_kept;
+        if (out->event_time != NULL) {
+            out->event_time[i * out->event_capacity + n] = has ? phases[from].t : (float)NAN;
+        }
+        if (out->event_kind != NULL) {
+            out->event_kind[i * out->event_capacity + n] = (int8_t)(has ? phases[from].event : HOPFORM_EVENT_NONE);
+        }
+        from++;
+        found += has ? 1 : 0;
+    }
+    return out->event_time == NULL || found == stance->event_count;
+}
+
+/* Put stance i, solved or refused, where it belongs; HOPFORM_PHASES_NOT_KEPT if its events do not fit. */
+static inline int32_t hopform_put_stance_f32(const hopform_stances_out_f32 *out, int64_t i,
+                                              const hopform_robot_f32 *robot, int32_t status,
+                                              const hopform_stance_f32 *solved, const hopform_phase_f32 *phases)
+{
+    const float none = (float)NAN;
+    const hopform_stance_f32 refused = {none, {none, none, none, none}, none, none, none, status, 0, 0, 0};
+    const hopform_stance_f32 *stance = status < 0 ? &refused : solved;
     const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f32(robot) > 0.0f;
     hopform_put_code_f32(&out->status, i, stance->ending);
     hopform_put_f32(&out->duration, i, stance->duration);
@@ -167,41 +176,10 @@ static inline void hopform_put_stance_f32(const hopform_stances_out_f32 *out, in
     hopform_put_f32(&out->v1, i, stance->end.v1);
     hopform_put_f32(&out->x2, i, hopform_body_height_f32(robot, stance->end.x1, stance->end.y));
     hopform_put_f32(&out->v2, i, stance->end.v2);
-    hopform_put_f32(&out->apex, i, flies ? stance->apex : (float)NAN);
+    hopform_put_f32(&out->apex, i, flies ? stance->apex : none);
     hopform_put_f32(&out->aed, i, stance->aed);
     hopform_put_code_f32(&out->event_count, i, stance->event_count);
-}
-
-static inline void hopform_put_refusal_f32(const hopform_stances_out_f32 *out, int64_t i, int32_t status)
-{
-    const hopform_output_f32 *numbers[] = {&out->duration, &out->x1,   &out->v1, &out->x2,
-                                            &out->v2,       &out->apex, &out->aed};
-    hopform_put_code_f32(&out->status, i, status);
-    hopform_put_code_f32(&out->event_count, i, 0);
-    for (int n = 0; n < (int)(sizeof numbers / sizeof numbers[0]); n++) {
-        hopform_put_f32(numbers[n], i, (float)NAN);
-    }
-}
-
-/* The events among the phases kept; true if they are all that there are. */
-static inline bool hopform_put_events_f32(const hopform_stances_out_f32 *out, int64_t i,
-                                           const hopform_stance_f32 *stance, const hopform_phase_f32 *phases)
-{
-    float *times = out->event_time + i * out->event_capacity;
-    int8_t *kinds = out->event_kind + i * out->event_capacity;
-    int32_t found = 0;
-    for (int32_t n = 0; n < stance->phases_kept && found < out->event_capacity; n++) {
-        if (phases[n].event != HOPFORM_EVENT_NONE) {
-            times[found] = phases[n].t;
-            kinds[found] = phases[n].event;
-            found++;
-        }
-    }
-    for (int32_t n = found; n < out->event_capacity; n++) {
-        times[n] = (float)NAN;
-        kinds[n] = HOPFORM_EVENT_NONE;
-    }
-    return found == stance->event_count;
+    return hopform_put_events_f32(out, i, stance, phases) ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
 }
 
 /* ---- one stance ---- */
@@ -219,34 +197,32 @@ static inline hopform_state_f32 hopform_start_of_f32(const hopform_stances_in_f3
     return start;
 }
 
-/* Put stance i, solved or refused, where it belongs; HOPFORM_PHASES_NOT_KEPT if its events do not fit. */
-static inline int32_t hopform_put_solved_f32(const hopform_stances_out_f32 *out, int64_t i,
-                                              const hopform_robot_f32 *robot, int32_t status,
-                                              const hopform_stance_f32 *stance, const hopform_phase_f32 *phases)
-{
-    if (status < 0) {
-        hopform_put_refusal_f32(out, i, status);
-    } else {
-        hopform_put_stance_f32(out, i, robot, stance);
-    }
-    const bool listed = out->event_time == NULL || hopform_put_events_f32(out, i, stance, phases);
-    return listed ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
-}
-
-/* Solve stance i by itself; HOPFORM_PHASES_NOT_KEPT if its events did not fit. */
-static inline int32_t hopform_solve_column_f32(const hopform_plan_f32 *plan, int32_t robot_status,
-                                                const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out,
-                                                int64_t i)
+/* Solve stance i of a robot by itself. */
+static inline int32_t hopform_solve_column_f32(const hopform_plan_f32 *plan, const hopform_stances_in_f32 *in,
+                                                int64_t i, hopform_step_f32 *step, hopform_phase_f32 *phases,
+                                                int32_t capacity, hopform_stance_f32 *stance)
 {
     const hopform_state_f32 start = hopform_start_of_f32(in, i);
-    const hopform_step_f32 step = {0.0f, hopform_number_f32(&in->u, i)};
-    hopform_stance_f32 stance = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
-    int32_t status = robot_status;
-    if (status >= 0) {
-        status = hopform_solve_stance_f32(plan, &start, &step, 1, hopform_number_f32(&in->horizon, i), in->max_phases,
-                                           out->phases, hopform_phases_wanted_f32(out), &stance);
+    step->t = 0.0f;
+    step->u = hopform_number_f32(&in->u, i);
+    return hopform_solve_stance_f32(plan, &start, step, 1, hopform_number_f32(&in->horizon, i), in->max_phases,
+                                     phases, capacity, stance);
+}
+
+/* Solve some stances of a robot one by one; HOPFORM_PHASES_NOT_KEPT if events of one did not fit. */
+static inline int32_t hopform_one_by_one_f32(const hopform_plan_f32 *plan, int64_t first, int64_t end,
+                                              const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
+{
+    int32_t kept = HOPFORM_OK;
+    for (int64_t i = first; i < end; i++) {
+        hopform_step_f32 step;
+        hopform_stance_f32 stance;
+        const int32_t status =
+            hopform_solve_column_f32(plan, in, i, &step, out->phases, hopform_phases_wanted_f32(out), &stance);
+        const int32_t put = hopform_put_stance_f32(out, i, &plan->robot, status, &stance, out->phases);
+        kept = put > kept ? put : kept;
     }
-    return hopform_put_solved_f32(out, i, &plan->robot, status, &stance, out->phases);
+    return kept;
 }
 
 #endif

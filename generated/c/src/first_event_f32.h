@@ -552,13 +552,6 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
     }
 }
 
-/* Whether a function has a root within rounding of that of another, at the end of an interval of length h. */
-static inline bool is_tie_f32(const jet_f32 *at, float rounding, float h, float other_rate, float other_rounding)
-{
-    return (at->rate * h < -16.0f * rounding)
-           & ((at->value - 4.0f * rounding) * fabs_f32(other_rate) < fabs_f32(at->rate) * other_rounding);
-}
-
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
 static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
 {
@@ -567,7 +560,8 @@ static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
         const float other = in->to[in->found].rate;
         const float rounding = rounding_of_f32(&set->function[n], &in->high, at->rate);
         const float of_other = rounding_of_f32(&set->function[in->found], &in->high, other);
-        if (is_tie_f32(at, rounding, in->high.t - in->low, other, of_other)) {
+        if (at->rate * (in->high.t - in->low) < -16.0f * rounding
+            && (at->value - 4.0f * rounding) * fabs_f32(other) < fabs_f32(at->rate) * of_other) {
             in->found = n;
         }
     }
@@ -592,20 +586,14 @@ static inline float deflated_f32(const event_set_f32 *set, const event_function_
     return at->curvature + set->node->pole * at->rate;
 }
 
-/* What the rules rest on: at the end of the interval no function but that with its root there is below zero. */
-static inline bool is_above_zero_f32(const jet_f32 *to, float rounding)
-{
-    return !(to->value < -rounding);
-}
-
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
 static inline bool is_certified_f32(const event_set_f32 *set, const interval_f32 *in, int32_t n)
 {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     const jet_f32 *to = &in->to[n];
-    if (to->value < 0.0f && n != in->found && !is_above_zero_f32(to, rounding_of_f32(g, &in->high, to->rate))) {
-        return false;
+    if (to->value < 0.0f && n != in->found && to->value < -rounding_of_f32(g, &in->high, to->rate)) {
+        return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const float d = deflated_f32(set, g, from, in->low);
     const float d_then = deflated_f32(set, g, to, in->high.t);
@@ -787,21 +775,22 @@ static inline float grazing_tolerance_f32(const hopform_motion_f32 *motion, cons
               + fabs_f32(motion->N1_1 * basis->W1) + fabs_f32(motion->N0_1 * basis->W2));
 }
 
-/* How far x_1 is beyond a stop, from which `start` counts it, with its derivatives up to the fourth. */
+/* A value with its derivatives up to the fourth. */
 typedef struct {
     jet_f32 at;
     float fourth;
 } approach_f32;
 
+/* How far x_1 is short of the stop ahead, from which `start` counts it. */
 static inline approach_f32 approach_of_f32(const hopform_poles_f32 *poles, const hopform_motion_f32 *motion,
-                                             const hopform_state_f32 *start, float sign,
+                                             const hopform_state_f32 *start, float side,
                                              const hopform_basis_f32 *basis)
 {
     const hopform_numerator_f32 h = {motion->H3_1, motion->H2_1, motion->H1_1};
     const hopform_rise_f32 rise = hopform_step_response_f32(poles, &h, basis);
     const hopform_at_f32 at = hopform_state_at_f32(start, motion, basis);
-    const approach_f32 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
-                              sign * rise.rise_third};
+    const approach_f32 to = {{-side * at.x1_t, -side * at.v1_t, -side * rise.rise_rate, -side * rise.rise_curvature},
+                              -side * rise.rise_third};
     return to;
 }
 
@@ -811,22 +800,6 @@ static inline bool is_beyond_stop_f32(const hopform_motion_f32 *motion, const ho
 {
     const float beyond = sign * hopform_state_at_f32(start, motion, basis).x1_t;
     return beyond > 0.0f && beyond > grazing_tolerance_f32(motion, start, basis);
-}
-
-/* A step towards the time at which x_1, short of its stop at the lower time, meets it. */
-static inline root_step_f32 step_to_stop_f32(const hopform_poles_f32 *poles, const approach_f32 *to, float t,
-                                               float low, float high)
-{
-    const bool arrives = fabs_f32(to->at.value) <= HOPFORM_EPS_f32 * t * to->at.rate;
-    const bool beyond = to->at.value > 0.0f;
-    const float step = step_to_root_f32(&to->at);
-    const float next = t - step;
-    const float from = beyond ? low : t;
-    const float until = beyond ? t : high;
-    const bool inside = (to->at.rate > 0.0f) & (next > from) & (next < until);
-    const bool lands = (!arrives) & inside & step_converges_f32(poles, &to->at, to->fourth, next, step);
-    const root_step_f32 towards = {arrives, lands, inside, from, until, next};
-    return towards;
 }
 
 #endif

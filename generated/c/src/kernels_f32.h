@@ -273,56 +273,31 @@ static inline hopform_decay_f32 hopform_decay_at_f32(float a, float t)
     return hopform_decay_of_exp_f32(a, t, hopform_exp_f32(-z));
 }
 
-/* The series of the two highest integrals of R, by its last two terms. */
-typedef struct {
-    float before, term, R2, R3;
-} hopform_pair_terms_f32;
-
-static inline hopform_pair_terms_f32 hopform_first_pair_terms_f32(void)
-{
-    const hopform_pair_terms_f32 terms = {0.0f, 1.0f / 6.0f, 1.0f / 6.0f, 1.0f / 24.0f};
-    return terms;
-}
-
-/* Terms n and n + 1 of it: p t and q t^2, times -1. */
-static inline void hopform_add_pair_terms_f32(hopform_pair_terms_f32 *terms, float pt, float qtt, int n)
-{
-    const float *inverse = &hopform_inverse_f32[n];
-    const float next = (pt * terms->term + qtt * terms->before * inverse[2]) * inverse[3];
-    const float last = (pt * next + qtt * terms->term * inverse[3]) * inverse[4];
-    terms->before = next;
-    terms->term = last;
-    terms->R2 = terms->R2 + next + last;
-    terms->R3 = terms->R3 + next * inverse[4] + last * inverse[5];
-}
-
-static inline bool hopform_pair_terms_end_f32(const hopform_pair_terms_f32 *terms)
-{
-    return fabs_f32(terms->term) + fabs_f32(terms->before) < 0.01f * HOPFORM_EPS_f32;
-}
-
-static inline hopform_pair_f32 hopform_pair_of_terms_f32(const hopform_poles_f32 *poles, float t,
-                                                           const hopform_pair_terms_f32 *terms)
-{
-    const hopform_pair_series_f32 series = {terms->R2 * (t * t * t), terms->R3 * (t * t * t * t)};
-    const hopform_known_pair_f32 known = hopform_pair_from_series_f32(poles, &series, t);
-    const hopform_pair_f32 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
-    return pair;
-}
-
-/* R over a time that is short for the pair. */
+/* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */
 static inline hopform_pair_f32 hopform_short_pair_f32(const hopform_poles_f32 *poles, float t)
 {
     const float pt = -(poles->p * t);
     const float qtt = -(poles->q * t * t);
-    hopform_pair_terms_f32 terms = hopform_first_pair_terms_f32();
+    float before = 0.0f;
+    float term = 1.0f / 6.0f;
+    float R2 = 1.0f / 6.0f;
+    float R3 = 1.0f / 24.0f;
     for (int n = 1; n < HOPFORM_TERMS_f32 - 1; n += 2) {
-        hopform_add_pair_terms_f32(&terms, pt, qtt, n);
-        if (hopform_pair_terms_end_f32(&terms)) {
+        const float *inverse = &hopform_inverse_f32[n];
+        const float next = (pt * term + qtt * before * inverse[2]) * inverse[3];
+        const float last = (pt * next + qtt * term * inverse[3]) * inverse[4];
+        before = next;
+        term = last;
+        R2 = R2 + next + last;
+        R3 = R3 + next * inverse[4] + last * inverse[5];
+        if (fabs_f32(term) + fabs_f32(before) < 0.01f * HOPFORM_EPS_f32) {
             break;
         }
     }
-    return hopform_pair_of_terms_f32(poles, t, &terms);
+    const hopform_pair_series_f32 series = {R2 * (t * t * t), R3 * (t * t * t * t)};
+    const hopform_known_pair_f32 known = hopform_pair_from_series_f32(poles, &series, t);
+    const hopform_pair_f32 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
+    return pair;
 }
 
 static inline hopform_pair_f32 hopform_pair_of_core_f32(const hopform_poles_f32 *poles, float t,

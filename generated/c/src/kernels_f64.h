@@ -273,56 +273,31 @@ static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
     return hopform_decay_of_exp_f64(a, t, hopform_exp_f64(-z));
 }
 
-/* The series of the two highest integrals of R, by its last two terms. */
-typedef struct {
-    double before, term, R2, R3;
-} hopform_pair_terms_f64;
-
-static inline hopform_pair_terms_f64 hopform_first_pair_terms_f64(void)
-{
-    const hopform_pair_terms_f64 terms = {0.0, 1.0 / 6.0, 1.0 / 6.0, 1.0 / 24.0};
-    return terms;
-}
-
-/* Terms n and n + 1 of it: p t and q t^2, times -1. */
-static inline void hopform_add_pair_terms_f64(hopform_pair_terms_f64 *terms, double pt, double qtt, int n)
-{
-    const double *inverse = &hopform_inverse_f64[n];
-    const double next = (pt * terms->term + qtt * terms->before * inverse[2]) * inverse[3];
-    const double last = (pt * next + qtt * terms->term * inverse[3]) * inverse[4];
-    terms->before = next;
-    terms->term = last;
-    terms->R2 = terms->R2 + next + last;
-    terms->R3 = terms->R3 + next * inverse[4] + last * inverse[5];
-}
-
-static inline bool hopform_pair_terms_end_f64(const hopform_pair_terms_f64 *terms)
-{
-    return fabs_f64(terms->term) + fabs_f64(terms->before) < 0.01 * HOPFORM_EPS_f64;
-}
-
-static inline hopform_pair_f64 hopform_pair_of_terms_f64(const hopform_poles_f64 *poles, double t,
-                                                           const hopform_pair_terms_f64 *terms)
-{
-    const hopform_pair_series_f64 series = {terms->R2 * (t * t * t), terms->R3 * (t * t * t * t)};
-    const hopform_known_pair_f64 known = hopform_pair_from_series_f64(poles, &series, t);
-    const hopform_pair_f64 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
-    return pair;
-}
-
-/* R over a time that is short for the pair. */
+/* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */
 static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *poles, double t)
 {
     const double pt = -(poles->p * t);
     const double qtt = -(poles->q * t * t);
-    hopform_pair_terms_f64 terms = hopform_first_pair_terms_f64();
+    double before = 0.0;
+    double term = 1.0 / 6.0;
+    double R2 = 1.0 / 6.0;
+    double R3 = 1.0 / 24.0;
     for (int n = 1; n < HOPFORM_TERMS_f64 - 1; n += 2) {
-        hopform_add_pair_terms_f64(&terms, pt, qtt, n);
-        if (hopform_pair_terms_end_f64(&terms)) {
+        const double *inverse = &hopform_inverse_f64[n];
+        const double next = (pt * term + qtt * before * inverse[2]) * inverse[3];
+        const double last = (pt * next + qtt * term * inverse[3]) * inverse[4];
+        before = next;
+        term = last;
+        R2 = R2 + next + last;
+        R3 = R3 + next * inverse[4] + last * inverse[5];
+        if (fabs_f64(term) + fabs_f64(before) < 0.01 * HOPFORM_EPS_f64) {
             break;
         }
     }
-    return hopform_pair_of_terms_f64(poles, t, &terms);
+    const hopform_pair_series_f64 series = {R2 * (t * t * t), R3 * (t * t * t * t)};
+    const hopform_known_pair_f64 known = hopform_pair_from_series_f64(poles, &series, t);
+    const hopform_pair_f64 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
+    return pair;
 }
 
 static inline hopform_pair_f64 hopform_pair_of_core_f64(const hopform_poles_f64 *poles, double t,

@@ -8,19 +8,9 @@
 
 enum { APEX = 5, ROW = HOPFORM_SENSITIVITY_COLUMNS, MATRIX = HOPFORM_SENSITIVITY_ROWS * ROW };
 
-/* Stances to be solved one after the other, and what is read of the one that has been: `each` numbers by `reading`. */
-typedef struct row_solver row_solver;
-struct row_solver {
-    const hopform_stances_in_f32 *in;
-    hopform_phase_f32 *phases;
-    int32_t capacity;
-    int32_t (*reading)(const row_solver *row, float *numbers);
-    int64_t each;
-    hopform_plan_f32 plan;
-    int32_t plan_status;
-    hopform_step_f32 step;
-    hopform_stance_f32 stance;
-};
+/* What is read of a stance that has been solved. */
+typedef int32_t reading(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, const hopform_phase_f32 *phases,
+                        const hopform_stance_f32 *stance, float *numbers);
 
 static void no_numbers(float *numbers, int64_t count)
 {
@@ -29,80 +19,66 @@ static void no_numbers(float *numbers, int64_t count)
     }
 }
 
-/* Solves stance i, and reads it. */
-static int32_t read_row(row_solver *row, int64_t i, float *numbers)
-{
-    const hopform_stances_in_f32 *in = row->in;
-    if (i == 0 || hopform_has_many_robots_f32(in)) {
-        const hopform_robot_f32 robot = hopform_robot_of_f32(in, i);
-        row->plan_status = hopform_plan_init_f32(&row->plan, &robot);
-    }
-    const hopform_state_f32 start = hopform_start_of_f32(in, i);
-    row->step.t = 0.0f;
-    row->step.u = hopform_number_f32(&in->u, i);
-    int32_t status = row->plan_status;
-    if (status >= 0) {
-        status = hopform_solve_stance_f32(&row->plan, &start, &row->step, 1, hopform_number_f32(&in->horizon, i),
-                                           in->max_phases, row->phases, row->capacity, &row->stance);
-    }
-    if (status == HOPFORM_OK) {
-        status = row->reading(row, numbers);
-    }
-    if (status != HOPFORM_OK) {
-        no_numbers(numbers, row->each);
-    }
-    return status;
-}
-
-/* All of them; where the call is refused, so is every stance. */
-static int32_t read_all(row_solver *row, int64_t count, float *results, int32_t *status)
+/* `each` numbers of all of them; where the call is refused, so is every stance. */
+static int32_t read_all(reading *read, int64_t each, int64_t count, const hopform_stances_in_f32 *in,
+                        hopform_phase_f32 *phases, int32_t capacity, float *results, int32_t *status)
 {
     int32_t whole = HOPFORM_ERROR_NULL;
-    if (row->in != NULL && row->phases != NULL && results != NULL && status != NULL) {
-        const size_t size = sizeof(float) * (size_t)row->each;
+    if (in != NULL && phases != NULL && results != NULL && status != NULL) {
+        const size_t size = sizeof(float) * (size_t)each;
         const hopform_elements_f32 written[] = {
-            {row->phases, 0, row->capacity > 0 ? (size_t)row->capacity * sizeof *row->phases : 0},
+            {phases, 0, capacity > 0 ? (size_t)capacity * sizeof *phases : 0},
             {results, (ptrdiff_t)size, size},
             {status, sizeof *status, sizeof *status},
         };
-        whole = hopform_batch_status_f32(count, row->in, written, 3);
+        whole = hopform_batch_status_f32(count, in, in, sizeof *in, written, 3);
     }
-    if (whole < 0) {
-        no_numbers(results, results != NULL ? count * row->each : 0);
-        for (int64_t i = 0; status != NULL && i < count; i++) {
-            status[i] = whole;
+    no_numbers(results, results != NULL ? count * each : 0);
+    for (int64_t i = 0; status != NULL && i < count; i++) {
+        status[i] = whole;
+    }
+    hopform_plan_f32 plan;
+    int32_t plan_status = HOPFORM_OK;
+    int64_t end = 0;
+    for (int64_t i = 0; whole >= 0 && i < count; i++) {
+        hopform_step_f32 step;
+        hopform_stance_f32 stance;
+        if (i == end) {
+            const hopform_robot_f32 robot = hopform_robot_of_f32(in, i);
+            plan_status = hopform_plan_init_f32(&plan, &robot);
+            end = hopform_end_of_run_f32(in, i, count);
         }
-        return whole;
-    }
-    for (int64_t i = 0; i < count; i++) {
-        status[i] = read_row(row, i, results + i * row->each);
+        status[i] = plan_status;
+        if (plan_status >= 0) {
+            status[i] = hopform_solve_column_f32(&plan, in, i, &step, phases, capacity, &stance);
+        }
+        if (status[i] == HOPFORM_OK) {
+            status[i] = read(&plan, &step, phases, &stance, results + i * each);
+        }
+        if (status[i] != HOPFORM_OK) {
+            no_numbers(results + i * each, each);
+        }
         whole = status[i] == HOPFORM_PHASES_NOT_KEPT ? status[i] : whole;
     }
     return whole;
 }
 
-static int32_t read_sensitivities(const row_solver *row, float *matrix)
+static int32_t read_sensitivities(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float *matrix)
 {
-    const int32_t status = hopform_stance_sensitivities_f32(&row->plan, &row->step, row->phases, &row->stance, matrix);
-    no_numbers(matrix + APEX * ROW, hopform_fall_of_f32(&row->plan.robot) > 0.0f ? 0 : ROW);
+    const int32_t status = hopform_stance_sensitivities_f32(plan, steps, phases, stance, matrix);
+    no_numbers(matrix + APEX * ROW, hopform_fall_of_f32(&plan->robot) > 0.0f ? 0 : ROW);
     return status;
 }
 
 int32_t hopform_stances_sensitivities_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
                                            int32_t capacity, float *matrices, int32_t *status)
 {
-    row_solver row = {.in = in, .phases = phases, .capacity = capacity, .reading = read_sensitivities, .each = MATRIX};
-    return read_all(&row, count, matrices, status);
-}
-
-static int32_t read_compression(const row_solver *row, float *compression)
-{
-    return hopform_stance_compression_f32(&row->plan, &row->step, row->phases, &row->stance, compression);
+    return read_all(read_sensitivities, MATRIX, count, in, phases, capacity, matrices, status);
 }
 
 int32_t hopform_stances_compressions_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
                                           int32_t capacity, float *compressions, int32_t *status)
 {
-    row_solver row = {.in = in, .phases = phases, .capacity = capacity, .reading = read_compression, .each = 1};
-    return read_all(&row, count, compressions, status);
+    return read_all(hopform_stance_compression_f32, 1, count, in, phases, capacity, compressions, status);
 }

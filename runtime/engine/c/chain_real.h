@@ -262,18 +262,19 @@ static inline bool meets_stop_real(const stance_chain_real *chain, const stance_
     real high = end->t;
     for (int n = 0; n < 100; n++) {
         const approach_real to = approach_of_real(poles, events->motion, &start, sign, &at.basis);
-        const root_step_real step = step_to_stop_real(poles, &to, at.t, low, high);
-        if (step.arrives) {
+        const root_step_real step = step_between_real(poles, &to.at, to.fourth, at.t, low, high);
+        const bool nears = to.at.rate < 0.0;
+        if (nears && step.arrives) {
             break;
         }
-        if (step.lands) {
+        if (nears && step.lands) {
             const hopform_basis_real carried = carried_basis_real(poles, &at.basis, step.next - at.t);
             at = propagator_of_real(poles, step.next, &carried);
             break;
         }
         low = step.low;
         high = step.high;
-        const real next = step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5 * (high - low);
+        const real next = nears && step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5 * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
@@ -299,39 +300,17 @@ static inline void cross_at_the_limit_real(const stance_events_real *events, rea
     }
 }
 
-/* What ends the phase at the end of its last interval. */
-static inline stance_phase_end_real end_of_real(const stance_events_real *events, const interval_real *in, bool stops,
-                                                real limit)
+/* Whether so much of a phase has passed that what y tends to may tell more of a take-off. */
+static inline bool is_late_real(const hopform_basis_real *basis)
 {
-    stance_phase_end_real result = {in->high.t, STANCE_END_LIMIT_real, 0, in->high.basis, 0.0};
-    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
-    const bool wins = events->rests != END_VELOCITY_2_real
-                      && !is_takeoff_real(&events->set, in->found); /* over mass 2 at the same time */
-    if (stops) {
-        result.kind = STANCE_END_STOP_real;
-    } else if (in->found >= 0 && !(rests && wins)) {
-        result.kind = (stance_end_kind_real)events->set.function[in->found].kind;
-        result.side = events->set.function[in->found].side;
-    } else if (rests) {
-        result.kind = events->rests;
-    }
-    return result;
-}
-
-/* How near x_1, where it turns at the end of a phase, is to a stop that it touches. */
-static inline real touch_of_stop_real(const stance_chain_real *chain, const hopform_motion_real *motion,
-                                      const stance_phase_end_real *end)
-{
-    const hopform_state_real ahead = from_stop_real(chain);
-    const bool turns = end->kind == END_VELOCITY_1_real && hopform_is_finite_real(ahead.x1);
-    return turns ? grazing_tolerance_real(motion, &ahead, &end->basis) : 0.0;
+    return fabs_real(basis->Wdd) < 0.25;
 }
 
 /* How much later than t a take-off late in a phase is, by what y tends to; 0 where that tells no more. */
 static inline real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
                                       const event_function_real *leg, const hopform_basis_real *basis, real t)
 {
-    if (!(fabs_real(basis->Wdd) < 0.25)) {
+    if (!is_late_real(basis)) {
         return 0.0;
     }
     const hopform_state_real slack = {0.0, 0.0, 0.0, 0.0};
@@ -384,61 +363,115 @@ static inline void reach_ahead_real(const event_set_real *set, interval_real *in
 typedef struct {
     stance_events_real events;
     interval_real in;
+    real limit; /* the end of the phase: since it began, as all its times */
+    bool open;  /* whether an event is still looked for */
 } stance_search_real;
+
+/* What ends the phase at the end of its last interval. */
+static inline stance_phase_end_real end_of_real(const stance_chain_real *chain, const stance_search_real *search,
+                                                bool stops)
+{
+    const stance_events_real *events = &search->events;
+    const interval_real *in = &search->in;
+    const real limit = search->limit;
+    stance_phase_end_real result = {in->high.t, STANCE_END_LIMIT_real, 0, in->high.basis, 0.0};
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
+    const bool wins = events->rests != END_VELOCITY_2_real
+                      && !is_takeoff_real(&events->set, in->found); /* over mass 2 at the same time */
+    if (stops) {
+        result.kind = STANCE_END_STOP_real;
+    } else if (in->found >= 0 && !(rests && wins)) {
+        result.kind = (stance_end_kind_real)events->set.function[in->found].kind;
+        result.side = events->set.function[in->found].side;
+    } else if (rests) {
+        result.kind = events->rests;
+    }
+    const hopform_state_real ahead = from_stop_real(chain);
+    if (result.kind == END_VELOCITY_1_real && hopform_is_finite_real(ahead.x1)) {
+        result.touch = grazing_tolerance_real(events->motion, &ahead, &result.basis);
+    }
+    return result;
+}
+
+/* The search at the start of the phase that starts at the chain's state. */
+static inline void stance_begin_search_real(const stance_chain_real *chain, const hopform_motion_real *motion,
+                                            stance_search_real *search)
+{
+    const real until = end_of_step_real(chain) - chain->t;
+    const hopform_basis_real start = {1.0, 0.0, 0.0, 0.0, 0.0};
+    put_events_real(&search->events, chain, motion);
+    const event_set_real *set = &search->events.set;
+    interval_real *in = &search->in;
+    in->low = 0.0;
+    in->high = propagator_of_real(set->poles, 0.0, &start);
+    for (int32_t n = 0; n < set->count; n++) {
+        in->from[n] = jet_at_start_real(set->poles, &set->function[n]);
+    }
+    in->found = lost_at_once_real(set, in);
+    in->count = 0;
+    search->limit = hopform_lesser_real(search->events.rest_time, until);
+    search->open = in->found < 0 && search->limit > 0.0;
+}
+
+/* The next interval, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_interval_real(const event_set_real *set, interval_real *in, real limit)
+{
+    begin_interval_real(set, in);
+    const real quiet = quiet_until_real(set, in);
+    if (quiet > in->low + 2.0 * set->node->t) {
+        end_interval_at_real(set, in, quiet < limit ? quiet : limit);
+        return true;
+    }
+    reach_ahead_real(set, in, limit);
+    return false;
+}
+
+/* The first event, from the first interval on; a root in it that ends it may be known. */
+static inline stance_phase_end_real stance_end_search_real(const stance_chain_real *chain, stance_search_real *search)
+{
+    const stance_events_real *events = &search->events;
+    const event_set_real *set = &events->set;
+    const real limit = search->limit;
+    interval_real *in = &search->in;
+    bool stops = false;
+    bool certified = true;
+    bool quiet = false;
+    bool open = search->open;
+    while (open) {
+        bool later = !quiet; /* once at most, and then what else happens by then is looked at */
+        for (int n = 0; n < 2 && later && certified; n++) {
+            certified = find_first_root_real(set, in);
+            cross_at_the_limit_real(events, limit, in);
+            later = n == 0 && in->found >= 0 && sharpen_takeoff_real(chain, events, limit, in);
+        }
+        const real t = in->high.t;
+        stops = certified && meets_stop_real(chain, events, &in->high)
+                && !(is_takeoff_real(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_real));
+        open = in->found < 0 && !stops && certified && in->high.t < limit;
+        quiet = open && next_interval_real(set, in, limit);
+    }
+    if (!certified) {
+        const propagator_real last = propagator_at_real(set->poles, in->low);
+        const stance_phase_end_real result = {in->low, END_UNCERTIFIED_real, 0, last.basis, 0.0};
+        return result;
+    }
+    return end_of_real(chain, search, stops);
+}
 
 /* The first event of the phase that starts at the chain's state. */
 static inline stance_phase_end_real stance_find_end_real(const stance_chain_real *chain,
                                                          const hopform_motion_real *motion, stance_search_real *search)
 {
-    const hopform_poles_real *poles = hopform_poles_of_real(chain->plan, chain->side_1, chain->side_2);
-    const real until = end_of_step_real(chain) - chain->t;
-    const hopform_basis_real start = {1.0, 0.0, 0.0, 0.0, 0.0};
     if (chain->side_1 == 0 && chain->side_2 == 0) {
-        const stance_phase_end_real result = {until, STANCE_END_LIMIT_real, 0, start, 0.0};
+        const hopform_basis_real start = {1.0, 0.0, 0.0, 0.0, 0.0};
+        const stance_phase_end_real result = {end_of_step_real(chain) - chain->t, STANCE_END_LIMIT_real, 0, start, 0.0};
         return result;
     }
-    stance_events_real *events = &search->events;
-    interval_real *in = &search->in;
-    put_events_real(events, chain, motion);
-    const event_set_real *set = &events->set;
-    const real limit = events->rest_time < until ? events->rest_time : until;
-    in->low = 0.0;
-    in->high = propagator_of_real(poles, 0.0, &start);
-    for (int32_t n = 0; n < set->count; n++) {
-        in->from[n] = jet_at_start_real(poles, &set->function[n]);
+    stance_begin_search_real(chain, motion, search);
+    if (search->open) {
+        reach_ahead_real(&search->events.set, &search->in, search->limit);
     }
-    in->found = lost_at_once_real(set, in);
-    in->count = 0;
-    bool stops = false;
-    bool certified = true;
-    for (bool first = true; in->found < 0 && !stops && certified && in->high.t < limit; first = false) {
-        if (!first) {
-            begin_interval_real(set, in);
-        }
-        const real quiet = first ? 0.0 : quiet_until_real(set, in);
-        if (quiet > in->low + 2.0 * set->node->t) {
-            end_interval_at_real(set, in, quiet < limit ? quiet : limit);
-        } else {
-            reach_ahead_real(set, in, limit);
-            bool later = true; /* once at most, and then what else happens by then is looked at */
-            for (int n = 0; n < 2 && later && certified; n++) {
-                certified = find_first_root_real(set, in);
-                cross_at_the_limit_real(events, limit, in);
-                later = n == 0 && in->found >= 0 && sharpen_takeoff_real(chain, events, limit, in);
-            }
-        }
-        const real t = in->high.t;
-        stops = certified && meets_stop_real(chain, events, &in->high)
-                && !(is_takeoff_real(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_real));
-    }
-    if (!certified) {
-        const propagator_real last = propagator_at_real(poles, in->low);
-        const stance_phase_end_real result = {in->low, END_UNCERTIFIED_real, 0, last.basis, 0.0};
-        return result;
-    }
-    stance_phase_end_real result = end_of_real(events, in, stops, limit);
-    result.touch = touch_of_stop_real(chain, motion, &result);
-    return result;
+    return stance_end_search_real(chain, search);
 }
 
 /* ---- the chain ---- */

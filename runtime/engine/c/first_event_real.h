@@ -552,13 +552,6 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
     }
 }
 
-/* Whether a function has a root within rounding of that of another, at the end of an interval of length h. */
-static inline bool is_tie_real(const jet_real *at, real rounding, real h, real other_rate, real other_rounding)
-{
-    return (at->rate * h < -16.0 * rounding)
-           & ((at->value - 4.0 * rounding) * fabs_real(other_rate) < fabs_real(at->rate) * other_rounding);
-}
-
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
 static inline void settle_ties_real(const event_set_real *set, interval_real *in)
 {
@@ -567,7 +560,8 @@ static inline void settle_ties_real(const event_set_real *set, interval_real *in
         const real other = in->to[in->found].rate;
         const real rounding = rounding_of_real(&set->function[n], &in->high, at->rate);
         const real of_other = rounding_of_real(&set->function[in->found], &in->high, other);
-        if (is_tie_real(at, rounding, in->high.t - in->low, other, of_other)) {
+        if (at->rate * (in->high.t - in->low) < -16.0 * rounding
+            && (at->value - 4.0 * rounding) * fabs_real(other) < fabs_real(at->rate) * of_other) {
             in->found = n;
         }
     }
@@ -592,20 +586,14 @@ static inline real deflated_real(const event_set_real *set, const event_function
     return at->curvature + set->node->pole * at->rate;
 }
 
-/* What the rules rest on: at the end of the interval no function but that with its root there is below zero. */
-static inline bool is_above_zero_real(const jet_real *to, real rounding)
-{
-    return !(to->value < -rounding);
-}
-
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
 static inline bool is_certified_real(const event_set_real *set, const interval_real *in, int32_t n)
 {
     const event_function_real *g = &set->function[n];
     const jet_real *from = &in->from[n];
     const jet_real *to = &in->to[n];
-    if (to->value < 0.0 && n != in->found && !is_above_zero_real(to, rounding_of_real(g, &in->high, to->rate))) {
-        return false;
+    if (to->value < 0.0 && n != in->found && to->value < -rounding_of_real(g, &in->high, to->rate)) {
+        return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const real d = deflated_real(set, g, from, in->low);
     const real d_then = deflated_real(set, g, to, in->high.t);
@@ -787,21 +775,22 @@ static inline real grazing_tolerance_real(const hopform_motion_real *motion, con
               + fabs_real(motion->N1_1 * basis->W1) + fabs_real(motion->N0_1 * basis->W2));
 }
 
-/* How far x_1 is beyond a stop, from which `start` counts it, with its derivatives up to the fourth. */
+/* A value with its derivatives up to the fourth. */
 typedef struct {
     jet_real at;
     real fourth;
 } approach_real;
 
+/* How far x_1 is short of the stop ahead, from which `start` counts it. */
 static inline approach_real approach_of_real(const hopform_poles_real *poles, const hopform_motion_real *motion,
-                                             const hopform_state_real *start, real sign,
+                                             const hopform_state_real *start, real side,
                                              const hopform_basis_real *basis)
 {
     const hopform_numerator_real h = {motion->H3_1, motion->H2_1, motion->H1_1};
     const hopform_rise_real rise = hopform_step_response_real(poles, &h, basis);
     const hopform_at_real at = hopform_state_at_real(start, motion, basis);
-    const approach_real to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
-                              sign * rise.rise_third};
+    const approach_real to = {{-side * at.x1_t, -side * at.v1_t, -side * rise.rise_rate, -side * rise.rise_curvature},
+                              -side * rise.rise_third};
     return to;
 }
 
@@ -811,22 +800,6 @@ static inline bool is_beyond_stop_real(const hopform_motion_real *motion, const 
 {
     const real beyond = sign * hopform_state_at_real(start, motion, basis).x1_t;
     return beyond > 0.0 && beyond > grazing_tolerance_real(motion, start, basis);
-}
-
-/* A step towards the time at which x_1, short of its stop at the lower time, meets it. */
-static inline root_step_real step_to_stop_real(const hopform_poles_real *poles, const approach_real *to, real t,
-                                               real low, real high)
-{
-    const bool arrives = fabs_real(to->at.value) <= HOPFORM_EPS_real * t * to->at.rate;
-    const bool beyond = to->at.value > 0.0;
-    const real step = step_to_root_real(&to->at);
-    const real next = t - step;
-    const real from = beyond ? low : t;
-    const real until = beyond ? t : high;
-    const bool inside = (to->at.rate > 0.0) & (next > from) & (next < until);
-    const bool lands = (!arrives) & inside & step_converges_real(poles, &to->at, to->fourth, next, step);
-    const root_step_real towards = {arrives, lands, inside, from, until, next};
-    return towards;
 }
 
 #endif

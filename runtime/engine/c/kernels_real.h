@@ -273,56 +273,31 @@ static inline hopform_decay_real hopform_decay_at_real(real a, real t)
     return hopform_decay_of_exp_real(a, t, hopform_exp_real(-z));
 }
 
-/* The series of the two highest integrals of R, by its last two terms. */
-typedef struct {
-    real before, term, R2, R3;
-} hopform_pair_terms_real;
-
-static inline hopform_pair_terms_real hopform_first_pair_terms_real(void)
-{
-    const hopform_pair_terms_real terms = {0.0, 1.0 / 6.0, 1.0 / 6.0, 1.0 / 24.0};
-    return terms;
-}
-
-/* Terms n and n + 1 of it: p t and q t^2, times -1. */
-static inline void hopform_add_pair_terms_real(hopform_pair_terms_real *terms, real pt, real qtt, int n)
-{
-    const real *inverse = &hopform_inverse_real[n];
-    const real next = (pt * terms->term + qtt * terms->before * inverse[2]) * inverse[3];
-    const real last = (pt * next + qtt * terms->term * inverse[3]) * inverse[4];
-    terms->before = next;
-    terms->term = last;
-    terms->R2 = terms->R2 + next + last;
-    terms->R3 = terms->R3 + next * inverse[4] + last * inverse[5];
-}
-
-static inline bool hopform_pair_terms_end_real(const hopform_pair_terms_real *terms)
-{
-    return fabs_real(terms->term) + fabs_real(terms->before) < 0.01 * HOPFORM_EPS_real;
-}
-
-static inline hopform_pair_real hopform_pair_of_terms_real(const hopform_poles_real *poles, real t,
-                                                           const hopform_pair_terms_real *terms)
-{
-    const hopform_pair_series_real series = {terms->R2 * (t * t * t), terms->R3 * (t * t * t * t)};
-    const hopform_known_pair_real known = hopform_pair_from_series_real(poles, &series, t);
-    const hopform_pair_real pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
-    return pair;
-}
-
-/* R over a time that is short for the pair. */
+/* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */
 static inline hopform_pair_real hopform_short_pair_real(const hopform_poles_real *poles, real t)
 {
     const real pt = -(poles->p * t);
     const real qtt = -(poles->q * t * t);
-    hopform_pair_terms_real terms = hopform_first_pair_terms_real();
+    real before = 0.0;
+    real term = 1.0 / 6.0;
+    real R2 = 1.0 / 6.0;
+    real R3 = 1.0 / 24.0;
     for (int n = 1; n < HOPFORM_TERMS_real - 1; n += 2) {
-        hopform_add_pair_terms_real(&terms, pt, qtt, n);
-        if (hopform_pair_terms_end_real(&terms)) {
+        const real *inverse = &hopform_inverse_real[n];
+        const real next = (pt * term + qtt * before * inverse[2]) * inverse[3];
+        const real last = (pt * next + qtt * term * inverse[3]) * inverse[4];
+        before = next;
+        term = last;
+        R2 = R2 + next + last;
+        R3 = R3 + next * inverse[4] + last * inverse[5];
+        if (fabs_real(term) + fabs_real(before) < 0.01 * HOPFORM_EPS_real) {
             break;
         }
     }
-    return hopform_pair_of_terms_real(poles, t, &terms);
+    const hopform_pair_series_real series = {R2 * (t * t * t), R3 * (t * t * t * t)};
+    const hopform_known_pair_real known = hopform_pair_from_series_real(poles, &series, t);
+    const hopform_pair_real pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
+    return pair;
 }
 
 static inline hopform_pair_real hopform_pair_of_core_real(const hopform_poles_real *poles, real t,

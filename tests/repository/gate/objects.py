@@ -26,7 +26,7 @@ COMPILERS = {
     ),
 }
 """Command and disassembler by target and compiler."""
-LANE_FLAGS = ("-O3", "-fno-trapping-math")
+LANE_FLAGS = ("-O3", "-fno-trapping-math", "-fno-tree-slp-vectorize")
 
 _FUNCTION = re.compile(r"^[0-9a-f]+ <(.*)>:$")
 _INSTRUCTION = re.compile(r"^\s*[0-9a-f]+:\s+(.*)$")

@@ -8,19 +8,9 @@
 
 enum { APEX = 5, ROW = HOPFORM_SENSITIVITY_COLUMNS, MATRIX = HOPFORM_SENSITIVITY_ROWS * ROW };
 
-/* Stances to be solved one after the other, and what is read of the one that has been: `each` numbers by `reading`. */
-typedef struct row_solver row_solver;
-struct row_solver {
-    const hopform_stances_in_real *in;
-    hopform_phase_real *phases;
-    int32_t capacity;
-    int32_t (*reading)(const row_solver *row, real *numbers);
-    int64_t each;
-    hopform_plan_real plan;
-    int32_t plan_status;
-    hopform_step_real step;
-    hopform_stance_real stance;
-};
+/* What is read of a stance that has been solved. */
+typedef int32_t reading(const hopform_plan_real *plan, const hopform_step_real *steps, const hopform_phase_real *phases,
+                        const hopform_stance_real *stance, real *numbers);
 
 static void no_numbers(real *numbers, int64_t count)
 {
@@ -29,80 +19,66 @@ static void no_numbers(real *numbers, int64_t count)
     }
 }
 
-/* Solves stance i, and reads it. */
-static int32_t read_row(row_solver *row, int64_t i, real *numbers)
-{
-    const hopform_stances_in_real *in = row->in;
-    if (i == 0 || hopform_has_many_robots_real(in)) {
-        const hopform_robot_real robot = hopform_robot_of_real(in, i);
-        row->plan_status = hopform_plan_init_real(&row->plan, &robot);
-    }
-    const hopform_state_real start = hopform_start_of_real(in, i);
-    row->step.t = 0.0;
-    row->step.u = hopform_number_real(&in->u, i);
-    int32_t status = row->plan_status;
-    if (status >= 0) {
-        status = hopform_solve_stance_real(&row->plan, &start, &row->step, 1, hopform_number_real(&in->horizon, i),
-                                           in->max_phases, row->phases, row->capacity, &row->stance);
-    }
-    if (status == HOPFORM_OK) {
-        status = row->reading(row, numbers);
-    }
-    if (status != HOPFORM_OK) {
-        no_numbers(numbers, row->each);
-    }
-    return status;
-}
-
-/* All of them; where the call is refused, so is every stance. */
-static int32_t read_all(row_solver *row, int64_t count, real *results, int32_t *status)
+/* `each` numbers of all of them; where the call is refused, so is every stance. */
+static int32_t read_all(reading *read, int64_t each, int64_t count, const hopform_stances_in_real *in,
+                        hopform_phase_real *phases, int32_t capacity, real *results, int32_t *status)
 {
     int32_t whole = HOPFORM_ERROR_NULL;
-    if (row->in != NULL && row->phases != NULL && results != NULL && status != NULL) {
-        const size_t size = sizeof(real) * (size_t)row->each;
+    if (in != NULL && phases != NULL && results != NULL && status != NULL) {
+        const size_t size = sizeof(real) * (size_t)each;
         const hopform_elements_real written[] = {
-            {row->phases, 0, row->capacity > 0 ? (size_t)row->capacity * sizeof *row->phases : 0},
+            {phases, 0, capacity > 0 ? (size_t)capacity * sizeof *phases : 0},
             {results, (ptrdiff_t)size, size},
             {status, sizeof *status, sizeof *status},
         };
-        whole = hopform_batch_status_real(count, row->in, written, 3);
+        whole = hopform_batch_status_real(count, in, in, sizeof *in, written, 3);
     }
-    if (whole < 0) {
-        no_numbers(results, results != NULL ? count * row->each : 0);
-        for (int64_t i = 0; status != NULL && i < count; i++) {
-            status[i] = whole;
+    no_numbers(results, results != NULL ? count * each : 0);
+    for (int64_t i = 0; status != NULL && i < count; i++) {
+        status[i] = whole;
+    }
+    hopform_plan_real plan;
+    int32_t plan_status = HOPFORM_OK;
+    int64_t end = 0;
+    for (int64_t i = 0; whole >= 0 && i < count; i++) {
+        hopform_step_real step;
+        hopform_stance_real stance;
+        if (i == end) {
+            const hopform_robot_real robot = hopform_robot_of_real(in, i);
+            plan_status = hopform_plan_init_real(&plan, &robot);
+            end = hopform_end_of_run_real(in, i, count);
         }
-        return whole;
-    }
-    for (int64_t i = 0; i < count; i++) {
-        status[i] = read_row(row, i, results + i * row->each);
+        status[i] = plan_status;
+        if (plan_status >= 0) {
+            status[i] = hopform_solve_column_real(&plan, in, i, &step, phases, capacity, &stance);
+        }
+        if (status[i] == HOPFORM_OK) {
+            status[i] = read(&plan, &step, phases, &stance, results + i * each);
+        }
+        if (status[i] != HOPFORM_OK) {
+            no_numbers(results + i * each, each);
+        }
         whole = status[i] == HOPFORM_PHASES_NOT_KEPT ? status[i] : whole;
     }
     return whole;
 }
 
-static int32_t read_sensitivities(const row_solver *row, real *matrix)
+static int32_t read_sensitivities(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                  const hopform_phase_real *phases, const hopform_stance_real *stance, real *matrix)
 {
-    const int32_t status = hopform_stance_sensitivities_real(&row->plan, &row->step, row->phases, &row->stance, matrix);
-    no_numbers(matrix + APEX * ROW, hopform_fall_of_real(&row->plan.robot) > 0.0 ? 0 : ROW);
+    const int32_t status = hopform_stance_sensitivities_real(plan, steps, phases, stance, matrix);
+    no_numbers(matrix + APEX * ROW, hopform_fall_of_real(&plan->robot) > 0.0 ? 0 : ROW);
     return status;
 }
 
 int32_t hopform_stances_sensitivities_real(int64_t count, const hopform_stances_in_real *in, hopform_phase_real *phases,
                                            int32_t capacity, real *matrices, int32_t *status)
 {
-    row_solver row = {.in = in, .phases = phases, .capacity = capacity, .reading = read_sensitivities, .each = MATRIX};
-    return read_all(&row, count, matrices, status);
-}
-
-static int32_t read_compression(const row_solver *row, real *compression)
-{
-    return hopform_stance_compression_real(&row->plan, &row->step, row->phases, &row->stance, compression);
+    return read_all(read_sensitivities, MATRIX, count, in, phases, capacity, matrices, status);
 }
 
 int32_t hopform_stances_compressions_real(int64_t count, const hopform_stances_in_real *in, hopform_phase_real *phases,
                                           int32_t capacity, real *compressions, int32_t *status)
 {
-    row_solver row = {.in = in, .phases = phases, .capacity = capacity, .reading = read_compression, .each = 1};
-    return read_all(&row, count, compressions, status);
+    return read_all(hopform_stance_compression_real, 1, count, in, phases, capacity, compressions, status);
 }
