@@ -36,14 +36,27 @@ int32_t hopform_refuse_real(int32_t status, const hopform_memory_real *written, 
     return status;
 }
 
+/* Whether a stance has each of the times; at rest it goes on for ever. */
+static bool times_are_sound_real(const hopform_times_real *times, const hopform_stance_real *stance)
+{
+    const real latest = stance->ending == HOPFORM_ENDING_REST ? HOPFORM_NEVER_real : stance->duration;
+    real earliest = 0.0;
+    bool sound = true;
+    for (int32_t n = 0; n < times->count; n++) {
+        sound = sound && times->at[n] >= earliest && times->at[n] <= latest;
+        earliest = times->in_order ? times->at[n] : 0.0;
+    }
+    return sound;
+}
+
 int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                     const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                    const hopform_memory_real *times, const hopform_memory_real *arrays,
-                                    int array_count)
+                                    const hopform_times_real *times, const hopform_memory_real *arrays, int array_count)
 {
-    const hopform_memory_real none = {NULL, 0};
+    const hopform_times_real none = {NULL, 0, false};
+    const hopform_times_real *when = times != NULL ? times : &none;
     bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
-    given = given && (times == NULL || times->first != NULL);
+    given = given && (times == NULL || times->at != NULL);
     for (int n = 0; n < array_count; n++) {
         given = given && arrays[n].first != NULL;
     }
@@ -59,8 +72,11 @@ int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform
         hopform_array_real(steps, phases[kept - 1].step + 1, sizeof *steps),
         hopform_array_real(phases, kept, sizeof *phases),
         hopform_array_real(stance, 1, sizeof *stance),
-        times != NULL ? *times : none,
+        hopform_array_real(when->at, when->count, sizeof *when->at),
     };
-    const bool overlap = hopform_overlap_real(arrays, array_count, read, 5);
-    return overlap ? hopform_refuse_real(HOPFORM_ERROR_OVERLAP, arrays, array_count) : HOPFORM_OK;
+    if (hopform_overlap_real(arrays, array_count, read, 5)) {
+        return hopform_refuse_real(HOPFORM_ERROR_OVERLAP, arrays, array_count);
+    }
+    return times_are_sound_real(when, stance) ? HOPFORM_OK
+                                              : hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, array_count);
 }
