@@ -13,35 +13,48 @@
 
 #include "linear_f32.h"
 
-/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
-static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f32 *plan,
-                                                             const hopform_phase_f32 *phase, float u, float h)
+/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states: on and above the
+ * diagonal. */
+static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_poles_f32 *poles,
+                                                             const hopform_motion_f32 *motion,
+                                                             const hopform_phase_f32 *phase, float h)
 {
-    hopform_phase_f32 from = *phase;
-    from.x1 = 0.0f;
-    const hopform_motion_f32 motion = hopform_motion_in_phase_f32(plan, &from, u);
+    const hopform_state_f32 start = {0.0f, phase->v1, phase->v2, phase->y};
     hopform_matrix_f32 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
-        const hopform_state_f32 at = hopform_state_by_motion_f32(plan, &from, &motion, hopform_place_f32[node] * h);
+        const float t = hopform_place_f32[node] * h;
+        const hopform_basis_f32 basis = hopform_basis_at_f32(poles, t);
+        const hopform_state_f32 at =
+            hopform_arrive_f32(&start, motion, &basis, hopform_side_1_f32(phase), hopform_side_2_f32(phase));
         const float z[Z_SIZE] = {1.0f, at.x1, at.y, at.v1, at.v2};
         for (int i = 0; i < Z_SIZE; i++) {
             const float weighed = z[i] * (hopform_weight_f32[node] * h);
             for (int j = i; j < Z_SIZE; j++) {
                 sum.at[i][j] += weighed * z[j];
-                sum.at[j][i] = sum.at[i][j];
             }
         }
     }
     return sum;
 }
 
-/* The ledger over the first t of a phase. */
-static inline hopform_ledger_f32 hopform_ledger_in_phase_f32(const hopform_plan_f32 *plan,
-                                                               const hopform_phase_f32 *phase, float u, float t)
+/* Integral of z z^T over the first t of a phase. */
+static inline hopform_matrix_f32 hopform_moments_in_phase_f32(const hopform_plan_f32 *plan,
+                                                                const hopform_phase_f32 *phase, float u, float t)
 {
+    const int side_1 = hopform_side_1_f32(phase);
+    const int side_2 = hopform_side_2_f32(phase);
+    const hopform_drive_f32 drive = hopform_drive_of_f32(&plan->robot, &plan->rates, u, (float)side_1, (float)side_2);
+    const hopform_state_f32 start = {0.0f, phase->v1, phase->v2, phase->y};
+    const hopform_motion_f32 motion = hopform_motion_under_f32(&plan->rates, &drive, &start, side_1, side_2);
+    const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side_1, side_2);
     float h = hopform_short_time_f32(plan, phase, t);
-    hopform_matrix_f32 sum = hopform_short_moments_f32(plan, phase, u, h);
+    hopform_matrix_f32 sum = hopform_short_moments_f32(poles, &motion, phase, h);
     while (h < t) {
+        for (int i = 1; i < Z_SIZE; i++) {
+            for (int j = 0; j < i; j++) {
+                sum.at[i][j] = sum.at[j][i];
+            }
+        }
         const hopform_matrix_f32 phi = hopform_transition_f32(plan, phase, u, h);
         hopform_matrix_f32 left = {{{0}}};
         hopform_add_product_f32(&left, &phi, &sum);
@@ -50,11 +63,18 @@ static inline hopform_ledger_f32 hopform_ledger_in_phase_f32(const hopform_plan_
                 for (int k = 0; k < Z_SIZE; k++) {
                     sum.at[i][j] += left.at[i][k] * phi.at[j][k];
                 }
-                sum.at[j][i] = sum.at[i][j];
             }
         }
         h *= 2.0f;
     }
+    return sum;
+}
+
+/* The ledger over the first t of a phase. */
+static inline hopform_ledger_f32 hopform_ledger_in_phase_f32(const hopform_plan_f32 *plan,
+                                                               const hopform_phase_f32 *phase, float u, float t)
+{
+    const hopform_matrix_f32 sum = hopform_moments_in_phase_f32(plan, phase, u, t);
     const hopform_moments_f32 moments = {sum.at[Z_ONE][Z_V1], sum.at[Z_ONE][Z_V2], sum.at[Z_V1][Z_V1],
                                           sum.at[Z_V1][Z_V2],  sum.at[Z_V2][Z_V2],  sum.at[Z_Y][Z_V1],
                                           sum.at[Z_Y][Z_V2],   sum.at[Z_X][Z_V2]};

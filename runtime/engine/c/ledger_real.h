@@ -13,35 +13,48 @@
 
 #include "linear_real.h"
 
-/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
-static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_real *plan,
-                                                             const hopform_phase_real *phase, real u, real h)
+/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states: on and above the
+ * diagonal. */
+static inline hopform_matrix_real hopform_short_moments_real(const hopform_poles_real *poles,
+                                                             const hopform_motion_real *motion,
+                                                             const hopform_phase_real *phase, real h)
 {
-    hopform_phase_real from = *phase;
-    from.x1 = 0.0;
-    const hopform_motion_real motion = hopform_motion_in_phase_real(plan, &from, u);
+    const hopform_state_real start = {0.0, phase->v1, phase->v2, phase->y};
     hopform_matrix_real sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
-        const hopform_state_real at = hopform_state_by_motion_real(plan, &from, &motion, hopform_place_real[node] * h);
+        const real t = hopform_place_real[node] * h;
+        const hopform_basis_real basis = hopform_basis_at_real(poles, t);
+        const hopform_state_real at =
+            hopform_arrive_real(&start, motion, &basis, hopform_side_1_real(phase), hopform_side_2_real(phase));
         const real z[Z_SIZE] = {1.0, at.x1, at.y, at.v1, at.v2};
         for (int i = 0; i < Z_SIZE; i++) {
             const real weighed = z[i] * (hopform_weight_real[node] * h);
             for (int j = i; j < Z_SIZE; j++) {
                 sum.at[i][j] += weighed * z[j];
-                sum.at[j][i] = sum.at[i][j];
             }
         }
     }
     return sum;
 }
 
-/* The ledger over the first t of a phase. */
-static inline hopform_ledger_real hopform_ledger_in_phase_real(const hopform_plan_real *plan,
-                                                               const hopform_phase_real *phase, real u, real t)
+/* Integral of z z^T over the first t of a phase. */
+static inline hopform_matrix_real hopform_moments_in_phase_real(const hopform_plan_real *plan,
+                                                                const hopform_phase_real *phase, real u, real t)
 {
+    const int side_1 = hopform_side_1_real(phase);
+    const int side_2 = hopform_side_2_real(phase);
+    const hopform_drive_real drive = hopform_drive_of_real(&plan->robot, &plan->rates, u, (real)side_1, (real)side_2);
+    const hopform_state_real start = {0.0, phase->v1, phase->v2, phase->y};
+    const hopform_motion_real motion = hopform_motion_under_real(&plan->rates, &drive, &start, side_1, side_2);
+    const hopform_poles_real *poles = hopform_poles_of_real(plan, side_1, side_2);
     real h = hopform_short_time_real(plan, phase, t);
-    hopform_matrix_real sum = hopform_short_moments_real(plan, phase, u, h);
+    hopform_matrix_real sum = hopform_short_moments_real(poles, &motion, phase, h);
     while (h < t) {
+        for (int i = 1; i < Z_SIZE; i++) {
+            for (int j = 0; j < i; j++) {
+                sum.at[i][j] = sum.at[j][i];
+            }
+        }
         const hopform_matrix_real phi = hopform_transition_real(plan, phase, u, h);
         hopform_matrix_real left = {{{0}}};
         hopform_add_product_real(&left, &phi, &sum);
@@ -50,11 +63,18 @@ static inline hopform_ledger_real hopform_ledger_in_phase_real(const hopform_pla
                 for (int k = 0; k < Z_SIZE; k++) {
                     sum.at[i][j] += left.at[i][k] * phi.at[j][k];
                 }
-                sum.at[j][i] = sum.at[i][j];
             }
         }
         h *= 2.0;
     }
+    return sum;
+}
+
+/* The ledger over the first t of a phase. */
+static inline hopform_ledger_real hopform_ledger_in_phase_real(const hopform_plan_real *plan,
+                                                               const hopform_phase_real *phase, real u, real t)
+{
+    const hopform_matrix_real sum = hopform_moments_in_phase_real(plan, phase, u, t);
     const hopform_moments_real moments = {sum.at[Z_ONE][Z_V1], sum.at[Z_ONE][Z_V2], sum.at[Z_V1][Z_V1],
                                           sum.at[Z_V1][Z_V2],  sum.at[Z_V2][Z_V2],  sum.at[Z_Y][Z_V1],
                                           sum.at[Z_Y][Z_V2],   sum.at[Z_X][Z_V2]};
