@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "d0c7fac810bd2c71"
+#define HOPFORM_SOURCE "2d44f5aee8a4e2f7"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
