@@ -23,7 +23,7 @@ from ..model.equations import Model
 from ..model.kinds import FLIGHT_EVENTS, KINDS, LONGEST_PREFIX, MOST_STEPS, STATUSES
 from ..model.precisions import CONSTANTS, LIMITS, PRECISIONS, Precision
 from ..model.quantities import TRAVEL
-from ..model.selftest import CASES, ROBOTS, Case
+from ..model.selftest import CASES, ROBOTS
 from ..model.structs import SEARCH_INTERVALS, struct_of, structs
 from ..models.hopper import HOPPER
 from ..paper.register import CERTIFICATE, REGISTER, VERDICTS, tallies
@@ -53,7 +53,7 @@ HEADER_MARK = "@header@"
 PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger")
 
 # Records whose members the engine goes through one after the other.
-WALKED = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "FlightLedger", "Motion", "Basis")
+WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Motion", "Basis")
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,6 @@ def _context(made: Program, options: Options, precision: Precision) -> dict[str,
         "body_is_fixed": int("body" in options.model.fixed),
         "precisions": options.precisions,
         "selftest_robots": ROBOTS,
-        "selftest_reals": Case._fields[1:],  # the first is the robot's place
         "selftest_cases": CASES,
         "body_entries": energy.body_entries(options.model),
         "stability": stability.open_conditions(options.model),

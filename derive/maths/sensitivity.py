@@ -16,6 +16,7 @@ from ..model.equations import Model
 from ..model.quantities import *
 from . import control, laplace
 
+
 def _changed(quantity: Quantity) -> Quantity:
     return Quantity(
         f"d_{quantity.name}", rf"\delta {quantity.glyph}", quantity.unit, f"change of the {quantity.meaning}"
