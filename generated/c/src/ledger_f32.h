@@ -47,9 +47,10 @@ static inline hopform_matrix_f32 hopform_moments_in_phase_f32(const hopform_plan
     const hopform_state_f32 start = {0.0f, phase->v1, phase->v2, phase->y};
     const hopform_motion_f32 motion = hopform_motion_under_f32(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side_1, side_2);
-    float h = hopform_short_time_f32(plan, phase, t);
+    float h = t;
+    int doublings = hopform_halve_f32(plan, phase, &h);
     hopform_matrix_f32 sum = hopform_short_moments_f32(poles, &motion, phase, h);
-    while (h < t) {
+    for (; doublings > 0; doublings--) {
         for (int i = 1; i < Z_SIZE; i++) {
             for (int j = 0; j < i; j++) {
                 sum.at[i][j] = sum.at[j][i];

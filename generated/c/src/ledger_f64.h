@@ -47,9 +47,10 @@ static inline hopform_matrix_f64 hopform_moments_in_phase_f64(const hopform_plan
     const hopform_state_f64 start = {0.0, phase->v1, phase->v2, phase->y};
     const hopform_motion_f64 motion = hopform_motion_under_f64(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side_1, side_2);
-    double h = hopform_short_time_f64(plan, phase, t);
+    double h = t;
+    int doublings = hopform_halve_f64(plan, phase, &h);
     hopform_matrix_f64 sum = hopform_short_moments_f64(poles, &motion, phase, h);
-    while (h < t) {
+    for (; doublings > 0; doublings--) {
         for (int i = 1; i < Z_SIZE; i++) {
             for (int j = 0; j < i; j++) {
                 sum.at[i][j] = sum.at[j][i];

@@ -64,17 +64,18 @@ static const float hopform_place_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_PLACES_
 
 static const float hopform_weight_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_WEIGHTS_f32};
 
-/* t, halved until the rule is exact: no pole is further from 0 than s_1 + sqrt(s_2). */
-static inline float hopform_short_time_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float t)
+/* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
+static inline int hopform_halve_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float *h)
 {
     const hopform_poles_f32 *poles =
         hopform_poles_of_f32(plan, hopform_side_1_f32(phase), hopform_side_2_f32(phase));
     const float fastest = poles->s_1 + sqrt_f32(poles->s_2);
-    float h = t;
-    while (fastest * h > 4.0f) {
-        h *= 0.5f;
+    int times = 0;
+    while (fastest * *h > 4.0f) {
+        *h *= 0.5f;
+        times++;
     }
-    return h;
+    return times;
 }
 
 #endif

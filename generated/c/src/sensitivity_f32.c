@@ -69,10 +69,11 @@ static void short_responses_f32(const hopform_plan_f32 *plan, const hopform_phas
 static void responses_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t,
                            float by_share[SHARES_f32][Z_SIZE])
 {
-    float h = hopform_short_time_f32(plan, phase, t);
+    float h = t;
+    int doublings = hopform_halve_f32(plan, phase, &h);
     hopform_matrix_f32 shares[SHARES_f32] = {0};
     short_responses_f32(plan, phase, u, h, shares);
-    while (h < t) {
+    for (; doublings > 0; doublings--) {
         const hopform_matrix_f32 phi = hopform_transition_f32(plan, phase, u, h);
         for (int share = 0; share < SHARES_f32; share++) {
             hopform_matrix_f32 twice = {{{0}}};

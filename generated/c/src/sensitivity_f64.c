@@ -69,10 +69,11 @@ static void short_responses_f64(const hopform_plan_f64 *plan, const hopform_phas
 static void responses_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t,
                            double by_share[SHARES_f64][Z_SIZE])
 {
-    double h = hopform_short_time_f64(plan, phase, t);
+    double h = t;
+    int doublings = hopform_halve_f64(plan, phase, &h);
     hopform_matrix_f64 shares[SHARES_f64] = {0};
     short_responses_f64(plan, phase, u, h, shares);
-    while (h < t) {
+    for (; doublings > 0; doublings--) {
         const hopform_matrix_f64 phi = hopform_transition_f64(plan, phase, u, h);
         for (int share = 0; share < SHARES_f64; share++) {
             hopform_matrix_f64 twice = {{{0}}};

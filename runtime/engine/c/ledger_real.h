@@ -47,9 +47,10 @@ static inline hopform_matrix_real hopform_moments_in_phase_real(const hopform_pl
     const hopform_state_real start = {0.0, phase->v1, phase->v2, phase->y};
     const hopform_motion_real motion = hopform_motion_under_real(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_real *poles = hopform_poles_of_real(plan, side_1, side_2);
-    real h = hopform_short_time_real(plan, phase, t);
+    real h = t;
+    int doublings = hopform_halve_real(plan, phase, &h);
     hopform_matrix_real sum = hopform_short_moments_real(poles, &motion, phase, h);
-    while (h < t) {
+    for (; doublings > 0; doublings--) {
         for (int i = 1; i < Z_SIZE; i++) {
             for (int j = 0; j < i; j++) {
                 sum.at[i][j] = sum.at[j][i];

@@ -30,11 +30,10 @@ static void mix_int_real(uint32_t *hash, int32_t value)
 /* An array, or the leading members of a struct, that holds nothing but reals. */
 static void mix_reals_real(uint32_t *hash, const void *reals, size_t size)
 {
-    const unsigned char *bytes = (const unsigned char *)reals;
-    for (size_t n = 0; n < size; n += sizeof(real)) {
-        real value;
-        (void)memcpy(&value, &bytes[n], sizeof value);
-        const uint64_t bits = hopform_bits_of_real_real(value);
+    real values[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS]; /* no array or struct is larger */
+    (void)memcpy(values, reals, size);
+    for (size_t n = 0; n < size / sizeof(real); n++) {
+        const uint64_t bits = hopform_bits_of_real_real(values[n]);
         mix_word_real(hash, (uint32_t)bits);
         mix_word_real(hash, (uint32_t)(bits >> 32));
     }

@@ -69,10 +69,11 @@ static void short_responses_real(const hopform_plan_real *plan, const hopform_ph
 static void responses_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t,
                            real by_share[SHARES_real][Z_SIZE])
 {
-    real h = hopform_short_time_real(plan, phase, t);
+    real h = t;
+    int doublings = hopform_halve_real(plan, phase, &h);
     hopform_matrix_real shares[SHARES_real] = {0};
     short_responses_real(plan, phase, u, h, shares);
-    while (h < t) {
+    for (; doublings > 0; doublings--) {
         const hopform_matrix_real phi = hopform_transition_real(plan, phase, u, h);
         for (int share = 0; share < SHARES_real; share++) {
             hopform_matrix_real twice = {{{0}}};
