@@ -53,7 +53,7 @@ HEADER_MARK = "@header@"
 PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger")
 
 # Records whose members the engine goes through one after the other.
-WALKED = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "FlightLedger", "Motion", "Basis")
+WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Motion", "Basis")
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ step.
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import sympy as sp
 
@@ -14,17 +15,6 @@ from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from . import control, laplace
-
-SLOPES = Record("Slopes", "Change of the right sides of (3), (4), by what each share of it goes with.").of(
-    Quantity("d_C_1", r"\delta C_1", "m/s^2", "change of the acceleration of the actuator, constant in a phase"),
-    Quantity("d_a1_y", r"\delta a_{1y}", "1/s^2", "the same per y"),
-    Quantity("d_a1_v1", r"\delta a_{11}", "1/s", "the same per v_1"),
-    Quantity("d_a1_v2", r"\delta a_{12}", "1/s", "the same per v_2"),
-    Quantity("d_C_2", r"\delta C_2", "m/s^2", "change of the acceleration of the body, constant in a phase"),
-    Quantity("d_a2_y", r"\delta a_{2y}", "1/s^2", "the same per y"),
-    Quantity("d_a2_v1", r"\delta a_{21}", "1/s", "the same per v_1"),
-    Quantity("d_a2_v2", r"\delta a_{22}", "1/s", "the same per v_2"),
-)
 
 
 def _changed(quantity: Quantity) -> Quantity:
@@ -38,6 +28,15 @@ def changes(record: Record) -> Record:
     return Record(f"{record.name}Change", f"Changes: {record.meaning}", tuple(map(_changed, record.quantities)))
 
 
+SLOPES = Record(
+    "Slopes",
+    "Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2.",
+    tuple(
+        _changed(quantity)
+        for constant, rates in zip(DRIVE.quantities, (RATES.quantities[:3], RATES.quantities[5:8]), strict=True)
+        for quantity in (constant, *rates)
+    ),
+)
 ROBOT_CHANGE = changes(ROBOT)
 STATE_CHANGE = changes(STATE)
 CURRENT_CHANGE = _changed(CURRENT)
@@ -95,17 +94,10 @@ def body_energy_change(model: Model) -> Steps:
 
 
 @function(
-    takes=(
-        ROBOT,
-        control.V_UP,
-        ROBOT_CHANGE,
-        _change_of(x1, "m", "change of the actuator's displacement at take-off"),
-        _change_of(y, "m", "change of the compression at take-off"),
-        _change_of(control.v_up, "m/s", "change of v_up"),
-    ),
+    takes=(ROBOT, STATE.quantities[2], ROBOT_CHANGE, STATE_CHANGE),
     returns=_change_of(control.apex, "m", "change of the hop height of the apex"),
 )
 def apex_change(model: Model) -> Steps:
-    """Change of the apex with the robot and the state at take-off."""
-    inputs = (*model.robot.symbols, x1, y, control.v_up)
-    return changed_steps(control.apex_of_takeoff(model), inputs, (change_of(control.apex),))
+    """Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0)."""
+    steps = [replace(step, value=step.value.subs(control.v_up, v2)) for step in control.apex_of_takeoff(model)]
+    return changed_steps(steps, (*model.robot.symbols, x1, v2, y), (change_of(control.apex),))

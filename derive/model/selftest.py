@@ -42,9 +42,6 @@ class Case(NamedTuple):
     horizon: float
 
 
-REALS = Case._fields[1:]
-"""What of a case is a number; the first is the robot's place."""
-
 CASES: tuple[Case, ...] = (
     Case(0, 0.0, 0.0, -1.93, 0.0, 3.0, 0.05, 2.0, 2.0),
     Case(0, 0.0, 0.0, -0.6, 0.0, 1.0, 1.0, 0.0, 2.0),

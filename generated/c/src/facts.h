@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "96d4d2728f2f783e"
+#define HOPFORM_SOURCE "14df5b1d3376bc82"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -23,17 +23,8 @@
 /* What the hopper is made of. */
 #define HOPFORM_ROBOT_MEMBERS(X) X(m_eff, POSITIVE) X(m_s, POSITIVE) X(k, POSITIVE) X(L0, REAL) X(c, REAL) X(b1, NONNEGATIVE) X(b2, NONNEGATIVE) X(f1, NONNEGATIVE) X(f2, NONNEGATIVE) X(gamma2, REAL) X(g, NONNEGATIVE) X(x1_min, LOWER) X(x1_max, UPPER) X(u_max, BOUND) X(impact_loss, FRACTION)
 
-/* Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials. */
-#define HOPFORM_RATES_MEMBERS(X) X(a1_y, REAL) X(a1_v1, REAL) X(a1_v2, REAL) X(a1_u, REAL) X(a1_0, REAL) X(a2_y, REAL) X(a2_v1, REAL) X(a2_v2, REAL) X(a2_0, REAL) X(s_1, REAL) X(s_2, REAL) X(s_3, REAL) X(p_1, REAL) X(q_1, REAL) X(p_2, REAL) X(q_2, REAL)
-
-/* The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held. */
-#define HOPFORM_POLES_MEMBERS(X) X(a, REAL) X(p, REAL) X(q, REAL) X(s_1, REAL) X(s_2, REAL) X(s_3, REAL)
-
 /* The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
 #define HOPFORM_STATE_MEMBERS(X) X(x1, REAL) X(v1, REAL) X(v2, REAL) X(y, REAL)
-
-/* The energy of the body (22), (23) and of the whole robot. */
-#define HOPFORM_ENERGY_MEMBERS(X) X(body, REAL) X(total, REAL)
 
 /* Work of each force, signed as it enters the robot; what is lost at stops is apart. */
 #define HOPFORM_LEDGER_MEMBERS(X) X(motor_work, REAL) X(offset_work, REAL) X(viscous_1, REAL) X(viscous_2, REAL) X(coulomb_1, REAL) X(coulomb_2, REAL) X(spring_work, REAL)

@@ -189,16 +189,16 @@ typedef struct {
     float y_t;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_at_f32;
 
-/* Change of the right sides of (3), (4), by what each share of it goes with. */
+/* Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2. */
 typedef struct {
-    float d_C_1;    /* [m/s^2] change of the acceleration of the actuator, constant in a phase */
-    float d_a1_y;   /* [1/s^2] the same per y */
-    float d_a1_v1;  /* [1/s] the same per v_1 */
-    float d_a1_v2;  /* [1/s] the same per v_2 */
-    float d_C_2;    /* [m/s^2] change of the acceleration of the body, constant in a phase */
-    float d_a2_y;   /* [1/s^2] the same per y */
-    float d_a2_v1;  /* [1/s] the same per v_1 */
-    float d_a2_v2;  /* [1/s] the same per v_2 */
+    float d_C_1;    /* [m/s^2] change of the constant acceleration of the actuator */
+    float d_a1_y;   /* [1/s^2] change of the acceleration of the actuator per compression */
+    float d_a1_v1;  /* [1/s] change of the acceleration of the actuator per v_1 */
+    float d_a1_v2;  /* [1/s] change of the acceleration of the actuator per v_2 */
+    float d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
+    float d_a2_y;   /* [1/s^2] change of the acceleration of the body per compression */
+    float d_a2_v1;  /* [1/s] change of the acceleration of the body per v_1 */
+    float d_a2_v2;  /* [1/s] change of the acceleration of the body per v_2 */
 } hopform_slopes_f32;
 
 /* Changes: What the hopper is made of. */
@@ -784,12 +784,13 @@ static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robo
     return d_body;
 }
 
-/* Change of the apex with the robot and the state at take-off. */
-static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot, float v_up, const hopform_robot_change_f32 *robot_change, float d_x1, float d_y, float d_v_up)
+/* Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0). */
+static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot, float v2, const hopform_robot_change_f32 *robot_change, const hopform_state_change_f32 *state_change)
 {
     const float g = robot->g;
     const float d_g = robot_change->d_g;
-    const float d_apex = d_x1 + d_v_up*v_up/g - d_y - 0.5f*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
+    const float d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
+    const float d_apex = d_x1 + d_v2*v2/g - d_y - 0.5f*d_g*v2*v2/(g*g);  /* change of apex of the ballistic flight */
     return d_apex;
 }
 

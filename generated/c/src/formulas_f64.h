@@ -189,16 +189,16 @@ typedef struct {
     double y_t;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_at_f64;
 
-/* Change of the right sides of (3), (4), by what each share of it goes with. */
+/* Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2. */
 typedef struct {
-    double d_C_1;    /* [m/s^2] change of the acceleration of the actuator, constant in a phase */
-    double d_a1_y;   /* [1/s^2] the same per y */
-    double d_a1_v1;  /* [1/s] the same per v_1 */
-    double d_a1_v2;  /* [1/s] the same per v_2 */
-    double d_C_2;    /* [m/s^2] change of the acceleration of the body, constant in a phase */
-    double d_a2_y;   /* [1/s^2] the same per y */
-    double d_a2_v1;  /* [1/s] the same per v_1 */
-    double d_a2_v2;  /* [1/s] the same per v_2 */
+    double d_C_1;    /* [m/s^2] change of the constant acceleration of the actuator */
+    double d_a1_y;   /* [1/s^2] change of the acceleration of the actuator per compression */
+    double d_a1_v1;  /* [1/s] change of the acceleration of the actuator per v_1 */
+    double d_a1_v2;  /* [1/s] change of the acceleration of the actuator per v_2 */
+    double d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
+    double d_a2_y;   /* [1/s^2] change of the acceleration of the body per compression */
+    double d_a2_v1;  /* [1/s] change of the acceleration of the body per v_1 */
+    double d_a2_v2;  /* [1/s] change of the acceleration of the body per v_2 */
 } hopform_slopes_f64;
 
 /* Changes: What the hopper is made of. */
@@ -784,12 +784,13 @@ static inline double hopform_body_energy_change_f64(const hopform_robot_f64 *rob
     return d_body;
 }
 
-/* Change of the apex with the robot and the state at take-off. */
-static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot, double v_up, const hopform_robot_change_f64 *robot_change, double d_x1, double d_y, double d_v_up)
+/* Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0). */
+static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot, double v2, const hopform_robot_change_f64 *robot_change, const hopform_state_change_f64 *state_change)
 {
     const double g = robot->g;
     const double d_g = robot_change->d_g;
-    const double d_apex = d_x1 + d_v_up*v_up/g - d_y - 0.5*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
+    const double d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
+    const double d_apex = d_x1 + d_v2*v2/g - d_y - 0.5*d_g*v2*v2/(g*g);  /* change of apex of the ballistic flight */
     return d_apex;
 }
 

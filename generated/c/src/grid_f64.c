@@ -24,26 +24,29 @@ enum { BLOCK_f64 = 64, FINE_f64 = 8, SEED_BLOCKS_f64 = 32 };
 #define GRID_WIDE_f64 __attribute__((noinline, flatten, target("avx2")))
 #define ALIGNED_f64 __attribute__((aligned(64)))
 #else
+#define HAS_WIDE_f64 0
+#define GRID_WIDE_f64
 #define ALIGNED_f64
 #endif
 
-/* W, its derivative and integrals at j dt, j = 0 .. BLOCK - 1, and at BLOCK dt, where the next block begins. */
+/* W, its derivative and integrals at j dt, j = 0 .. BLOCK - 1. */
 typedef struct {
     double t[BLOCK_f64] ALIGNED_f64;
     double Wd[BLOCK_f64];
     double W[BLOCK_f64];
     double W1[BLOCK_f64];
     double W2[BLOCK_f64];
-    hopform_basis_f64 next;
 } grid_table_f64;
 
-/* Where the samples go. */
+/* The samples' times, and where they go. */
 typedef struct {
+    double t0;
+    double dt;
     double *x1;
     double *v1;
     double *v2;
     double *y;
-} grid_arrays_f64;
+} grid_f64;
 
 static void put_basis_f64(grid_table_f64 *table, int32_t j, double t, const hopform_basis_f64 *basis)
 {
@@ -117,89 +120,72 @@ static inline void put_same_f64(double *RESTRICT_f64 out, double value, int32_t 
     }
 }
 
-static inline void put_samples_f64(const grid_arrays_f64 *out, const grid_table_f64 *table,
+/* Samples from n on. */
+static inline void put_samples_f64(const grid_f64 *grid, int32_t n, const grid_table_f64 *table,
                                     const hopform_state_f64 *from, const hopform_motion_f64 *motion, int side_1,
                                     int side_2, int32_t count)
 {
     if (side_1 != 0) {
-        sum_up_x1_f64(out->x1, table, from->x1, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
-        sum_up_f64(out->v1, table, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
+        sum_up_x1_f64(grid->x1 + n, table, from->x1, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
+        sum_up_f64(grid->v1 + n, table, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
     } else {
-        put_same_f64(out->x1, from->x1, count);
-        put_same_f64(out->v1, 0.0, count);
+        put_same_f64(grid->x1 + n, from->x1, count);
+        put_same_f64(grid->v1 + n, 0.0, count);
     }
     if (side_2 != 0) {
-        sum_up_f64(out->v2, table, from->v2, motion->H3_2, motion->H2_2, motion->H1_2, count);
+        sum_up_f64(grid->v2 + n, table, from->v2, motion->H3_2, motion->H2_2, motion->H1_2, count);
     } else {
-        put_same_f64(out->v2, 0.0, count);
+        put_same_f64(grid->v2 + n, 0.0, count);
     }
-    sum_up_f64(out->y, table, from->y, motion->H3_y, motion->H2_y, motion->H1_y, count);
+    if (side_1 != 0 || side_2 != 0) {
+        sum_up_f64(grid->y + n, table, from->y, motion->H3_y, motion->H2_y, motion->H1_y, count);
+    } else {
+        put_same_f64(grid->y + n, from->y, count);
+    }
 }
 
-#if defined(GRID_WIDE_f64)
-static GRID_WIDE_f64 void put_wide_f64(const grid_arrays_f64 *out, const grid_table_f64 *table,
+static GRID_WIDE_f64 void put_wide_f64(const grid_f64 *grid, int32_t n, const grid_table_f64 *table,
                                          const hopform_state_f64 *from, const hopform_motion_f64 *motion, int side_1,
                                          int side_2)
 {
-    put_samples_f64(out, table, from, motion, side_1, side_2, BLOCK_f64);
-}
-#endif
-
-static void put_block_f64(const grid_arrays_f64 *out, const grid_table_f64 *table, const hopform_state_f64 *from,
-                           const hopform_motion_f64 *motion, int side_1, int side_2)
-{
-#if defined(GRID_WIDE_f64)
-    if (HAS_WIDE_f64) {
-        put_wide_f64(out, table, from, motion, side_1, side_2);
-        return;
-    }
-#endif
-    put_samples_f64(out, table, from, motion, side_1, side_2, BLOCK_f64);
+    put_samples_f64(grid, n, table, from, motion, side_1, side_2, BLOCK_f64);
 }
 
-static grid_arrays_f64 behind_f64(const grid_arrays_f64 *out, int32_t n)
-{
-    const grid_arrays_f64 rest = {out->x1 + n, out->v1 + n, out->v2 + n, out->y + n};
-    return rest;
-}
-
-/* `count` samples of a phase, the first at t since it began. */
-static void samples_of_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t,
-                                  double dt, int32_t count, grid_arrays_f64 out)
+/* The samples of a phase from number `first` on, before `end`. Where both masses are held it takes no time. */
+static void samples_of_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u,
+                                  const grid_f64 *grid, int32_t first, int32_t end)
 {
     const int side_1 = hopform_side_1_f64(phase);
     const int side_2 = hopform_side_2_f64(phase);
+    const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side_1, side_2);
+    const bool rests = side_1 == 0 && side_2 == 0;
+    const double dt = rests ? 0.0 : grid->dt;
+    const double t = grid->t0 + (double)first * grid->dt - phase->t;
     hopform_state_f64 from = hopform_state_in_phase_f64(plan, phase, u, t);
     grid_table_f64 table;
-    const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side_1, side_2);
-    fill_table_f64(&table, poles, dt, count > BLOCK_f64 ? BLOCK_f64 : count);
-    if (count > BLOCK_f64) {
-        table.next = hopform_basis_at_f64(poles, (double)BLOCK_f64 * dt);
+    if (!rests) {
+        fill_table_f64(&table, poles, dt, end - first < BLOCK_f64 ? end - first : BLOCK_f64);
     }
-    for (int32_t done = 0; done < count; done += BLOCK_f64) {
-        if (done > 0 && done / BLOCK_f64 % SEED_BLOCKS_f64 == 0) {
-            from = hopform_state_in_phase_f64(plan, phase, u, t + (double)done * dt);
+    hopform_basis_f64 next = {0.0, 0.0, 0.0, 0.0, 0.0};
+    if (end - first > BLOCK_f64) {
+        next = hopform_basis_at_f64(poles, (double)BLOCK_f64 * dt);
+    }
+    for (int32_t n = first; n < end; n += BLOCK_f64) {
+        if (n > first && (n - first) / BLOCK_f64 % SEED_BLOCKS_f64 == 0) {
+            from = hopform_state_in_phase_f64(plan, phase, u, t + (double)(n - first) * dt);
         }
         const hopform_motion_f64 motion = hopform_motion_of_f64(plan, &from, u, side_1, side_2);
-        const grid_arrays_f64 block = behind_f64(&out, done);
-        if (count - done >= BLOCK_f64) {
-            put_block_f64(&block, &table, &from, &motion, side_1, side_2);
+        if (end - n < BLOCK_f64) {
+            put_samples_f64(grid, n, &table, &from, &motion, side_1, side_2, end - n);
+        } else if (HAS_WIDE_f64) {
+            put_wide_f64(grid, n, &table, &from, &motion, side_1, side_2);
         } else {
-            put_samples_f64(&block, &table, &from, &motion, side_1, side_2, count - done);
+            put_samples_f64(grid, n, &table, &from, &motion, side_1, side_2, BLOCK_f64);
         }
-        if (count - done > BLOCK_f64) {
-            from = hopform_arrive_f64(&from, &motion, &table.next, side_1, side_2);
+        if (end - n > BLOCK_f64) {
+            from = hopform_arrive_f64(&from, &motion, &next, side_1, side_2);
         }
     }
-}
-
-/* Samples that do not move. */
-static void samples_at_rest_f64(const hopform_phase_f64 *phase, int32_t count, const grid_arrays_f64 *out)
-{
-    put_same_f64(out->x1, phase->x1, count);
-    put_same_f64(out->v1, 0.0, count);
-    put_same_f64(out->v2, 0.0, count);
-    put_same_f64(out->y, phase->y, count);
 }
 
 /* The first sample from `first` on that lies at or behind a time. */
@@ -236,17 +222,13 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
     if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest)) {
         return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, 4);
     }
-    const grid_arrays_f64 all = {x1, v1, v2, y};
+    const grid_f64 grid = {t0, dt, x1, v1, v2, y};
     int32_t first = 0;
     for (int32_t n = hopform_phase_index_f64(phases, stance->phases_kept, t0); first < count; n++) {
         const bool is_last = n + 1 >= stance->phases_kept;
         const int32_t end = is_last ? count : sample_behind_f64(phases[n + 1].t, t0, dt, first, count);
-        const grid_arrays_f64 out = behind_f64(&all, first);
-        if (phases[n].mode == 4) { /* both held */
-            samples_at_rest_f64(&phases[n], end - first, &out);
-        } else if (end > first) {
-            samples_of_phase_f64(plan, &phases[n], steps[phases[n].step].u, t0 + (double)first * dt - phases[n].t, dt,
-                                  end - first, out);
+        if (end > first) {
+            samples_of_phase_f64(plan, &phases[n], steps[phases[n].step].u, &grid, first, end);
         }
         first = end;
     }

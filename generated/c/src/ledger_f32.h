@@ -13,17 +13,8 @@
 
 #include "linear_f32.h"
 
-/* What stands above the diagonal, below it. */
-static inline void hopform_mirror_f32(hopform_matrix_f32 *s)
-{
-    for (int i = 1; i < Z_SIZE; i++) {
-        for (int j = 0; j < i; j++) {
-            s->at[i][j] = s->at[j][i];
-        }
-    }
-}
-
-/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
+/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states: on and above the
+ * diagonal. */
 static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_poles_f32 *poles,
                                                              const hopform_motion_f32 *motion,
                                                              const hopform_phase_f32 *phase, float h)
@@ -43,7 +34,6 @@ static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_poles_f
             }
         }
     }
-    hopform_mirror_f32(&sum);
     return sum;
 }
 
@@ -57,11 +47,16 @@ static inline hopform_matrix_f32 hopform_moments_in_phase_f32(const hopform_plan
     const hopform_state_f32 start = {0.0f, phase->v1, phase->v2, phase->y};
     const hopform_motion_f32 motion = hopform_motion_under_f32(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side_1, side_2);
-    int doublings = hopform_doublings_f32(poles, t);
-    float h = hopform_halved_f32(t, doublings);
+    float h = t;
+    int doublings = hopform_halve_f32(plan, phase, &h);
     hopform_matrix_f32 sum = hopform_short_moments_f32(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
-        const hopform_matrix_f32 phi = hopform_transition_f32(plan, &drive, side_1, side_2, h);
+        for (int i = 1; i < Z_SIZE; i++) {
+            for (int j = 0; j < i; j++) {
+                sum.at[i][j] = sum.at[j][i];
+            }
+        }
+        const hopform_matrix_f32 phi = hopform_transition_f32(plan, phase, u, h);
         hopform_matrix_f32 left = {{{0}}};
         hopform_add_product_f32(&left, &phi, &sum);
         for (int i = 0; i < Z_SIZE; i++) {
@@ -71,7 +66,6 @@ static inline hopform_matrix_f32 hopform_moments_in_phase_f32(const hopform_plan
                 }
             }
         }
-        hopform_mirror_f32(&sum);
         h *= 2.0f;
     }
     return sum;

@@ -13,17 +13,8 @@
 
 #include "linear_f64.h"
 
-/* What stands above the diagonal, below it. */
-static inline void hopform_mirror_f64(hopform_matrix_f64 *s)
-{
-    for (int i = 1; i < Z_SIZE; i++) {
-        for (int j = 0; j < i; j++) {
-            s->at[i][j] = s->at[j][i];
-        }
-    }
-}
-
-/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
+/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states: on and above the
+ * diagonal. */
 static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_poles_f64 *poles,
                                                              const hopform_motion_f64 *motion,
                                                              const hopform_phase_f64 *phase, double h)
@@ -43,7 +34,6 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_poles_f
             }
         }
     }
-    hopform_mirror_f64(&sum);
     return sum;
 }
 
@@ -57,11 +47,16 @@ static inline hopform_matrix_f64 hopform_moments_in_phase_f64(const hopform_plan
     const hopform_state_f64 start = {0.0, phase->v1, phase->v2, phase->y};
     const hopform_motion_f64 motion = hopform_motion_under_f64(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side_1, side_2);
-    int doublings = hopform_doublings_f64(poles, t);
-    double h = hopform_halved_f64(t, doublings);
+    double h = t;
+    int doublings = hopform_halve_f64(plan, phase, &h);
     hopform_matrix_f64 sum = hopform_short_moments_f64(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
-        const hopform_matrix_f64 phi = hopform_transition_f64(plan, &drive, side_1, side_2, h);
+        for (int i = 1; i < Z_SIZE; i++) {
+            for (int j = 0; j < i; j++) {
+                sum.at[i][j] = sum.at[j][i];
+            }
+        }
+        const hopform_matrix_f64 phi = hopform_transition_f64(plan, phase, u, h);
         hopform_matrix_f64 left = {{{0}}};
         hopform_add_product_f64(&left, &phi, &sum);
         for (int i = 0; i < Z_SIZE; i++) {
@@ -71,7 +66,6 @@ static inline hopform_matrix_f64 hopform_moments_in_phase_f64(const hopform_plan
                 }
             }
         }
-        hopform_mirror_f64(&sum);
         h *= 2.0;
     }
     return sum;

@@ -13,11 +13,14 @@ typedef struct {
     float at[Z_SIZE][Z_SIZE];
 } hopform_matrix_f32;
 
-/* Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values. */
-static inline hopform_matrix_f32
-hopform_transition_f32(const hopform_plan_f32 *plan, const hopform_drive_f32 *drive, int side_1, int side_2, float h)
+/* Phi(h) of a phase: its columns are the motions from rest under the drive and from unit initial values. */
+static inline hopform_matrix_f32 hopform_transition_f32(const hopform_plan_f32 *plan,
+                                                          const hopform_phase_f32 *phase, float u, float h)
 {
+    const int side_1 = hopform_side_1_f32(phase);
+    const int side_2 = hopform_side_2_f32(phase);
     const hopform_basis_f32 basis = hopform_basis_at_f32(hopform_poles_of_f32(plan, side_1, side_2), h);
+    const hopform_drive_f32 drive = hopform_drive_of_f32(&plan->robot, &plan->rates, u, (float)side_1, (float)side_2);
     const hopform_drive_f32 none = {0.0f, 0.0f};
     hopform_matrix_f32 phi = {{{0}}};
     phi.at[Z_ONE][Z_ONE] = 1.0f;
@@ -29,7 +32,7 @@ hopform_transition_f32(const hopform_plan_f32 *plan, const hopform_drive_f32 *dr
         const hopform_state_f32 start = {0.0f, column == Z_V1 ? 1.0f : 0.0f, column == Z_V2 ? 1.0f : 0.0f,
                                           column == Z_Y ? 1.0f : 0.0f};
         const hopform_motion_f32 motion =
-            hopform_motion_under_f32(&plan->rates, column == Z_ONE ? drive : &none, &start, side_1, side_2);
+            hopform_motion_under_f32(&plan->rates, column == Z_ONE ? &drive : &none, &start, side_1, side_2);
         const hopform_state_f32 end = hopform_arrive_f32(&start, &motion, &basis, side_1, side_2);
         phi.at[Z_X][column] = end.x1;
         phi.at[Z_Y][column] = end.y;
@@ -61,24 +64,18 @@ static const float hopform_place_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_PLACES_
 
 static const float hopform_weight_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_WEIGHTS_f32};
 
-/* How often t is to be halved until the rule is exact: no pole is further from 0 than s_1 + sqrt(s_2). */
-static inline int hopform_doublings_f32(const hopform_poles_f32 *poles, float t)
+/* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
+static inline int hopform_halve_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float *h)
 {
+    const hopform_poles_f32 *poles =
+        hopform_poles_of_f32(plan, hopform_side_1_f32(phase), hopform_side_2_f32(phase));
     const float fastest = poles->s_1 + sqrt_f32(poles->s_2);
-    int doublings = 0;
-    while (fastest * t > 4.0f && doublings < 200) {
-        t *= 0.5f;
-        doublings++;
+    int times = 0;
+    while (fastest * *h > 4.0f) {
+        *h *= 0.5f;
+        times++;
     }
-    return doublings;
-}
-
-static inline float hopform_halved_f32(float t, int times)
-{
-    for (; times > 0; times--) {
-        t *= 0.5f;
-    }
-    return t;
+    return times;
 }
 
 #endif

@@ -13,11 +13,14 @@ typedef struct {
     double at[Z_SIZE][Z_SIZE];
 } hopform_matrix_f64;
 
-/* Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values. */
-static inline hopform_matrix_f64
-hopform_transition_f64(const hopform_plan_f64 *plan, const hopform_drive_f64 *drive, int side_1, int side_2, double h)
+/* Phi(h) of a phase: its columns are the motions from rest under the drive and from unit initial values. */
+static inline hopform_matrix_f64 hopform_transition_f64(const hopform_plan_f64 *plan,
+                                                          const hopform_phase_f64 *phase, double u, double h)
 {
+    const int side_1 = hopform_side_1_f64(phase);
+    const int side_2 = hopform_side_2_f64(phase);
     const hopform_basis_f64 basis = hopform_basis_at_f64(hopform_poles_of_f64(plan, side_1, side_2), h);
+    const hopform_drive_f64 drive = hopform_drive_of_f64(&plan->robot, &plan->rates, u, (double)side_1, (double)side_2);
     const hopform_drive_f64 none = {0.0, 0.0};
     hopform_matrix_f64 phi = {{{0}}};
     phi.at[Z_ONE][Z_ONE] = 1.0;
@@ -29,7 +32,7 @@ hopform_transition_f64(const hopform_plan_f64 *plan, const hopform_drive_f64 *dr
         const hopform_state_f64 start = {0.0, column == Z_V1 ? 1.0 : 0.0, column == Z_V2 ? 1.0 : 0.0,
                                           column == Z_Y ? 1.0 : 0.0};
         const hopform_motion_f64 motion =
-            hopform_motion_under_f64(&plan->rates, column == Z_ONE ? drive : &none, &start, side_1, side_2);
+            hopform_motion_under_f64(&plan->rates, column == Z_ONE ? &drive : &none, &start, side_1, side_2);
         const hopform_state_f64 end = hopform_arrive_f64(&start, &motion, &basis, side_1, side_2);
         phi.at[Z_X][column] = end.x1;
         phi.at[Z_Y][column] = end.y;
@@ -61,24 +64,18 @@ static const double hopform_place_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_PLACES
 
 static const double hopform_weight_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_WEIGHTS_f64};
 
-/* How often t is to be halved until the rule is exact: no pole is further from 0 than s_1 + sqrt(s_2). */
-static inline int hopform_doublings_f64(const hopform_poles_f64 *poles, double t)
+/* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
+static inline int hopform_halve_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double *h)
 {
+    const hopform_poles_f64 *poles =
+        hopform_poles_of_f64(plan, hopform_side_1_f64(phase), hopform_side_2_f64(phase));
     const double fastest = poles->s_1 + sqrt_f64(poles->s_2);
-    int doublings = 0;
-    while (fastest * t > 4.0 && doublings < 200) {
-        t *= 0.5;
-        doublings++;
+    int times = 0;
+    while (fastest * *h > 4.0) {
+        *h *= 0.5;
+        times++;
     }
-    return doublings;
-}
-
-static inline double hopform_halved_f64(double t, int times)
-{
-    for (; times > 0; times--) {
-        t *= 0.5;
-    }
-    return t;
+    return times;
 }
 
 #endif

@@ -6,20 +6,15 @@
 
 /* Addresses are compared as numbers, because C orders pointers within one object only; the difference wraps around
  * where the other range begins first. */
-static bool overlap_meet_f64(const hopform_memory_f64 *one, const hopform_memory_f64 *other)
-{
-    const uintptr_t from_one = (uintptr_t)one->first;
-    const uintptr_t from_other = (uintptr_t)other->first;
-    return from_one - from_other < other->size || from_other - from_one < one->size;
-}
-
 bool hopform_overlap_f64(const hopform_memory_f64 *written, int written_count, const hopform_memory_f64 *read,
                           int read_count)
 {
     bool overlap = false;
     for (int i = 0; i < written_count; i++) {
         for (int j = 0; j < read_count && written[i].size > 0; j++) {
-            overlap = overlap || (read[j].size > 0 && overlap_meet_f64(&written[i], &read[j]));
+            const uintptr_t ahead = (uintptr_t)written[i].first - (uintptr_t)read[j].first;
+            const uintptr_t behind = (uintptr_t)read[j].first - (uintptr_t)written[i].first;
+            overlap = overlap || (read[j].size > 0 && (ahead < read[j].size || behind < written[i].size));
         }
     }
     return overlap;
@@ -36,31 +31,48 @@ int32_t hopform_refuse_f64(int32_t status, const hopform_memory_f64 *written, in
     return status;
 }
 
+/* Whether a stance has each of the times; at rest it goes on for ever. */
+static bool times_are_sound_f64(const hopform_times_f64 *times, const hopform_stance_f64 *stance)
+{
+    const double latest = stance->ending == HOPFORM_ENDING_REST ? HOPFORM_NEVER_f64 : stance->duration;
+    double earliest = 0.0;
+    bool sound = true;
+    for (int32_t n = 0; n < times->count; n++) {
+        sound = sound && times->at[n] >= earliest && times->at[n] <= latest;
+        earliest = times->in_order ? times->at[n] : 0.0;
+    }
+    return sound;
+}
+
 int32_t hopform_reading_status_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                     const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
-                                    const hopform_memory_f64 *times, const hopform_memory_f64 *arrays,
-                                    int array_count)
+                                    const hopform_times_f64 *times, const hopform_memory_f64 *arrays, int array_count)
 {
-    const hopform_memory_f64 none = {NULL, 0};
+    const hopform_times_f64 none = {NULL, 0, false};
+    const hopform_times_f64 *when = times != NULL ? times : &none;
     bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
-    given = given && (times == NULL || times->first != NULL);
+    given = given && (times == NULL || times->at != NULL);
     for (int n = 0; n < array_count; n++) {
         given = given && arrays[n].first != NULL;
     }
+    int32_t status = HOPFORM_OK;
     if (!given) {
-        return hopform_refuse_f64(HOPFORM_ERROR_NULL, arrays, array_count);
+        status = HOPFORM_ERROR_NULL;
+    } else if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
+        status = HOPFORM_ERROR_TIME;
+    } else {
+        const hopform_memory_f64 read[] = {
+            hopform_array_f64(plan, 1, sizeof *plan),
+            hopform_array_f64(steps, phases[stance->phases_kept - 1].step + 1, sizeof *steps),
+            hopform_array_f64(phases, stance->phases_kept, sizeof *phases),
+            hopform_array_f64(stance, 1, sizeof *stance),
+            hopform_array_f64(when->at, when->count, sizeof *when->at),
+        };
+        if (hopform_overlap_f64(arrays, array_count, read, 5)) {
+            status = HOPFORM_ERROR_OVERLAP;
+        } else if (!times_are_sound_f64(when, stance)) {
+            status = HOPFORM_ERROR_TIME;
+        }
     }
-    const int32_t kept = stance->phases_kept;
-    if (kept < stance->phase_count || kept < 1 || !hopform_is_made_f64(plan)) {
-        return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, array_count);
-    }
-    const hopform_memory_f64 read[] = {
-        hopform_array_f64(plan, 1, sizeof *plan),
-        hopform_array_f64(steps, phases[kept - 1].step + 1, sizeof *steps),
-        hopform_array_f64(phases, kept, sizeof *phases),
-        hopform_array_f64(stance, 1, sizeof *stance),
-        times != NULL ? *times : none,
-    };
-    const bool overlap = hopform_overlap_f64(arrays, array_count, read, 5);
-    return overlap ? hopform_refuse_f64(HOPFORM_ERROR_OVERLAP, arrays, array_count) : HOPFORM_OK;
+    return status < 0 ? hopform_refuse_f64(status, arrays, array_count) : status;
 }

@@ -3,6 +3,9 @@
  * Fixed stances, flights and searches that together visit every mode, kind of event, ending and branch of the kernels,
  * and a hash of all bits of what comes out: one word to compare between boards, compilers and the computer on the desk.
  */
+#include <stddef.h>
+#include <string.h>
+
 #include "facts.h"
 #include "kernels_f32.h"
 #include "selftest_cases_f32.h"
@@ -11,110 +14,101 @@ enum { FLIGHT_PHASES_f32 = 16, TIMES_f32 = 5, GRID_f32 = 5, SAMPLES_f32 = 8, CUR
 
 /* ---- the hash ---- */
 
-static uint32_t with_word_f32(uint32_t hash, uint32_t word)
+static void mix_word_f32(uint32_t *hash, uint32_t word)
 {
-    uint32_t mixed = (hash ^ word) * 2654435761u;
+    uint32_t mixed = (*hash ^ word) * 2654435761u;
     mixed ^= mixed >> 15;
     mixed *= 2246822519u;
-    return mixed ^ (mixed >> 13);
+    *hash = mixed ^ (mixed >> 13);
 }
 
-static uint32_t with_int_f32(uint32_t hash, int32_t value)
+static void mix_int_f32(uint32_t *hash, int32_t value)
 {
-    return with_word_f32(hash, (uint32_t)value);
+    mix_word_f32(hash, (uint32_t)value);
 }
 
-static uint32_t with_number_f32(uint32_t hash, float value)
+/* An array, or the leading members of a struct, that holds nothing but reals. */
+static void mix_reals_f32(uint32_t *hash, const void *reals, size_t size)
 {
-    const uint64_t bits = hopform_bits_of_real_f32(value);
-    return with_word_f32(with_word_f32(hash, (uint32_t)bits), (uint32_t)(bits >> 32));
-}
-
-#define WITH_MEMBER_f32(name, domain) sum = with_number_f32(sum, value->name);
-#define WITH_RECORD_f32(record, MEMBERS)                                                                              \
-    static uint32_t with_##record##_f32(uint32_t hash, const hopform_##record##_f32 *value)                          \
-    {                                                                                                                  \
-        uint32_t sum = hash;                                                                                           \
-        MEMBERS(WITH_MEMBER_f32)                                                                                      \
-        return sum;                                                                                                    \
+    float values[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS]; /* no array or struct is larger */
+    (void)memcpy(values, reals, size);
+    for (size_t n = 0; n < size / sizeof(float); n++) {
+        const uint64_t bits = hopform_bits_of_real_f32(values[n]);
+        mix_word_f32(hash, (uint32_t)bits);
+        mix_word_f32(hash, (uint32_t)(bits >> 32));
     }
-
-WITH_RECORD_f32(rates, HOPFORM_RATES_MEMBERS) WITH_RECORD_f32(poles, HOPFORM_POLES_MEMBERS)
-    WITH_RECORD_f32(state, HOPFORM_STATE_MEMBERS) WITH_RECORD_f32(energy, HOPFORM_ENERGY_MEMBERS)
-        WITH_RECORD_f32(ledger, HOPFORM_LEDGER_MEMBERS) WITH_RECORD_f32(flight_ledger, HOPFORM_FLIGHT_LEDGER_MEMBERS)
-
-    /* ---- what is solved ---- */
-
-    static uint32_t with_plan_f32(uint32_t hash, const hopform_plan_f32 *plan)
-{
-    uint32_t sum = with_rates_f32(hash, &plan->rates);
-    sum = with_poles_f32(sum, &plan->both);
-    sum = with_poles_f32(sum, &plan->actuator);
-    return with_poles_f32(sum, &plan->body);
 }
 
-static uint32_t with_result_f32(uint32_t hash, const hopform_stance_f32 *stance, const hopform_phase_f32 *phases)
+/* ---- what is solved ---- */
+
+static void mix_result_f32(uint32_t *hash, const hopform_stance_f32 *stance, const hopform_phase_f32 *phases)
 {
-    uint32_t sum = with_number_f32(hash, stance->duration);
-    sum = with_state_f32(sum, &stance->end);
-    sum = with_number_f32(with_number_f32(sum, stance->apex), stance->aed);
-    sum = with_int_f32(with_number_f32(sum, stance->start_loss), stance->ending);
-    sum = with_int_f32(with_int_f32(sum, stance->phase_count), stance->event_count);
+    mix_reals_f32(hash, stance, offsetof(hopform_stance_f32, ending));
+    mix_int_f32(hash, stance->ending);
+    mix_int_f32(hash, stance->phase_count);
+    mix_int_f32(hash, stance->event_count);
     for (int32_t n = 0; n < stance->phases_kept; n++) {
-        const hopform_state_f32 state = {phases[n].x1, phases[n].v1, phases[n].v2, phases[n].y};
-        sum = with_state_f32(with_number_f32(sum, phases[n].t), &state);
-        sum = with_int_f32(with_int_f32(with_int_f32(sum, phases[n].mode), phases[n].event), phases[n].step);
+        mix_reals_f32(hash, &phases[n], offsetof(hopform_phase_f32, mode));
+        mix_int_f32(hash, phases[n].mode);
+        mix_int_f32(hash, phases[n].event);
+        mix_int_f32(hash, phases[n].step);
     }
-    return sum;
 }
 
 /* States, energies and a grid of a stance that was solved. */
-static uint32_t with_motion_f32(uint32_t hash, const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                 const hopform_phase_f32 *phases, const hopform_stance_f32 *stance)
+static void mix_motion_f32(uint32_t *hash, const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                            const hopform_phase_f32 *phases, const hopform_stance_f32 *stance)
 {
-    uint32_t sum = hash;
     float times[TIMES_f32];
     hopform_energy_f32 energies[TIMES_f32];
     hopform_ledger_f32 ledgers[TIMES_f32];
     float losses[TIMES_f32];
-    for (int32_t n = 0; n < TIMES_f32; n++) {
-        times[n] = stance->duration * ((float)n / (float)(TIMES_f32 - 1));
-    }
+    float grid[4][GRID_f32];
     for (int32_t n = 0; n < TIMES_f32; n++) {
         hopform_state_f32 state;
-        sum = with_int_f32(sum, hopform_stance_at_f32(plan, steps, phases, stance, times[n], &state));
-        sum = with_state_f32(sum, &state);
+        times[n] = stance->duration * ((float)n / (float)(TIMES_f32 - 1));
+        mix_int_f32(hash, hopform_stance_at_f32(plan, steps, phases, stance, times[n], &state));
+        mix_reals_f32(hash, &state, sizeof state);
     }
-    sum = with_int_f32(
-        sum, hopform_stance_energy_f32(plan, steps, phases, stance, times, TIMES_f32, energies, ledgers, losses));
+    mix_int_f32(hash,
+                 hopform_stance_energy_f32(plan, steps, phases, stance, times, TIMES_f32, energies, ledgers, losses));
     for (int32_t n = 0; n < TIMES_f32; n++) {
-        sum = with_number_f32(with_ledger_f32(with_energy_f32(sum, &energies[n]), &ledgers[n]), losses[n]);
+        mix_reals_f32(hash, &energies[n], sizeof energies[n]);
+        mix_reals_f32(hash, &ledgers[n], sizeof ledgers[n]);
+        mix_reals_f32(hash, &losses[n], sizeof losses[n]);
     }
-    return sum;
+    const float dt = stance->duration / (float)GRID_f32;
+    if (dt > 0.0f) {
+        mix_int_f32(hash, hopform_stance_grid_f32(plan, steps, phases, stance, 0.0f, dt, GRID_f32, grid[0], grid[1],
+                                                    grid[2], grid[3]));
+        for (int32_t n = 0; n < GRID_f32; n++) {
+            const hopform_state_f32 state = {grid[0][n], grid[1][n], grid[2][n], grid[3][n]};
+            mix_reals_f32(hash, &state, sizeof state);
+        }
+    }
 }
 
-static uint32_t with_grid_f32(uint32_t hash, const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                               const hopform_phase_f32 *phases, const hopform_stance_f32 *stance)
+/* Derivatives at take-off, and the state in between with those there. */
+static void mix_derivatives_f32(uint32_t *hash, const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                 const hopform_phase_f32 *phases, const hopform_stance_f32 *stance)
 {
-    float x1[GRID_f32];
-    float v1[GRID_f32];
-    float v2[GRID_f32];
-    float y[GRID_f32];
-    const float dt = stance->duration / (float)GRID_f32;
-    if (!(dt > 0.0f)) {
-        return hash;
-    }
-    uint32_t sum =
-        with_int_f32(hash, hopform_stance_grid_f32(plan, steps, phases, stance, 0.0f, dt, GRID_f32, x1, v1, v2, y));
-    for (int32_t n = 0; n < GRID_f32; n++) {
-        const hopform_state_f32 state = {x1[n], v1[n], v2[n], y[n]};
-        sum = with_state_f32(sum, &state);
-    }
-    return sum;
+    float matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    float tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    hopform_state_f32 state;
+    hopform_state_f32 again;
+    const float half = 0.5f * stance->duration;
+    mix_int_f32(hash, hopform_stance_sensitivities_f32(plan, steps, phases, stance, matrix));
+    mix_reals_f32(hash, matrix, sizeof matrix);
+    mix_int_f32(hash, hopform_stance_tangents_f32(plan, steps, phases, stance, &half, 1, &state, tangents));
+    mix_reals_f32(hash, tangents, sizeof tangents);
+    mix_int_f32(hash, hopform_stance_states_f32(plan, steps, phases, stance, &half, 1, &again.x1, &again.v1,
+                                                  &again.v2, &again.y));
+    mix_reals_f32(hash, &state, sizeof state);
+    mix_reals_f32(hash, &again, sizeof again);
 }
 
 /* The flight that follows a take-off, over a step down of 3 cm. */
-static uint32_t with_flight_f32(uint32_t hash, const hopform_plan_f32 *plan, const hopform_stance_f32 *stance)
+static void mix_flight_f32(uint32_t *hash, const hopform_plan_f32 *plan, const hopform_stance_f32 *stance)
 {
     hopform_flight_phase_f32 phases[FLIGHT_PHASES_f32];
     hopform_flight_f32 flight;
@@ -126,110 +120,94 @@ static uint32_t with_flight_f32(uint32_t hash, const hopform_plan_f32 *plan, con
     start.y = -0.03f;
     const int32_t status =
         hopform_solve_flight_f32(plan, &start, 0, NULL, 2.0f, FLIGHT_PHASES_f32, phases, FLIGHT_PHASES_f32, &flight);
-    uint32_t sum = with_state_f32(with_number_f32(with_int_f32(hash, status), flight.duration), &flight.end);
-    sum = with_number_f32(with_number_f32(sum, flight.gains.Kp), flight.gains.Kd);
-    sum = with_number_f32(with_number_f32(sum, flight.apex), flight.v2_after);
-    sum = with_int_f32(with_int_f32(sum, flight.ending), flight.event_count);
+    const float found[] = {flight.duration, flight.end.x1,   flight.end.v1, flight.end.v2,  flight.end.y,
+                          flight.gains.Kp, flight.gains.Kd, flight.apex,   flight.v2_after};
+    mix_int_f32(hash, status);
+    mix_reals_f32(hash, found, sizeof found);
+    mix_int_f32(hash, flight.ending);
+    mix_int_f32(hash, flight.event_count);
     if (status != HOPFORM_OK) {
-        return sum;
+        return;
     }
     const float half = 0.5f * flight.duration;
-    sum = with_int_f32(sum, hopform_flight_at_f32(plan, phases, &flight, &half, 1, &state));
-    sum = with_state_f32(sum, &state);
-    sum = with_int_f32(sum, hopform_flight_energy_f32(plan, phases, &flight, &half, 1, &energy, &ledger, &loss));
-    sum = with_flight_ledger_f32(with_energy_f32(sum, &energy), &ledger);
-    return with_number_f32(sum, loss);
+    mix_int_f32(hash, hopform_flight_at_f32(plan, phases, &flight, &half, 1, &state));
+    mix_reals_f32(hash, &state, sizeof state);
+    mix_int_f32(hash, hopform_flight_energy_f32(plan, phases, &flight, &half, 1, &energy, &ledger, &loss));
+    mix_reals_f32(hash, &energy, sizeof energy);
+    mix_reals_f32(hash, &ledger, sizeof ledger);
+    mix_reals_f32(hash, &loss, sizeof loss);
 }
 
-/* Derivatives at take-off, and the state in between with those there. */
-static uint32_t with_derivatives_f32(uint32_t hash, const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance)
-{
-    float matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
-    float tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
-    hopform_state_f32 state;
-    hopform_state_f32 again;
-    const float half = 0.5f * stance->duration;
-    uint32_t sum = with_int_f32(hash, hopform_stance_sensitivities_f32(plan, steps, phases, stance, matrix));
-    for (int32_t n = 0; n < HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS; n++) {
-        sum = with_number_f32(sum, matrix[n]);
-    }
-    sum = with_int_f32(sum, hopform_stance_tangents_f32(plan, steps, phases, stance, &half, 1, &state, tangents));
-    for (int32_t n = 0; n < HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS; n++) {
-        sum = with_number_f32(sum, tangents[n]);
-    }
-    sum = with_int_f32(sum, hopform_stance_states_f32(plan, steps, phases, stance, &half, 1, &again.x1, &again.v1,
-                                                        &again.v2, &again.y));
-    return with_state_f32(with_state_f32(sum, &state), &again);
-}
+/* ---- the cases ---- */
 
-static uint32_t with_case_f32(uint32_t hash, const hopform_selftest_case_f32 *one, hopform_phase_f32 *phases)
+static void mix_case_f32(uint32_t *hash, const hopform_selftest_case_f32 *one, hopform_phase_f32 *phases)
 {
     hopform_plan_f32 plan;
     hopform_stance_f32 stance;
-    const hopform_state_f32 start = {one->x1, one->v1, one->v2, one->y};
-    const hopform_step_f32 steps[] = {{0.0f, one->u}, {one->later, one->then}};
-    uint32_t sum = with_int_f32(hash, hopform_plan_init_f32(&plan, &hopform_selftest_robots_f32[one->robot]));
-    sum = with_plan_f32(sum, &plan);
-    const int32_t status = hopform_solve_stance_f32(&plan, &start, steps, 2, one->horizon, HOPFORM_SELFTEST_PHASES,
-                                                     phases, HOPFORM_SELFTEST_PHASES, &stance);
-    sum = with_result_f32(with_int_f32(sum, status), &stance, phases);
-    if (status != HOPFORM_OK) {
-        return sum;
+    mix_int_f32(hash, hopform_plan_init_f32(&plan, &hopform_selftest_robots_f32[one->robot]));
+    mix_reals_f32(hash, &plan.rates, sizeof plan.rates);
+    mix_reals_f32(hash, &plan.both, sizeof plan.both);
+    mix_reals_f32(hash, &plan.actuator, sizeof plan.actuator);
+    mix_reals_f32(hash, &plan.body, sizeof plan.body);
+    const int32_t status = hopform_solve_stance_f32(&plan, &one->start, one->steps, 2, one->horizon,
+                                                     HOPFORM_SELFTEST_PHASES, phases, HOPFORM_SELFTEST_PHASES, &stance);
+    mix_int_f32(hash, status);
+    mix_result_f32(hash, &stance, phases);
+    if (status == HOPFORM_OK) {
+        mix_motion_f32(hash, &plan, one->steps, phases, &stance);
+        mix_derivatives_f32(hash, &plan, one->steps, phases, &stance);
+        if (stance.ending == HOPFORM_ENDING_TAKEOFF) {
+            mix_flight_f32(hash, &plan, &stance);
+        }
     }
-    sum = with_motion_f32(sum, &plan, steps, phases, &stance);
-    sum = with_grid_f32(sum, &plan, steps, phases, &stance);
-    sum = with_derivatives_f32(sum, &plan, steps, phases, &stance);
-    return stance.ending == HOPFORM_ENDING_TAKEOFF ? with_flight_f32(sum, &plan, &stance) : sum;
 }
 
 /* The controller from the state of a case, for hop heights within and beyond what the robot can do. */
-static uint32_t with_search_f32(uint32_t hash, const hopform_selftest_case_f32 *one, float h_des,
-                                 hopform_search_f32 *search, hopform_phase_f32 *phases)
+static void mix_search_f32(uint32_t *hash, const hopform_selftest_case_f32 *one, float h_des,
+                            hopform_search_f32 *search, hopform_phase_f32 *phases)
 {
     hopform_plan_f32 plan;
     hopform_command_f32 command;
-    const hopform_state_f32 start = {one->x1, one->v1, one->v2, one->y};
     const hopform_target_f32 target = {h_des, 0.0f, 0.001f, 2.0f};
-    uint32_t sum = with_int_f32(hash, hopform_plan_init_f32(&plan, &hopform_selftest_robots_f32[one->robot]));
-    sum = with_int_f32(
-        sum, hopform_choose_current_f32(search, &plan, &start, &target, phases, HOPFORM_SELFTEST_PHASES, &command));
-    sum = with_number_f32(with_number_f32(sum, command.u), command.apex);
-    return with_int_f32(with_int_f32(sum, command.status), search->trials);
+    mix_int_f32(hash, hopform_plan_init_f32(&plan, &hopform_selftest_robots_f32[one->robot]));
+    mix_int_f32(hash, hopform_choose_current_f32(search, &plan, &one->start, &target, phases, HOPFORM_SELFTEST_PHASES,
+                                                   &command));
+    mix_reals_f32(hash, &command, offsetof(hopform_command_f32, status));
+    mix_int_f32(hash, command.status);
+    mix_int_f32(hash, search->trials);
 }
 
 /* What two currents do from the state of a case. */
-static uint32_t with_trials_f32(uint32_t hash, const hopform_selftest_case_f32 *one, hopform_phase_f32 *phases)
+static void mix_trials_f32(uint32_t *hash, const hopform_selftest_case_f32 *one, hopform_phase_f32 *phases)
 {
     hopform_plan_f32 plan;
     hopform_trial_f32 trials[CURRENTS_f32];
-    const hopform_state_f32 start = {one->x1, one->v1, one->v2, one->y};
-    const float currents[CURRENTS_f32] = {one->u, one->then};
-    uint32_t sum = with_int_f32(hash, hopform_plan_init_f32(&plan, &hopform_selftest_robots_f32[one->robot]));
-    const int32_t status = hopform_try_currents_f32(&plan, &start, 1, currents, CURRENTS_f32, one->horizon, phases,
-                                                     HOPFORM_SELFTEST_PHASES, trials);
-    sum = with_int_f32(sum, status);
+    const float currents[CURRENTS_f32] = {one->steps[0].u, one->steps[1].u};
+    mix_int_f32(hash, hopform_plan_init_f32(&plan, &hopform_selftest_robots_f32[one->robot]));
+    const int32_t status = hopform_try_currents_f32(&plan, &one->start, 1, currents, CURRENTS_f32, one->horizon,
+                                                     phases, HOPFORM_SELFTEST_PHASES, trials);
+    mix_int_f32(hash, status);
     for (int32_t n = 0; status >= 0 && n < CURRENTS_f32; n++) {
-        sum = with_number_f32(with_number_f32(sum, trials[n].apex), trials[n].apex_u);
-        sum = with_number_f32(with_number_f32(sum, trials[n].largest_x1), trials[n].largest_x1_u);
-        sum = with_number_f32(with_number_f32(sum, trials[n].least_contact), trials[n].least_contact_u);
-        sum = with_word_f32(with_word_f32(sum, trials[n].events), trials[n].minima);
+        const float found[] = {trials[n].apex,         trials[n].apex_u,        trials[n].largest_x1,
+                              trials[n].largest_x1_u, trials[n].least_contact, trials[n].least_contact_u};
+        mix_reals_f32(hash, found, sizeof found);
+        mix_word_f32(hash, trials[n].events);
+        mix_word_f32(hash, trials[n].minima);
     }
-    return sum;
 }
 
 /* Contact that begins, is lost for one sample, and ends. */
-static uint32_t with_contact_f32(uint32_t hash)
+static void mix_contact_f32(uint32_t *hash)
 {
     static const float samples[SAMPLES_f32] = {0.5f, 0.6f, 0.5f, 0.3f, 0.6f, 0.3f, 0.5f, 0.3f};
     const hopform_detector_f32 detector = {0.6f, 0.4f, 2};
     hopform_contact_f32 contact = {0, 0, 0};
-    uint32_t sum = hash;
     for (int32_t n = 0; n < SAMPLES_f32; n++) {
-        sum = with_int_f32(sum, hopform_touchdown_f32(&detector, &contact, samples[n]));
-        sum = with_int_f32(with_int_f32(with_int_f32(sum, contact.above), contact.touches), contact.run);
+        mix_int_f32(hash, hopform_touchdown_f32(&detector, &contact, samples[n]));
+        mix_int_f32(hash, contact.above);
+        mix_int_f32(hash, contact.touches);
+        mix_int_f32(hash, contact.run);
     }
-    return sum;
 }
 
 uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity)
@@ -237,15 +215,15 @@ uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *pha
     if (search == NULL || phases == NULL || capacity < HOPFORM_SELFTEST_PHASES) {
         return 0;
     }
-    uint32_t sum = 1;
-    for (uint32_t n = 0; n < sizeof hopform_selftest_cases_f32 / sizeof hopform_selftest_cases_f32[0]; n++) {
-        sum = with_case_f32(sum, &hopform_selftest_cases_f32[n], phases);
+    uint32_t hash = 1;
+    for (size_t n = 0; n < sizeof hopform_selftest_cases_f32 / sizeof hopform_selftest_cases_f32[0]; n++) {
+        mix_case_f32(&hash, &hopform_selftest_cases_f32[n], phases);
     }
-    sum = with_search_f32(sum, &hopform_selftest_cases_f32[0], 0.15f, search, phases);
-    sum = with_search_f32(sum, &hopform_selftest_cases_f32[1], 0.02f, search, phases);
-    sum = with_search_f32(sum, &hopform_selftest_cases_f32[3], 0.5f, search, phases);
-    sum = with_trials_f32(sum, &hopform_selftest_cases_f32[0], phases);
-    sum = with_trials_f32(sum, &hopform_selftest_cases_f32[8], phases);
-    sum = with_contact_f32(sum);
-    return sum == 0 ? 1 : sum;
+    mix_search_f32(&hash, &hopform_selftest_cases_f32[0], 0.15f, search, phases);
+    mix_search_f32(&hash, &hopform_selftest_cases_f32[1], 0.02f, search, phases);
+    mix_search_f32(&hash, &hopform_selftest_cases_f32[3], 0.5f, search, phases);
+    mix_trials_f32(&hash, &hopform_selftest_cases_f32[0], phases);
+    mix_trials_f32(&hash, &hopform_selftest_cases_f32[8], phases);
+    mix_contact_f32(&hash);
+    return hash == 0 ? 1 : hash;
 }

@@ -3,6 +3,9 @@
  * Fixed stances, flights and searches that together visit every mode, kind of event, ending and branch of the kernels,
  * and a hash of all bits of what comes out: one word to compare between boards, compilers and the computer on the desk.
  */
+#include <stddef.h>
+#include <string.h>
+
 #include "facts.h"
 #include "kernels_f64.h"
 #include "selftest_cases_f64.h"
@@ -11,110 +14,101 @@ enum { FLIGHT_PHASES_f64 = 16, TIMES_f64 = 5, GRID_f64 = 5, SAMPLES_f64 = 8, CUR
 
 /* ---- the hash ---- */
 
-static uint32_t with_word_f64(uint32_t hash, uint32_t word)
+static void mix_word_f64(uint32_t *hash, uint32_t word)
 {
-    uint32_t mixed = (hash ^ word) * 2654435761u;
+    uint32_t mixed = (*hash ^ word) * 2654435761u;
     mixed ^= mixed >> 15;
     mixed *= 2246822519u;
-    return mixed ^ (mixed >> 13);
+    *hash = mixed ^ (mixed >> 13);
 }
 
-static uint32_t with_int_f64(uint32_t hash, int32_t value)
+static void mix_int_f64(uint32_t *hash, int32_t value)
 {
-    return with_word_f64(hash, (uint32_t)value);
+    mix_word_f64(hash, (uint32_t)value);
 }
 
-static uint32_t with_number_f64(uint32_t hash, double value)
+/* An array, or the leading members of a struct, that holds nothing but reals. */
+static void mix_reals_f64(uint32_t *hash, const void *reals, size_t size)
 {
-    const uint64_t bits = hopform_bits_of_real_f64(value);
-    return with_word_f64(with_word_f64(hash, (uint32_t)bits), (uint32_t)(bits >> 32));
-}
-
-#define WITH_MEMBER_f64(name, domain) sum = with_number_f64(sum, value->name);
-#define WITH_RECORD_f64(record, MEMBERS)                                                                              \
-    static uint32_t with_##record##_f64(uint32_t hash, const hopform_##record##_f64 *value)                          \
-    {                                                                                                                  \
-        uint32_t sum = hash;                                                                                           \
-        MEMBERS(WITH_MEMBER_f64)                                                                                      \
-        return sum;                                                                                                    \
+    double values[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS]; /* no array or struct is larger */
+    (void)memcpy(values, reals, size);
+    for (size_t n = 0; n < size / sizeof(double); n++) {
+        const uint64_t bits = hopform_bits_of_real_f64(values[n]);
+        mix_word_f64(hash, (uint32_t)bits);
+        mix_word_f64(hash, (uint32_t)(bits >> 32));
     }
-
-WITH_RECORD_f64(rates, HOPFORM_RATES_MEMBERS) WITH_RECORD_f64(poles, HOPFORM_POLES_MEMBERS)
-    WITH_RECORD_f64(state, HOPFORM_STATE_MEMBERS) WITH_RECORD_f64(energy, HOPFORM_ENERGY_MEMBERS)
-        WITH_RECORD_f64(ledger, HOPFORM_LEDGER_MEMBERS) WITH_RECORD_f64(flight_ledger, HOPFORM_FLIGHT_LEDGER_MEMBERS)
-
-    /* ---- what is solved ---- */
-
-    static uint32_t with_plan_f64(uint32_t hash, const hopform_plan_f64 *plan)
-{
-    uint32_t sum = with_rates_f64(hash, &plan->rates);
-    sum = with_poles_f64(sum, &plan->both);
-    sum = with_poles_f64(sum, &plan->actuator);
-    return with_poles_f64(sum, &plan->body);
 }
 
-static uint32_t with_result_f64(uint32_t hash, const hopform_stance_f64 *stance, const hopform_phase_f64 *phases)
+/* ---- what is solved ---- */
+
+static void mix_result_f64(uint32_t *hash, const hopform_stance_f64 *stance, const hopform_phase_f64 *phases)
 {
-    uint32_t sum = with_number_f64(hash, stance->duration);
-    sum = with_state_f64(sum, &stance->end);
-    sum = with_number_f64(with_number_f64(sum, stance->apex), stance->aed);
-    sum = with_int_f64(with_number_f64(sum, stance->start_loss), stance->ending);
-    sum = with_int_f64(with_int_f64(sum, stance->phase_count), stance->event_count);
+    mix_reals_f64(hash, stance, offsetof(hopform_stance_f64, ending));
+    mix_int_f64(hash, stance->ending);
+    mix_int_f64(hash, stance->phase_count);
+    mix_int_f64(hash, stance->event_count);
     for (int32_t n = 0; n < stance->phases_kept; n++) {
-        const hopform_state_f64 state = {phases[n].x1, phases[n].v1, phases[n].v2, phases[n].y};
-        sum = with_state_f64(with_number_f64(sum, phases[n].t), &state);
-        sum = with_int_f64(with_int_f64(with_int_f64(sum, phases[n].mode), phases[n].event), phases[n].step);
+        mix_reals_f64(hash, &phases[n], offsetof(hopform_phase_f64, mode));
+        mix_int_f64(hash, phases[n].mode);
+        mix_int_f64(hash, phases[n].event);
+        mix_int_f64(hash, phases[n].step);
     }
-    return sum;
 }
 
 /* States, energies and a grid of a stance that was solved. */
-static uint32_t with_motion_f64(uint32_t hash, const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                 const hopform_phase_f64 *phases, const hopform_stance_f64 *stance)
+static void mix_motion_f64(uint32_t *hash, const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                            const hopform_phase_f64 *phases, const hopform_stance_f64 *stance)
 {
-    uint32_t sum = hash;
     double times[TIMES_f64];
     hopform_energy_f64 energies[TIMES_f64];
     hopform_ledger_f64 ledgers[TIMES_f64];
     double losses[TIMES_f64];
-    for (int32_t n = 0; n < TIMES_f64; n++) {
-        times[n] = stance->duration * ((double)n / (double)(TIMES_f64 - 1));
-    }
+    double grid[4][GRID_f64];
     for (int32_t n = 0; n < TIMES_f64; n++) {
         hopform_state_f64 state;
-        sum = with_int_f64(sum, hopform_stance_at_f64(plan, steps, phases, stance, times[n], &state));
-        sum = with_state_f64(sum, &state);
+        times[n] = stance->duration * ((double)n / (double)(TIMES_f64 - 1));
+        mix_int_f64(hash, hopform_stance_at_f64(plan, steps, phases, stance, times[n], &state));
+        mix_reals_f64(hash, &state, sizeof state);
     }
-    sum = with_int_f64(
-        sum, hopform_stance_energy_f64(plan, steps, phases, stance, times, TIMES_f64, energies, ledgers, losses));
+    mix_int_f64(hash,
+                 hopform_stance_energy_f64(plan, steps, phases, stance, times, TIMES_f64, energies, ledgers, losses));
     for (int32_t n = 0; n < TIMES_f64; n++) {
-        sum = with_number_f64(with_ledger_f64(with_energy_f64(sum, &energies[n]), &ledgers[n]), losses[n]);
+        mix_reals_f64(hash, &energies[n], sizeof energies[n]);
+        mix_reals_f64(hash, &ledgers[n], sizeof ledgers[n]);
+        mix_reals_f64(hash, &losses[n], sizeof losses[n]);
     }
-    return sum;
+    const double dt = stance->duration / (double)GRID_f64;
+    if (dt > 0.0) {
+        mix_int_f64(hash, hopform_stance_grid_f64(plan, steps, phases, stance, 0.0, dt, GRID_f64, grid[0], grid[1],
+                                                    grid[2], grid[3]));
+        for (int32_t n = 0; n < GRID_f64; n++) {
+            const hopform_state_f64 state = {grid[0][n], grid[1][n], grid[2][n], grid[3][n]};
+            mix_reals_f64(hash, &state, sizeof state);
+        }
+    }
 }
 
-static uint32_t with_grid_f64(uint32_t hash, const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                               const hopform_phase_f64 *phases, const hopform_stance_f64 *stance)
+/* Derivatives at take-off, and the state in between with those there. */
+static void mix_derivatives_f64(uint32_t *hash, const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                 const hopform_phase_f64 *phases, const hopform_stance_f64 *stance)
 {
-    double x1[GRID_f64];
-    double v1[GRID_f64];
-    double v2[GRID_f64];
-    double y[GRID_f64];
-    const double dt = stance->duration / (double)GRID_f64;
-    if (!(dt > 0.0)) {
-        return hash;
-    }
-    uint32_t sum =
-        with_int_f64(hash, hopform_stance_grid_f64(plan, steps, phases, stance, 0.0, dt, GRID_f64, x1, v1, v2, y));
-    for (int32_t n = 0; n < GRID_f64; n++) {
-        const hopform_state_f64 state = {x1[n], v1[n], v2[n], y[n]};
-        sum = with_state_f64(sum, &state);
-    }
-    return sum;
+    double matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    double tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    hopform_state_f64 state;
+    hopform_state_f64 again;
+    const double half = 0.5 * stance->duration;
+    mix_int_f64(hash, hopform_stance_sensitivities_f64(plan, steps, phases, stance, matrix));
+    mix_reals_f64(hash, matrix, sizeof matrix);
+    mix_int_f64(hash, hopform_stance_tangents_f64(plan, steps, phases, stance, &half, 1, &state, tangents));
+    mix_reals_f64(hash, tangents, sizeof tangents);
+    mix_int_f64(hash, hopform_stance_states_f64(plan, steps, phases, stance, &half, 1, &again.x1, &again.v1,
+                                                  &again.v2, &again.y));
+    mix_reals_f64(hash, &state, sizeof state);
+    mix_reals_f64(hash, &again, sizeof again);
 }
 
 /* The flight that follows a take-off, over a step down of 3 cm. */
-static uint32_t with_flight_f64(uint32_t hash, const hopform_plan_f64 *plan, const hopform_stance_f64 *stance)
+static void mix_flight_f64(uint32_t *hash, const hopform_plan_f64 *plan, const hopform_stance_f64 *stance)
 {
     hopform_flight_phase_f64 phases[FLIGHT_PHASES_f64];
     hopform_flight_f64 flight;
@@ -126,110 +120,94 @@ static uint32_t with_flight_f64(uint32_t hash, const hopform_plan_f64 *plan, con
     start.y = -0.03;
     const int32_t status =
         hopform_solve_flight_f64(plan, &start, 0, NULL, 2.0, FLIGHT_PHASES_f64, phases, FLIGHT_PHASES_f64, &flight);
-    uint32_t sum = with_state_f64(with_number_f64(with_int_f64(hash, status), flight.duration), &flight.end);
-    sum = with_number_f64(with_number_f64(sum, flight.gains.Kp), flight.gains.Kd);
-    sum = with_number_f64(with_number_f64(sum, flight.apex), flight.v2_after);
-    sum = with_int_f64(with_int_f64(sum, flight.ending), flight.event_count);
+    const double found[] = {flight.duration, flight.end.x1,   flight.end.v1, flight.end.v2,  flight.end.y,
+                          flight.gains.Kp, flight.gains.Kd, flight.apex,   flight.v2_after};
+    mix_int_f64(hash, status);
+    mix_reals_f64(hash, found, sizeof found);
+    mix_int_f64(hash, flight.ending);
+    mix_int_f64(hash, flight.event_count);
     if (status != HOPFORM_OK) {
-        return sum;
+        return;
     }
     const double half = 0.5 * flight.duration;
-    sum = with_int_f64(sum, hopform_flight_at_f64(plan, phases, &flight, &half, 1, &state));
-    sum = with_state_f64(sum, &state);
-    sum = with_int_f64(sum, hopform_flight_energy_f64(plan, phases, &flight, &half, 1, &energy, &ledger, &loss));
-    sum = with_flight_ledger_f64(with_energy_f64(sum, &energy), &ledger);
-    return with_number_f64(sum, loss);
+    mix_int_f64(hash, hopform_flight_at_f64(plan, phases, &flight, &half, 1, &state));
+    mix_reals_f64(hash, &state, sizeof state);
+    mix_int_f64(hash, hopform_flight_energy_f64(plan, phases, &flight, &half, 1, &energy, &ledger, &loss));
+    mix_reals_f64(hash, &energy, sizeof energy);
+    mix_reals_f64(hash, &ledger, sizeof ledger);
+    mix_reals_f64(hash, &loss, sizeof loss);
 }
 
-/* Derivatives at take-off, and the state in between with those there. */
-static uint32_t with_derivatives_f64(uint32_t hash, const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance)
-{
-    double matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
-    double tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
-    hopform_state_f64 state;
-    hopform_state_f64 again;
-    const double half = 0.5 * stance->duration;
-    uint32_t sum = with_int_f64(hash, hopform_stance_sensitivities_f64(plan, steps, phases, stance, matrix));
-    for (int32_t n = 0; n < HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS; n++) {
-        sum = with_number_f64(sum, matrix[n]);
-    }
-    sum = with_int_f64(sum, hopform_stance_tangents_f64(plan, steps, phases, stance, &half, 1, &state, tangents));
-    for (int32_t n = 0; n < HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS; n++) {
-        sum = with_number_f64(sum, tangents[n]);
-    }
-    sum = with_int_f64(sum, hopform_stance_states_f64(plan, steps, phases, stance, &half, 1, &again.x1, &again.v1,
-                                                        &again.v2, &again.y));
-    return with_state_f64(with_state_f64(sum, &state), &again);
-}
+/* ---- the cases ---- */
 
-static uint32_t with_case_f64(uint32_t hash, const hopform_selftest_case_f64 *one, hopform_phase_f64 *phases)
+static void mix_case_f64(uint32_t *hash, const hopform_selftest_case_f64 *one, hopform_phase_f64 *phases)
 {
     hopform_plan_f64 plan;
     hopform_stance_f64 stance;
-    const hopform_state_f64 start = {one->x1, one->v1, one->v2, one->y};
-    const hopform_step_f64 steps[] = {{0.0, one->u}, {one->later, one->then}};
-    uint32_t sum = with_int_f64(hash, hopform_plan_init_f64(&plan, &hopform_selftest_robots_f64[one->robot]));
-    sum = with_plan_f64(sum, &plan);
-    const int32_t status = hopform_solve_stance_f64(&plan, &start, steps, 2, one->horizon, HOPFORM_SELFTEST_PHASES,
-                                                     phases, HOPFORM_SELFTEST_PHASES, &stance);
-    sum = with_result_f64(with_int_f64(sum, status), &stance, phases);
-    if (status != HOPFORM_OK) {
-        return sum;
+    mix_int_f64(hash, hopform_plan_init_f64(&plan, &hopform_selftest_robots_f64[one->robot]));
+    mix_reals_f64(hash, &plan.rates, sizeof plan.rates);
+    mix_reals_f64(hash, &plan.both, sizeof plan.both);
+    mix_reals_f64(hash, &plan.actuator, sizeof plan.actuator);
+    mix_reals_f64(hash, &plan.body, sizeof plan.body);
+    const int32_t status = hopform_solve_stance_f64(&plan, &one->start, one->steps, 2, one->horizon,
+                                                     HOPFORM_SELFTEST_PHASES, phases, HOPFORM_SELFTEST_PHASES, &stance);
+    mix_int_f64(hash, status);
+    mix_result_f64(hash, &stance, phases);
+    if (status == HOPFORM_OK) {
+        mix_motion_f64(hash, &plan, one->steps, phases, &stance);
+        mix_derivatives_f64(hash, &plan, one->steps, phases, &stance);
+        if (stance.ending == HOPFORM_ENDING_TAKEOFF) {
+            mix_flight_f64(hash, &plan, &stance);
+        }
     }
-    sum = with_motion_f64(sum, &plan, steps, phases, &stance);
-    sum = with_grid_f64(sum, &plan, steps, phases, &stance);
-    sum = with_derivatives_f64(sum, &plan, steps, phases, &stance);
-    return stance.ending == HOPFORM_ENDING_TAKEOFF ? with_flight_f64(sum, &plan, &stance) : sum;
 }
 
 /* The controller from the state of a case, for hop heights within and beyond what the robot can do. */
-static uint32_t with_search_f64(uint32_t hash, const hopform_selftest_case_f64 *one, double h_des,
-                                 hopform_search_f64 *search, hopform_phase_f64 *phases)
+static void mix_search_f64(uint32_t *hash, const hopform_selftest_case_f64 *one, double h_des,
+                            hopform_search_f64 *search, hopform_phase_f64 *phases)
 {
     hopform_plan_f64 plan;
     hopform_command_f64 command;
-    const hopform_state_f64 start = {one->x1, one->v1, one->v2, one->y};
     const hopform_target_f64 target = {h_des, 0.0, 0.001, 2.0};
-    uint32_t sum = with_int_f64(hash, hopform_plan_init_f64(&plan, &hopform_selftest_robots_f64[one->robot]));
-    sum = with_int_f64(
-        sum, hopform_choose_current_f64(search, &plan, &start, &target, phases, HOPFORM_SELFTEST_PHASES, &command));
-    sum = with_number_f64(with_number_f64(sum, command.u), command.apex);
-    return with_int_f64(with_int_f64(sum, command.status), search->trials);
+    mix_int_f64(hash, hopform_plan_init_f64(&plan, &hopform_selftest_robots_f64[one->robot]));
+    mix_int_f64(hash, hopform_choose_current_f64(search, &plan, &one->start, &target, phases, HOPFORM_SELFTEST_PHASES,
+                                                   &command));
+    mix_reals_f64(hash, &command, offsetof(hopform_command_f64, status));
+    mix_int_f64(hash, command.status);
+    mix_int_f64(hash, search->trials);
 }
 
 /* What two currents do from the state of a case. */
-static uint32_t with_trials_f64(uint32_t hash, const hopform_selftest_case_f64 *one, hopform_phase_f64 *phases)
+static void mix_trials_f64(uint32_t *hash, const hopform_selftest_case_f64 *one, hopform_phase_f64 *phases)
 {
     hopform_plan_f64 plan;
     hopform_trial_f64 trials[CURRENTS_f64];
-    const hopform_state_f64 start = {one->x1, one->v1, one->v2, one->y};
-    const double currents[CURRENTS_f64] = {one->u, one->then};
-    uint32_t sum = with_int_f64(hash, hopform_plan_init_f64(&plan, &hopform_selftest_robots_f64[one->robot]));
-    const int32_t status = hopform_try_currents_f64(&plan, &start, 1, currents, CURRENTS_f64, one->horizon, phases,
-                                                     HOPFORM_SELFTEST_PHASES, trials);
-    sum = with_int_f64(sum, status);
+    const double currents[CURRENTS_f64] = {one->steps[0].u, one->steps[1].u};
+    mix_int_f64(hash, hopform_plan_init_f64(&plan, &hopform_selftest_robots_f64[one->robot]));
+    const int32_t status = hopform_try_currents_f64(&plan, &one->start, 1, currents, CURRENTS_f64, one->horizon,
+                                                     phases, HOPFORM_SELFTEST_PHASES, trials);
+    mix_int_f64(hash, status);
     for (int32_t n = 0; status >= 0 && n < CURRENTS_f64; n++) {
-        sum = with_number_f64(with_number_f64(sum, trials[n].apex), trials[n].apex_u);
-        sum = with_number_f64(with_number_f64(sum, trials[n].largest_x1), trials[n].largest_x1_u);
-        sum = with_number_f64(with_number_f64(sum, trials[n].least_contact), trials[n].least_contact_u);
-        sum = with_word_f64(with_word_f64(sum, trials[n].events), trials[n].minima);
+        const double found[] = {trials[n].apex,         trials[n].apex_u,        trials[n].largest_x1,
+                              trials[n].largest_x1_u, trials[n].least_contact, trials[n].least_contact_u};
+        mix_reals_f64(hash, found, sizeof found);
+        mix_word_f64(hash, trials[n].events);
+        mix_word_f64(hash, trials[n].minima);
     }
-    return sum;
 }
 
 /* Contact that begins, is lost for one sample, and ends. */
-static uint32_t with_contact_f64(uint32_t hash)
+static void mix_contact_f64(uint32_t *hash)
 {
     static const double samples[SAMPLES_f64] = {0.5, 0.6, 0.5, 0.3, 0.6, 0.3, 0.5, 0.3};
     const hopform_detector_f64 detector = {0.6, 0.4, 2};
     hopform_contact_f64 contact = {0, 0, 0};
-    uint32_t sum = hash;
     for (int32_t n = 0; n < SAMPLES_f64; n++) {
-        sum = with_int_f64(sum, hopform_touchdown_f64(&detector, &contact, samples[n]));
-        sum = with_int_f64(with_int_f64(with_int_f64(sum, contact.above), contact.touches), contact.run);
+        mix_int_f64(hash, hopform_touchdown_f64(&detector, &contact, samples[n]));
+        mix_int_f64(hash, contact.above);
+        mix_int_f64(hash, contact.touches);
+        mix_int_f64(hash, contact.run);
     }
-    return sum;
 }
 
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity)
@@ -237,15 +215,15 @@ uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *pha
     if (search == NULL || phases == NULL || capacity < HOPFORM_SELFTEST_PHASES) {
         return 0;
     }
-    uint32_t sum = 1;
-    for (uint32_t n = 0; n < sizeof hopform_selftest_cases_f64 / sizeof hopform_selftest_cases_f64[0]; n++) {
-        sum = with_case_f64(sum, &hopform_selftest_cases_f64[n], phases);
+    uint32_t hash = 1;
+    for (size_t n = 0; n < sizeof hopform_selftest_cases_f64 / sizeof hopform_selftest_cases_f64[0]; n++) {
+        mix_case_f64(&hash, &hopform_selftest_cases_f64[n], phases);
     }
-    sum = with_search_f64(sum, &hopform_selftest_cases_f64[0], 0.15, search, phases);
-    sum = with_search_f64(sum, &hopform_selftest_cases_f64[1], 0.02, search, phases);
-    sum = with_search_f64(sum, &hopform_selftest_cases_f64[3], 0.5, search, phases);
-    sum = with_trials_f64(sum, &hopform_selftest_cases_f64[0], phases);
-    sum = with_trials_f64(sum, &hopform_selftest_cases_f64[8], phases);
-    sum = with_contact_f64(sum);
-    return sum == 0 ? 1 : sum;
+    mix_search_f64(&hash, &hopform_selftest_cases_f64[0], 0.15, search, phases);
+    mix_search_f64(&hash, &hopform_selftest_cases_f64[1], 0.02, search, phases);
+    mix_search_f64(&hash, &hopform_selftest_cases_f64[3], 0.5, search, phases);
+    mix_trials_f64(&hash, &hopform_selftest_cases_f64[0], phases);
+    mix_trials_f64(&hash, &hopform_selftest_cases_f64[8], phases);
+    mix_contact_f64(&hash);
+    return hash == 0 ? 1 : hash;
 }

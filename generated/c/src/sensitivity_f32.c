@@ -16,8 +16,6 @@
 #include "facts.h"
 #include "linear_f32.h"
 
-enum { SHARES_f32 = 8 };
-enum { ROW_T_f32, ROW_X1_f32, ROW_V1_f32, ROW_X2_f32, ROW_V2_f32, ROW_APEX_f32, ROW_AED_f32 };
 #define BY_PARAMETER_f32(name, domain) BY_##name##_f32,
 enum {
     BY_X1_f32,
@@ -28,44 +26,37 @@ enum {
     HOPFORM_ROBOT_MEMBERS(BY_PARAMETER_f32) COLUMNS_f32
 };
 
-/* Changes of z by a change of each input. */
+/* Row and column of each share in M. */
+enum { SHARES_f32 = 8 };
+static const int share_row_f32[SHARES_f32] = {Z_V1, Z_V1, Z_V1, Z_V1, Z_V2, Z_V2, Z_V2, Z_V2};
+static const int share_column_f32[SHARES_f32] = {Z_ONE, Z_Y, Z_V1, Z_V2, Z_ONE, Z_Y, Z_V1, Z_V2};
+
+/* How far a stance has been followed: what is left of a phase, and the change of z where it begins by that of each
+ * input. */
 typedef struct {
-    float at[Z_SIZE][COLUMNS_f32];
-} changes_f32;
-
-/* Phi of a phase, and how z at its end answers to a change of each share of (3), (4). */
-typedef struct {
-    hopform_matrix_f32 phi;
-    float by_share[SHARES_f32][Z_SIZE];
-} response_f32;
-
-/* What a share changes in M: row V1 for the first four, V2 for the others; column 1, y, v_1, v_2. */
-static int row_of_f32(int share)
-{
-    return share < SHARES_f32 / 2 ? Z_V1 : Z_V2;
-}
-
-static int column_of_f32(int share)
-{
-    const int place = share % (SHARES_f32 / 2);
-    return place == 0 ? Z_ONE : Z_X + place;
-}
+    const hopform_plan_f32 *plan;
+    const hopform_step_f32 *steps;
+    const hopform_phase_f32 *phase; /* as it was solved */
+    hopform_phase_f32 rest;
+    float change[COLUMNS_f32][Z_SIZE];
+    bool exists; /* the time of each event so far moves in proportion */
+} variation_f32;
 
 /* G of each share over a time h: Gauss's rule over what stands under the integral, whose places are their own mirror.
  */
-static void short_responses_f32(const hopform_plan_f32 *plan, const hopform_drive_f32 *drive, int side_1, int side_2,
-                                 float h, hopform_matrix_f32 shares[SHARES_f32])
+static void short_responses_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float h,
+                                 hopform_matrix_f32 shares[SHARES_f32])
 {
     hopform_matrix_f32 phi[HOPFORM_NODES_f32] = {0};
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
-        phi[node] = hopform_transition_f32(plan, drive, side_1, side_2, hopform_place_f32[node] * h);
+        phi[node] = hopform_transition_f32(plan, phase, u, hopform_place_f32[node] * h);
     }
     for (int share = 0; share < SHARES_f32; share++) {
         for (int node = 0; node < HOPFORM_NODES_f32; node++) {
             const hopform_matrix_f32 *rest = &phi[HOPFORM_NODES_f32 - 1 - node];
-            const float *at = phi[node].at[column_of_f32(share)];
+            const float *at = phi[node].at[share_column_f32[share]];
             for (int i = Z_X; i < Z_SIZE; i++) {
-                const float factor = rest->at[i][row_of_f32(share)] * (hopform_weight_f32[node] * h);
+                const float factor = rest->at[i][share_row_f32[share]] * (hopform_weight_f32[node] * h);
                 for (int j = 0; j < Z_SIZE; j++) {
                     shares[share].at[i][j] += factor * at[j];
                 }
@@ -74,19 +65,16 @@ static void short_responses_f32(const hopform_plan_f32 *plan, const hopform_driv
     }
 }
 
-/* The response of a phase of length t. A share of a mass that is held has none. */
-static response_f32 response_of_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t)
+/* How z at time t of a phase answers to a change of each share. That of a mass that is held has no answer. */
+static void responses_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t,
+                           float by_share[SHARES_f32][Z_SIZE])
 {
-    const int side_1 = hopform_side_1_f32(phase);
-    const int side_2 = hopform_side_2_f32(phase);
-    const hopform_drive_f32 drive = hopform_drive_of_f32(&plan->robot, &plan->rates, u, (float)side_1, (float)side_2);
-    const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side_1, side_2);
-    int doublings = hopform_doublings_f32(poles, t);
-    float h = hopform_halved_f32(t, doublings);
+    float h = t;
+    int doublings = hopform_halve_f32(plan, phase, &h);
     hopform_matrix_f32 shares[SHARES_f32] = {0};
-    short_responses_f32(plan, &drive, side_1, side_2, h, shares);
+    short_responses_f32(plan, phase, u, h, shares);
     for (; doublings > 0; doublings--) {
-        const hopform_matrix_f32 phi = hopform_transition_f32(plan, &drive, side_1, side_2, h);
+        const hopform_matrix_f32 phi = hopform_transition_f32(plan, phase, u, h);
         for (int share = 0; share < SHARES_f32; share++) {
             hopform_matrix_f32 twice = {{{0}}};
             hopform_add_product_f32(&twice, &phi, &shares[share]);
@@ -95,18 +83,16 @@ static response_f32 response_of_f32(const hopform_plan_f32 *plan, const hopform_
         }
         h *= 2.0f;
     }
-    response_f32 made = {0};
-    made.phi = hopform_transition_f32(plan, &drive, side_1, side_2, t);
     const float start[Z_SIZE] = {1.0f, 0.0f, phase->y, phase->v1, phase->v2};
     for (int share = 0; share < SHARES_f32; share++) {
-        const bool moves = (row_of_f32(share) == Z_V1 ? side_1 : side_2) != 0;
+        const int side = share_row_f32[share] == Z_V1 ? hopform_side_1_f32(phase) : hopform_side_2_f32(phase);
         for (int i = 0; i < Z_SIZE; i++) {
-            for (int j = 0; moves && j < Z_SIZE; j++) {
-                made.by_share[share][i] += shares[share].at[i][j] * start[j];
+            by_share[share][i] = 0.0f;
+            for (int j = 0; side != 0 && j < Z_SIZE; j++) {
+                by_share[share][i] += shares[share].at[i][j] * start[j];
             }
         }
     }
-    return made;
 }
 
 /* The change of each parameter that a column stands for. */
@@ -118,49 +104,53 @@ static hopform_robot_change_f32 robot_change_f32(int column)
     return change;
 }
 
-/* Changes at the start of the first phase: no velocity is left of a mass that is held, or that a stop took at once. */
-static changes_f32 sensitivity_start_of_f32(const hopform_phase_f32 *phase, const hopform_stance_f32 *stance)
+/* Follow the changes within a phase, up to a time of the stance. */
+static void travel_f32(variation_f32 *way, float t)
 {
-    changes_f32 change = {{{0}}};
-    change.at[Z_X][BY_X1_f32] = 1.0f;
-    change.at[Z_Y][BY_Y_f32] = 1.0f;
-    change.at[Z_V1][BY_V1_f32] = hopform_side_1_f32(phase) != 0 && !(stance->start_loss < 0.0f) ? 1.0f : 0.0f;
-    change.at[Z_V2][BY_V2_f32] = hopform_side_2_f32(phase) != 0 ? 1.0f : 0.0f;
-    return change;
-}
-
-/* Changes at the end of a phase from those at its start. */
-static void advance_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t,
-                         changes_f32 *change)
-{
-    const response_f32 made = response_of_f32(plan, phase, u, t);
+    const hopform_plan_f32 *plan = way->plan;
+    const hopform_phase_f32 from = way->rest;
+    const int side_1 = hopform_side_1_f32(&from);
+    const int side_2 = hopform_side_2_f32(&from);
+    const float u = way->steps[from.step].u;
+    const float h = t - from.t;
+    way->rest.t = t;
+    if (!(h > 0.0f) || (side_1 == 0 && side_2 == 0)) {
+        return;
+    }
+    float by_share[SHARES_f32][Z_SIZE];
+    responses_f32(plan, &from, u, h, by_share);
+    const hopform_matrix_f32 phi = hopform_transition_f32(plan, &from, u, h);
     for (int column = 0; column < COLUMNS_f32; column++) {
         const hopform_robot_change_f32 robot = robot_change_f32(column);
-        const hopform_slopes_f32 slopes =
-            hopform_slopes_of_f32(&plan->robot, u, (float)hopform_side_1_f32(phase), (float)hopform_side_2_f32(phase),
-                                   &robot, column == BY_U_f32 ? 1.0f : 0.0f);
+        const hopform_slopes_f32 slopes = hopform_slopes_of_f32(&plan->robot, u, (float)side_1, (float)side_2, &robot,
+                                                                  column == BY_U_f32 ? 1.0f : 0.0f);
         const float of_share[SHARES_f32] = {slopes.d_C_1, slopes.d_a1_y, slopes.d_a1_v1, slopes.d_a1_v2,
                                             slopes.d_C_2, slopes.d_a2_y, slopes.d_a2_v1, slopes.d_a2_v2};
         float end[Z_SIZE] = {0.0f};
         for (int i = 0; i < Z_SIZE; i++) {
             for (int j = 0; j < Z_SIZE; j++) {
-                end[i] += made.phi.at[i][j] * change->at[j][column];
+                end[i] += phi.at[i][j] * way->change[column][j];
             }
             for (int share = 0; share < SHARES_f32; share++) {
-                end[i] += made.by_share[share][i] * of_share[share];
+                end[i] += by_share[share][i] * of_share[share];
             }
         }
         for (int i = 0; i < Z_SIZE; i++) {
-            change->at[i][column] = end[i];
+            way->change[column][i] = end[i];
         }
     }
+    const hopform_state_f32 state = hopform_state_in_phase_f32(plan, &from, u, h);
+    way->rest.x1 = state.x1;
+    way->rest.v1 = state.v1;
+    way->rest.v2 = state.v2;
+    way->rest.y = state.y;
 }
 
-/* x_1, y, v_1, v_2 per time in the mode and under the current of a phase, at a state. */
-static void speeds_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, const hopform_phase_f32 *phase,
-                        const hopform_state_f32 *state, float speed[Z_SIZE])
+/* z' in the mode and under the current of a phase, at a state. */
+static void speeds_f32(const variation_f32 *way, const hopform_phase_f32 *phase, const hopform_state_f32 *state,
+                        float speed[Z_SIZE])
 {
-    const hopform_motion_f32 motion = hopform_motion_of_f32(plan, state, steps[phase->step].u,
+    const hopform_motion_f32 motion = hopform_motion_of_f32(way->plan, state, way->steps[phase->step].u,
                                                               hopform_side_1_f32(phase), hopform_side_2_f32(phase));
     speed[Z_ONE] = 0.0f;
     speed[Z_X] = state->v1;
@@ -169,68 +159,83 @@ static void speeds_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *ste
     speed[Z_V2] = motion.H3_2;
 }
 
-/* Let a coordinate, which moves at a rate, reach at every change the value that belongs to the event: its time moves.
- */
-static void sensitivity_meet_f32(changes_f32 *change, int coordinate, float rate, int bound, const float before[Z_SIZE],
-                                  const float after[Z_SIZE])
+/* Follow the changes through the event behind a phase. It comes when a coordinate, at every change, has the value that
+ * belongs to it; nothing jumps where a mass slips or the current steps. */
+static void cross_f32(variation_f32 *way)
 {
-    for (int column = 0; column < COLUMNS_f32; column++) {
-        const float late = ((column == bound ? 1.0f : 0.0f) - change->at[coordinate][column]) / rate;
-        for (int i = Z_X; i < Z_SIZE; i++) {
-            change->at[i][column] += (before[i] - after[i]) * late;
-        }
-        if (coordinate == Z_X) {
-            change->at[Z_X][column] = (column == bound ? 1.0f : 0.0f) - after[Z_X] * late;
-            change->at[Z_V1][column] = -after[Z_V1] * late;
-        } else {
-            change->at[coordinate][column] = -after[coordinate] * late;
-        }
-    }
-}
-
-/* Changes right after the event between two phases; false where the event's time does not move in proportion. */
-static bool sensitivity_pass_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                  const hopform_phase_f32 *old, const hopform_phase_f32 *now, changes_f32 *change)
-{
-    hopform_state_f32 state = {now->x1, now->v1, now->v2, now->y};
-    const int event = now->event;
+    const hopform_phase_f32 *old = way->phase;
+    const hopform_phase_f32 *now = old + 1;
+    hopform_state_f32 state = hopform_start_of_phase_f32(now);
     float before[Z_SIZE];
     float after[Z_SIZE];
     int coordinate = Z_ONE;
     int bound = COLUMNS_f32;
-    speeds_f32(plan, steps, now, &state, after);
-    if (event == HOPFORM_EVENT_X1_HITS_STOP) {
-        state.v1 = hopform_state_in_phase_f32(plan, old, steps[old->step].u, now->t - old->t).v1;
+    speeds_f32(way, now, &state, after);
+    if (now->event == HOPFORM_EVENT_X1_HITS_STOP) {
+        state.v1 = hopform_state_in_phase_f32(way->plan, old, way->steps[old->step].u, now->t - old->t).v1;
         coordinate = Z_X;
         bound = hopform_side_1_f32(old) > 0 ? BY_x1_max_f32 : BY_x1_min_f32;
-    } else if (event == HOPFORM_EVENT_X1_REVERSES || event == HOPFORM_EVENT_X1_STICKS) {
+    } else if (now->event == HOPFORM_EVENT_X1_REVERSES || now->event == HOPFORM_EVENT_X1_STICKS) {
         coordinate = Z_V1;
-    } else if (event == HOPFORM_EVENT_X2_REVERSES || event == HOPFORM_EVENT_X2_STICKS) {
+    } else if (now->event == HOPFORM_EVENT_X2_REVERSES || now->event == HOPFORM_EVENT_X2_STICKS) {
         coordinate = Z_V2;
-    } else {
-        return true; /* nothing jumps where a mass slips or the current steps */
     }
-    speeds_f32(plan, steps, old, &state, before);
-    if (coordinate != Z_X && !(fabs_f32(before[coordinate] - after[coordinate]) > 0.0f)) {
-        return true; /* without friction nothing jumps, however little of a velocity is left */
+    way->phase = now;
+    way->rest = *now;
+    speeds_f32(way, old, &state, before);
+    /* without friction nothing jumps, however little of a velocity is left */
+    if (coordinate == Z_ONE || (coordinate != Z_X && !(fabs_f32(before[coordinate] - after[coordinate]) > 0.0f))) {
+        return;
     }
     if (!(fabs_f32(before[coordinate]) > 0.0f)) {
-        return false;
+        way->exists = false;
+        return;
     }
-    sensitivity_meet_f32(change, coordinate, before[coordinate], bound, before, after);
-    return true;
+    for (int column = 0; column < COLUMNS_f32; column++) {
+        float *change = way->change[column];
+        const float wanted = column == bound ? 1.0f : 0.0f;
+        const float late = (wanted - change[coordinate]) / before[coordinate];
+        for (int i = Z_X; i < Z_SIZE; i++) {
+            change[i] += (before[i] - after[i]) * late;
+        }
+        if (coordinate == Z_X) {
+            change[Z_X] = wanted;
+            change[Z_V1] = -after[Z_V1] * late;
+        } else {
+            change[coordinate] = -after[coordinate] * late;
+        }
+    }
+}
+
+/* A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once. */
+static variation_f32 variation_of_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                        const hopform_phase_f32 *phases, const hopform_stance_f32 *stance)
+{
+    variation_f32 way = {plan, steps, phases, *phases, {{0}}, true};
+    way.change[BY_X1_f32][Z_X] = 1.0f;
+    way.change[BY_Y_f32][Z_Y] = 1.0f;
+    way.change[BY_V1_f32][Z_V1] = hopform_side_1_f32(phases) != 0 && !(stance->start_loss < 0.0f) ? 1.0f : 0.0f;
+    way.change[BY_V2_f32][Z_V2] = hopform_side_2_f32(phases) != 0 ? 1.0f : 0.0f;
+    return way;
+}
+
+/* Follow a stance up to a time; `last` is its last phase. */
+static void follow_to_f32(variation_f32 *way, const hopform_phase_f32 *last, float t)
+{
+    while (way->phase != last && way->phase[1].t <= t) {
+        travel_f32(way, way->phase[1].t);
+        cross_f32(way);
+    }
+    travel_f32(way, t);
 }
 
 /* The rows of the matrix from the changes at take-off, F = 0. */
-static bool finish_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, const hopform_phase_f32 *phases,
-                        const hopform_phase_f32 *last, const hopform_stance_f32 *stance, const changes_f32 *change,
+static bool finish_f32(variation_f32 *way, const hopform_state_f32 *start, const hopform_state_f32 *end,
                         float *matrix)
 {
-    const hopform_robot_f32 *robot = &plan->robot;
-    const hopform_state_f32 start = {phases[0].x1, phases[0].v1, phases[0].v2, phases[0].y};
-    const float v_up = hopform_greater_f32(stance->end.v2, 0.0f);
+    const hopform_robot_f32 *robot = &way->plan->robot;
     float speed[Z_SIZE];
-    speeds_f32(plan, steps, last, &stance->end, speed);
+    speeds_f32(way, way->phase, end, speed);
     const hopform_state_f32 rate = {speed[Z_X], speed[Z_V1], speed[Z_V2], speed[Z_Y]};
     const float contact_rate = hopform_contact_slope_f32(robot, &rate);
     const float fall = hopform_fall_of_f32(robot);
@@ -239,85 +244,54 @@ static bool finish_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *ste
         return false;
     }
     for (int column = 0; column < COLUMNS_f32; column++) {
+        float *z = way->change[column];
         const hopform_robot_change_f32 by = robot_change_f32(column);
-        const hopform_state_change_f32 at_rest = {change->at[Z_X][column], change->at[Z_V1][column],
-                                                   change->at[Z_V2][column], change->at[Z_Y][column]};
-        const float late = -hopform_contact_change_f32(robot, &stance->end, &by, &at_rest) / contact_rate;
-        const float d_x1 = change->at[Z_X][column] + speed[Z_X] * late;
-        const float d_v1 = change->at[Z_V1][column] + speed[Z_V1] * late;
-        const float d_v2 = change->at[Z_V2][column] + speed[Z_V2] * late;
         const hopform_state_change_f32 at_start = {column == BY_X1_f32 ? 1.0f : 0.0f, column == BY_V1_f32 ? 1.0f : 0.0f,
                                                     column == BY_V2_f32 ? 1.0f : 0.0f, column == BY_Y_f32 ? 1.0f : 0.0f};
-        const float d_y = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : change->at[Z_Y][column] + speed[Z_Y] * late;
-        const hopform_state_change_f32 at_end = {d_x1, d_v1, d_v2, d_y};
-        matrix[ROW_T_f32 * COLUMNS_f32 + column] = late;
-        matrix[ROW_X1_f32 * COLUMNS_f32 + column] = d_x1;
-        matrix[ROW_V1_f32 * COLUMNS_f32 + column] = d_v1;
-        matrix[ROW_X2_f32 * COLUMNS_f32 + column] = d_x1 - d_y + by.d_L0 + by.d_c;
-        matrix[ROW_V2_f32 * COLUMNS_f32 + column] = d_v2;
-        matrix[ROW_APEX_f32 * COLUMNS_f32 + column] =
-            fall > 0.0f ? hopform_apex_change_f32(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0f;
-        matrix[ROW_AED_f32 * COLUMNS_f32 + column] =
-            hopform_body_energy_change_f32(robot, &stance->end, &by, &at_end)
-            - hopform_body_energy_change_f32(robot, &start, &by, &at_start);
+        const hopform_state_change_f32 at_rest = {z[Z_X], z[Z_V1], z[Z_V2], z[Z_Y]};
+        const float late = -hopform_contact_change_f32(robot, end, &by, &at_rest) / contact_rate;
+        for (int i = Z_X; i < Z_SIZE; i++) {
+            z[i] += speed[i] * late;
+        }
+        z[Z_Y] = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : z[Z_Y];
+        const hopform_state_change_f32 at_end = {z[Z_X], z[Z_V1], z[Z_V2], z[Z_Y]};
+        const float rows[HOPFORM_SENSITIVITY_ROWS] = {
+            late,
+            z[Z_X],
+            z[Z_V1],
+            z[Z_X] - z[Z_Y] + by.d_L0 + by.d_c,
+            z[Z_V2],
+            fall > 0.0f ? hopform_apex_change_f32(robot, hopform_greater_f32(end->v2, 0.0f), &by, &at_end) : 0.0f,
+            hopform_body_energy_change_f32(robot, end, &by, &at_end)
+                - hopform_body_energy_change_f32(robot, start, &by, &at_start)};
+        for (int row = 0; row < HOPFORM_SENSITIVITY_ROWS; row++) {
+            matrix[row * COLUMNS_f32 + column] = rows[row];
+        }
     }
     return true;
-}
-
-/* Zeros, if the derivatives do not exist or are out of range. */
-static int32_t sound_f32(bool exists, float *matrix)
-{
-    for (int n = 0; exists && n < HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32; n++) {
-        exists = matrix[n] >= -HOPFORM_NEVER_f32 && matrix[n] <= HOPFORM_NEVER_f32;
-    }
-    for (int n = 0; !exists && n < HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32; n++) {
-        matrix[n] = 0.0f;
-    }
-    return exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }
 
 int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                           float *matrix)
 {
-    const hopform_memory_f32 array =
-        hopform_array_f32(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32, sizeof *matrix);
+    const int32_t count = HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32;
+    const hopform_memory_f32 array = hopform_array_f32(matrix, count, sizeof *matrix);
     const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, NULL, &array, 1);
-    (void)hopform_refuse_f32(status, &array, 1);
     if (status < 0) {
         return status;
     }
-    if (stance->ending != HOPFORM_ENDING_TAKEOFF) {
-        return HOPFORM_NO_DERIVATIVE;
+    const hopform_state_f32 start = hopform_start_of_phase_f32(phases);
+    bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
+    if (exists) {
+        variation_f32 way = variation_of_f32(plan, steps, phases, stance);
+        follow_to_f32(&way, &phases[stance->phases_kept - 1], stance->duration);
+        exists = way.exists && finish_f32(&way, &start, &stance->end, matrix);
     }
-    changes_f32 change = sensitivity_start_of_f32(&phases[0], stance);
-    bool exists = true;
-    const hopform_phase_f32 *last = phases;
-    for (int32_t n = 0; exists && n < stance->phases_kept; n++) {
-        last = &phases[n];
-        const bool more = n + 1 < stance->phases_kept;
-        const float end = more ? phases[n + 1].t : stance->duration;
-        advance_f32(plan, last, steps[last->step].u, end - last->t, &change);
-        exists = !more || sensitivity_pass_f32(plan, steps, last, &phases[n + 1], &change);
+    for (int32_t n = 0; exists && n < count; n++) {
+        exists = matrix[n] >= -HOPFORM_NEVER_f32 && matrix[n] <= HOPFORM_NEVER_f32;
     }
-    return sound_f32(exists && finish_f32(plan, steps, phases, last, stance, &change, matrix), matrix);
-}
-
-/* Go from one time in a phase to a later one: the state, and its changes. */
-static void travel_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, hopform_phase_f32 *place,
-                        float t, changes_f32 *change)
-{
-    const float u = steps[place->step].u;
-    const float h = t - place->t;
-    if (h > 0.0f && (hopform_side_1_f32(place) != 0 || hopform_side_2_f32(place) != 0)) {
-        const hopform_state_f32 state = hopform_state_in_phase_f32(plan, place, u, h);
-        advance_f32(plan, place, u, h, change);
-        place->x1 = state.x1;
-        place->v1 = state.v1;
-        place->v2 = state.v2;
-        place->y = state.y;
-    }
-    place->t = t;
+    return exists ? HOPFORM_OK : hopform_refuse_f32(HOPFORM_NO_DERIVATIVE, &array, 1);
 }
 
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
@@ -328,35 +302,22 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
         hopform_array_f32(states, count, sizeof *states),
         hopform_array_f32(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f32 * sizeof *tangents),
     };
-    const hopform_memory_f32 read_times = hopform_array_f32(times, count, sizeof *times);
-    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, &read_times, arrays, 2);
+    const hopform_times_f32 when = {times, count, true};
+    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, &when, arrays, 2);
     if (status < 0) {
         return status;
     }
-    const bool rests = stance->ending == HOPFORM_ENDING_REST;
-    changes_f32 change = sensitivity_start_of_f32(&phases[0], stance);
-    hopform_phase_f32 place = phases[0];
-    bool exists = true;
-    int32_t n = 0;
+    static const int coordinate[HOPFORM_TANGENT_ROWS] = {Z_X, Z_V1, Z_V2, Z_Y};
+    variation_f32 way = variation_of_f32(plan, steps, phases, stance);
     for (int32_t i = 0; i < count; i++) {
-        const float t = times[i];
-        if (!(t >= 0.0f && t <= HOPFORM_NEVER_f32) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
-            return hopform_refuse_f32(HOPFORM_ERROR_TIME, arrays, 2);
-        }
-        const float within = hopform_lesser_f32(t, stance->duration);
-        for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {
-            travel_f32(plan, steps, &place, phases[n + 1].t, &change);
-            exists = sensitivity_pass_f32(plan, steps, &phases[n], &phases[n + 1], &change) && exists;
-            place = phases[n + 1];
-        }
-        travel_f32(plan, steps, &place, within, &change);
-        states[i] = hopform_start_of_phase_f32(&place);
-        const int coordinate[HOPFORM_TANGENT_ROWS] = {Z_X, Z_V1, Z_V2, Z_Y};
+        follow_to_f32(&way, &phases[stance->phases_kept - 1], hopform_lesser_f32(times[i], stance->duration));
+        states[i] = hopform_start_of_phase_f32(&way.rest);
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_f32; column++) {
-                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_f32 + column] = change.at[coordinate[row]][column];
+                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_f32 + column] =
+                    way.change[column][coordinate[row]];
             }
         }
     }
-    return exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
+    return way.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }

@@ -14,20 +14,15 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
         hopform_array_f64(v2, count, sizeof *v2),
         hopform_array_f64(y, count, sizeof *y),
     };
-    const hopform_memory_f64 read_times = hopform_array_f64(times, count, sizeof *times);
-    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, &read_times, arrays, 4);
+    const hopform_times_f64 when = {times, count, false};
+    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, &when, arrays, 4);
     if (status < 0) {
         return status;
     }
-    const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
     hopform_motion_f64 motion = hopform_motion_in_phase_f64(plan, phases, steps[phases->step].u);
     for (int32_t i = 0; i < count; i++) {
-        const double t = times[i];
-        if (!(t >= 0.0 && t <= HOPFORM_NEVER_f64) || (t > stance->duration && !rests)) {
-            return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, 4);
-        }
-        const double within = hopform_lesser_f64(t, stance->duration);
+        const double within = hopform_lesser_f64(times[i], stance->duration);
         const int32_t n = hopform_phase_index_f64(phases, stance->phases_kept, within);
         const hopform_phase_f64 *phase = &phases[n];
         if (n != prepared) {

@@ -621,18 +621,16 @@ def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange,
     return d_body
 
 
-def apex_change(robot: Robot, v_up: Real, robot_change: RobotChange, d_x1: Real, d_y: Real, d_v_up: Real) -> Real:
-    """Change of the apex with the robot and the state at take-off.
+def apex_change(robot: Robot, v2: Real, robot_change: RobotChange, state_change: StateChange) -> Real:
+    """Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0).
 
-    v_up [m/s] max(v_2, 0) at take-off.
-    d_x1 [m] change of the actuator's displacement at take-off.
-    d_y [m] change of the compression at take-off.
-    d_v_up [m/s] change of v_up.
+    v2 [m/s] velocity of the body.
     Returns d_apex [m], change of the hop height of the apex.
     """
     g = robot.g
     d_g = robot_change.d_g
-    d_apex = d_x1 + d_v_up*v_up/g - d_y - 0.5*d_g*v_up*v_up/(g*g)  # change of apex of the ballistic flight
+    d_x1, d_v2, d_y = state_change.d_x1, state_change.d_v2, state_change.d_y
+    d_apex = d_x1 + d_v2*v2/g - d_y - 0.5*d_g*v2*v2/(g*g)  # change of apex of the ballistic flight
     return d_apex
 
 

@@ -6,7 +6,7 @@ Within a phase z = (x_1 - x_1(0), v_1, v_2, y, 1) obeys z' = M z, so the integra
     I(2h) = I(h) + Phi(h) I(h) Phi(h)^T,        Phi(h) = exp(M h) from the closed form
 
 (Van Loan, "Computing integrals involving the matrix exponential", 1978): a sum of squares, in which nothing cancels,
-and which knows no pole configuration. It starts from the power series over a time in which little moves.
+and which knows no pole configuration. It starts from a time in which little moves.
 """
 
 from collections.abc import Sequence
@@ -14,31 +14,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from hopform_solver import formulas
+from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, take
-from hopform_solver.linear import ONE, V1, V2, X, Y, columns_of, doublings_of, system, transition
-from hopform_solver.phases import Phase, drive_of, poles_of
+from hopform_solver.linear import GAUSS, ONE, V1, V2, X, Y, columns_of, doublings_of, transition
+from hopform_solver.phases import Phase, arrive, drive_of, motion_under, poles_of
 from hopform_solver.records import Drive, LegState, Moments, Poles, Rates, Real, Work
-
-TERMS = 24
-
-
-def _short_moments(m: Array, start: Array, h: Array) -> Array:
-    """Integral of z z^T over a short time: its power series, (z z^T)' = M z z^T + z z^T M^T."""
-    h = h[:, np.newaxis, np.newaxis]
-    product = start[:, :, np.newaxis] * start[:, np.newaxis, :] * h
-    total = product.copy()
-    for n in range(1, TERMS):
-        half = m @ product
-        product = (half + np.swapaxes(half, 1, 2)) * h / (n + 1)
-        total = total + product
-    return total
 
 
 def moments_of(rates: Rates, poles: Poles, drive: Drive, start: LegState, side: Array, t: Array) -> Moments:
     """Integrals of the products over the first t of phases."""
     doublings = doublings_of(poles, t)
     h = np.ldexp(t, -doublings)
-    total = _short_moments(system(rates, drive, side), columns_of(start), h)
+    origin, motion = start._replace(x1=np.zeros_like(t)), motion_under(rates, drive, start, side)
+    total = np.zeros((t.size, 5, 5), t.dtype)
+    for place, weight in GAUSS:
+        z = columns_of(arrive(origin, motion, basis_at(poles, place * h), side))
+        total += (weight * h)[:, np.newaxis, np.newaxis] * z[:, :, np.newaxis] * z[:, np.newaxis]
     for n in range(int(doublings.max(initial=0))):
         lanes = np.flatnonzero(doublings > n)
         phi = transition(*take((rates, poles, drive, side, h), lanes))

@@ -662,24 +662,24 @@ class At(NamedTuple):
 
 
 class Slopes(NamedTuple):
-    """Change of the right sides of (3), (4), by what each share of it goes with."""
+    """Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2."""
 
     d_C_1: Real
-    """[m/s^2] change of the acceleration of the actuator, constant in a phase"""
+    """[m/s^2] change of the constant acceleration of the actuator"""
     d_a1_y: Real
-    """[1/s^2] the same per y"""
+    """[1/s^2] change of the acceleration of the actuator per compression"""
     d_a1_v1: Real
-    """[1/s] the same per v_1"""
+    """[1/s] change of the acceleration of the actuator per v_1"""
     d_a1_v2: Real
-    """[1/s] the same per v_2"""
+    """[1/s] change of the acceleration of the actuator per v_2"""
     d_C_2: Real
-    """[m/s^2] change of the acceleration of the body, constant in a phase"""
+    """[m/s^2] change of the constant acceleration of the body"""
     d_a2_y: Real
-    """[1/s^2] the same per y"""
+    """[1/s^2] change of the acceleration of the body per compression"""
     d_a2_v1: Real
-    """[1/s] the same per v_1"""
+    """[1/s] change of the acceleration of the body per v_1"""
     d_a2_v2: Real
-    """[1/s] the same per v_2"""
+    """[1/s] change of the acceleration of the body per v_2"""
 
 
 class RobotChange(NamedTuple):

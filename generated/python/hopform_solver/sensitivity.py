@@ -19,7 +19,7 @@ import numpy as np
 from hopform_solver import formulas
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
-from hopform_solver.linear import ONE, V1, V2, X, Y, columns_of, doublings_of, system, transition
+from hopform_solver.linear import GAUSS, ONE, V1, V2, X, Y, columns_of, doublings_of, transition
 from hopform_solver.phases import Phase, drive_of, motion_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, LegState, Robot, RobotChange, StateChange
 from hopform_solver.stance import Solution, locate
@@ -30,7 +30,6 @@ ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed")
 COLUMNS = ("x1", "v1", "y", "v2", "u", *Robot._fields)
 """Initial state with the compression y as a coordinate of its own, a change of all currents alike, the robot."""
 
-TERMS = 24
 CHUNK = 4096
 """Phases that are computed at a time: the responses of one take 2 kB."""
 _TAKEOFF = next(number for number, text in ENDINGS.items() if text == "takeoff")
@@ -40,29 +39,19 @@ _SHARES = tuple((row, column) for row in (V1, V2) for column in (ONE, Y, V1, V2)
 _JUMPS = ("x1_hits_stop",), ("x1_reverses", "x1_sticks"), ("x2_reverses", "x2_sticks")
 
 
-def _short_response(m: Array, h: Array) -> Array:
-    """G of each share over short times, (n, 8, 5, 5): the power series of the derivative of exp(M h)."""
-    h = h[:, np.newaxis, np.newaxis]
-    power = np.broadcast_to(np.eye(5, dtype=m.dtype), m.shape)
-    term = np.zeros((m.shape[0], len(_SHARES), 5, 5), dtype=m.dtype)
-    total = term.copy()
-    for n in range(1, TERMS):
-        term = m[:, np.newaxis] @ term
-        for share, (row, column) in enumerate(_SHARES):
-            term[:, share, row] += power[:, column]
-        term *= (h / n)[:, np.newaxis]
-        power = m @ power * (h / n)
-        total += term
-    return total
-
-
 def _responses(phase: Phase, t: Array) -> tuple[Array, Array]:
     """Phi (n, 5, 5), and how z at the end answers to each share (n, 5, 8); that of a held mass has no answer."""
     plan, start, _, side = phase
     poles, drive = poles_of(plan, side), drive_of(phase)
     doublings = doublings_of(poles, t)
     h = np.ldexp(t, -doublings)
-    shares = _short_response(system(plan.rates, drive, side), h)
+    phis = [transition(plan.rates, poles, drive, side, place * h) for place, _ in GAUSS]
+    shares = np.zeros((t.size, len(_SHARES), 5, 5), t.dtype)
+    for (_, weight), phi, rest in zip(GAUSS, phis, reversed(phis), strict=True):
+        for share, (row, column) in enumerate(_SHARES):
+            shares[:, share] += (
+                (weight * h)[:, np.newaxis, np.newaxis] * rest[:, :, row, np.newaxis] * phi[:, np.newaxis, column]
+            )
     for n in range(int(doublings.max(initial=0))):
         lanes = np.flatnonzero(doublings > n)
         phi = transition(*take((plan.rates, poles, drive, side, h), lanes))[:, np.newaxis]
@@ -181,7 +170,7 @@ def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
     before = formulas.body_energy_change(robot, begin, by, at_start)
     aed = formulas.body_energy_change(robot, end, by, at_end) - before
     d_x1, d_v1, d_v2, d_y = at_end
-    apex = formulas.apex_change(robot, np.maximum(end.v2, 0.0), by, d_x1, d_y, d_v2)
+    apex = formulas.apex_change(robot, np.maximum(end.v2, 0.0), by, at_end)
     return np.stack([late, d_x1, d_v1, d_x1 - d_y + by.d_L0 + by.d_c, d_v2, apex, aed], axis=1)
 
 

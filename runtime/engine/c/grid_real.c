@@ -24,26 +24,29 @@ enum { BLOCK_real = 64, FINE_real = 8, SEED_BLOCKS_real = 32 };
 #define GRID_WIDE_real __attribute__((noinline, flatten, target("avx2")))
 #define ALIGNED_real __attribute__((aligned(64)))
 #else
+#define HAS_WIDE_real 0
+#define GRID_WIDE_real
 #define ALIGNED_real
 #endif
 
-/* W, its derivative and integrals at j dt, j = 0 .. BLOCK - 1, and at BLOCK dt, where the next block begins. */
+/* W, its derivative and integrals at j dt, j = 0 .. BLOCK - 1. */
 typedef struct {
     real t[BLOCK_real] ALIGNED_real;
     real Wd[BLOCK_real];
     real W[BLOCK_real];
     real W1[BLOCK_real];
     real W2[BLOCK_real];
-    hopform_basis_real next;
 } grid_table_real;
 
-/* Where the samples go. */
+/* The samples' times, and where they go. */
 typedef struct {
+    real t0;
+    real dt;
     real *x1;
     real *v1;
     real *v2;
     real *y;
-} grid_arrays_real;
+} grid_real;
 
 static void put_basis_real(grid_table_real *table, int32_t j, real t, const hopform_basis_real *basis)
 {
@@ -117,89 +120,72 @@ static inline void put_same_real(real *RESTRICT_real out, real value, int32_t co
     }
 }
 
-static inline void put_samples_real(const grid_arrays_real *out, const grid_table_real *table,
+/* Samples from n on. */
+static inline void put_samples_real(const grid_real *grid, int32_t n, const grid_table_real *table,
                                     const hopform_state_real *from, const hopform_motion_real *motion, int side_1,
                                     int side_2, int32_t count)
 {
     if (side_1 != 0) {
-        sum_up_x1_real(out->x1, table, from->x1, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
-        sum_up_real(out->v1, table, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
+        sum_up_x1_real(grid->x1 + n, table, from->x1, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
+        sum_up_real(grid->v1 + n, table, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
     } else {
-        put_same_real(out->x1, from->x1, count);
-        put_same_real(out->v1, 0.0, count);
+        put_same_real(grid->x1 + n, from->x1, count);
+        put_same_real(grid->v1 + n, 0.0, count);
     }
     if (side_2 != 0) {
-        sum_up_real(out->v2, table, from->v2, motion->H3_2, motion->H2_2, motion->H1_2, count);
+        sum_up_real(grid->v2 + n, table, from->v2, motion->H3_2, motion->H2_2, motion->H1_2, count);
     } else {
-        put_same_real(out->v2, 0.0, count);
+        put_same_real(grid->v2 + n, 0.0, count);
     }
-    sum_up_real(out->y, table, from->y, motion->H3_y, motion->H2_y, motion->H1_y, count);
+    if (side_1 != 0 || side_2 != 0) {
+        sum_up_real(grid->y + n, table, from->y, motion->H3_y, motion->H2_y, motion->H1_y, count);
+    } else {
+        put_same_real(grid->y + n, from->y, count);
+    }
 }
 
-#if defined(GRID_WIDE_real)
-static GRID_WIDE_real void put_wide_real(const grid_arrays_real *out, const grid_table_real *table,
+static GRID_WIDE_real void put_wide_real(const grid_real *grid, int32_t n, const grid_table_real *table,
                                          const hopform_state_real *from, const hopform_motion_real *motion, int side_1,
                                          int side_2)
 {
-    put_samples_real(out, table, from, motion, side_1, side_2, BLOCK_real);
-}
-#endif
-
-static void put_block_real(const grid_arrays_real *out, const grid_table_real *table, const hopform_state_real *from,
-                           const hopform_motion_real *motion, int side_1, int side_2)
-{
-#if defined(GRID_WIDE_real)
-    if (HAS_WIDE_real) {
-        put_wide_real(out, table, from, motion, side_1, side_2);
-        return;
-    }
-#endif
-    put_samples_real(out, table, from, motion, side_1, side_2, BLOCK_real);
+    put_samples_real(grid, n, table, from, motion, side_1, side_2, BLOCK_real);
 }
 
-static grid_arrays_real behind_real(const grid_arrays_real *out, int32_t n)
-{
-    const grid_arrays_real rest = {out->x1 + n, out->v1 + n, out->v2 + n, out->y + n};
-    return rest;
-}
-
-/* `count` samples of a phase, the first at t since it began. */
-static void samples_of_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t,
-                                  real dt, int32_t count, grid_arrays_real out)
+/* The samples of a phase from number `first` on, before `end`. Where both masses are held it takes no time. */
+static void samples_of_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u,
+                                  const grid_real *grid, int32_t first, int32_t end)
 {
     const int side_1 = hopform_side_1_real(phase);
     const int side_2 = hopform_side_2_real(phase);
+    const hopform_poles_real *poles = hopform_poles_of_real(plan, side_1, side_2);
+    const bool rests = side_1 == 0 && side_2 == 0;
+    const real dt = rests ? 0.0 : grid->dt;
+    const real t = grid->t0 + (real)first * grid->dt - phase->t;
     hopform_state_real from = hopform_state_in_phase_real(plan, phase, u, t);
     grid_table_real table;
-    const hopform_poles_real *poles = hopform_poles_of_real(plan, side_1, side_2);
-    fill_table_real(&table, poles, dt, count > BLOCK_real ? BLOCK_real : count);
-    if (count > BLOCK_real) {
-        table.next = hopform_basis_at_real(poles, (real)BLOCK_real * dt);
+    if (!rests) {
+        fill_table_real(&table, poles, dt, end - first < BLOCK_real ? end - first : BLOCK_real);
     }
-    for (int32_t done = 0; done < count; done += BLOCK_real) {
-        if (done > 0 && done / BLOCK_real % SEED_BLOCKS_real == 0) {
-            from = hopform_state_in_phase_real(plan, phase, u, t + (real)done * dt);
+    hopform_basis_real next = {0.0, 0.0, 0.0, 0.0, 0.0};
+    if (end - first > BLOCK_real) {
+        next = hopform_basis_at_real(poles, (real)BLOCK_real * dt);
+    }
+    for (int32_t n = first; n < end; n += BLOCK_real) {
+        if (n > first && (n - first) / BLOCK_real % SEED_BLOCKS_real == 0) {
+            from = hopform_state_in_phase_real(plan, phase, u, t + (real)(n - first) * dt);
         }
         const hopform_motion_real motion = hopform_motion_of_real(plan, &from, u, side_1, side_2);
-        const grid_arrays_real block = behind_real(&out, done);
-        if (count - done >= BLOCK_real) {
-            put_block_real(&block, &table, &from, &motion, side_1, side_2);
+        if (end - n < BLOCK_real) {
+            put_samples_real(grid, n, &table, &from, &motion, side_1, side_2, end - n);
+        } else if (HAS_WIDE_real) {
+            put_wide_real(grid, n, &table, &from, &motion, side_1, side_2);
         } else {
-            put_samples_real(&block, &table, &from, &motion, side_1, side_2, count - done);
+            put_samples_real(grid, n, &table, &from, &motion, side_1, side_2, BLOCK_real);
         }
-        if (count - done > BLOCK_real) {
-            from = hopform_arrive_real(&from, &motion, &table.next, side_1, side_2);
+        if (end - n > BLOCK_real) {
+            from = hopform_arrive_real(&from, &motion, &next, side_1, side_2);
         }
     }
-}
-
-/* Samples that do not move. */
-static void samples_at_rest_real(const hopform_phase_real *phase, int32_t count, const grid_arrays_real *out)
-{
-    put_same_real(out->x1, phase->x1, count);
-    put_same_real(out->v1, 0.0, count);
-    put_same_real(out->v2, 0.0, count);
-    put_same_real(out->y, phase->y, count);
 }
 
 /* The first sample from `first` on that lies at or behind a time. */
@@ -236,17 +222,13 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
     if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest)) {
         return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, 4);
     }
-    const grid_arrays_real all = {x1, v1, v2, y};
+    const grid_real grid = {t0, dt, x1, v1, v2, y};
     int32_t first = 0;
     for (int32_t n = hopform_phase_index_real(phases, stance->phases_kept, t0); first < count; n++) {
         const bool is_last = n + 1 >= stance->phases_kept;
         const int32_t end = is_last ? count : sample_behind_real(phases[n + 1].t, t0, dt, first, count);
-        const grid_arrays_real out = behind_real(&all, first);
-        if (phases[n].mode == 4) { /* both held */
-            samples_at_rest_real(&phases[n], end - first, &out);
-        } else if (end > first) {
-            samples_of_phase_real(plan, &phases[n], steps[phases[n].step].u, t0 + (real)first * dt - phases[n].t, dt,
-                                  end - first, out);
+        if (end > first) {
+            samples_of_phase_real(plan, &phases[n], steps[phases[n].step].u, &grid, first, end);
         }
         first = end;
     }

@@ -13,17 +13,8 @@
 
 #include "linear_real.h"
 
-/* What stands above the diagonal, below it. */
-static inline void hopform_mirror_real(hopform_matrix_real *s)
-{
-    for (int i = 1; i < Z_SIZE; i++) {
-        for (int j = 0; j < i; j++) {
-            s->at[i][j] = s->at[j][i];
-        }
-    }
-}
-
-/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
+/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states: on and above the
+ * diagonal. */
 static inline hopform_matrix_real hopform_short_moments_real(const hopform_poles_real *poles,
                                                              const hopform_motion_real *motion,
                                                              const hopform_phase_real *phase, real h)
@@ -43,7 +34,6 @@ static inline hopform_matrix_real hopform_short_moments_real(const hopform_poles
             }
         }
     }
-    hopform_mirror_real(&sum);
     return sum;
 }
 
@@ -57,11 +47,16 @@ static inline hopform_matrix_real hopform_moments_in_phase_real(const hopform_pl
     const hopform_state_real start = {0.0, phase->v1, phase->v2, phase->y};
     const hopform_motion_real motion = hopform_motion_under_real(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_real *poles = hopform_poles_of_real(plan, side_1, side_2);
-    int doublings = hopform_doublings_real(poles, t);
-    real h = hopform_halved_real(t, doublings);
+    real h = t;
+    int doublings = hopform_halve_real(plan, phase, &h);
     hopform_matrix_real sum = hopform_short_moments_real(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
-        const hopform_matrix_real phi = hopform_transition_real(plan, &drive, side_1, side_2, h);
+        for (int i = 1; i < Z_SIZE; i++) {
+            for (int j = 0; j < i; j++) {
+                sum.at[i][j] = sum.at[j][i];
+            }
+        }
+        const hopform_matrix_real phi = hopform_transition_real(plan, phase, u, h);
         hopform_matrix_real left = {{{0}}};
         hopform_add_product_real(&left, &phi, &sum);
         for (int i = 0; i < Z_SIZE; i++) {
@@ -71,7 +66,6 @@ static inline hopform_matrix_real hopform_moments_in_phase_real(const hopform_pl
                 }
             }
         }
-        hopform_mirror_real(&sum);
         h *= 2.0;
     }
     return sum;

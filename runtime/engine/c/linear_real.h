@@ -13,11 +13,14 @@ typedef struct {
     real at[Z_SIZE][Z_SIZE];
 } hopform_matrix_real;
 
-/* Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values. */
-static inline hopform_matrix_real
-hopform_transition_real(const hopform_plan_real *plan, const hopform_drive_real *drive, int side_1, int side_2, real h)
+/* Phi(h) of a phase: its columns are the motions from rest under the drive and from unit initial values. */
+static inline hopform_matrix_real hopform_transition_real(const hopform_plan_real *plan,
+                                                          const hopform_phase_real *phase, real u, real h)
 {
+    const int side_1 = hopform_side_1_real(phase);
+    const int side_2 = hopform_side_2_real(phase);
     const hopform_basis_real basis = hopform_basis_at_real(hopform_poles_of_real(plan, side_1, side_2), h);
+    const hopform_drive_real drive = hopform_drive_of_real(&plan->robot, &plan->rates, u, (real)side_1, (real)side_2);
     const hopform_drive_real none = {0.0, 0.0};
     hopform_matrix_real phi = {{{0}}};
     phi.at[Z_ONE][Z_ONE] = 1.0;
@@ -29,7 +32,7 @@ hopform_transition_real(const hopform_plan_real *plan, const hopform_drive_real 
         const hopform_state_real start = {0.0, column == Z_V1 ? 1.0 : 0.0, column == Z_V2 ? 1.0 : 0.0,
                                           column == Z_Y ? 1.0 : 0.0};
         const hopform_motion_real motion =
-            hopform_motion_under_real(&plan->rates, column == Z_ONE ? drive : &none, &start, side_1, side_2);
+            hopform_motion_under_real(&plan->rates, column == Z_ONE ? &drive : &none, &start, side_1, side_2);
         const hopform_state_real end = hopform_arrive_real(&start, &motion, &basis, side_1, side_2);
         phi.at[Z_X][column] = end.x1;
         phi.at[Z_Y][column] = end.y;
@@ -61,24 +64,18 @@ static const real hopform_place_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_PLACES
 
 static const real hopform_weight_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_WEIGHTS_real};
 
-/* How often t is to be halved until the rule is exact: no pole is further from 0 than s_1 + sqrt(s_2). */
-static inline int hopform_doublings_real(const hopform_poles_real *poles, real t)
+/* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
+static inline int hopform_halve_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real *h)
 {
+    const hopform_poles_real *poles =
+        hopform_poles_of_real(plan, hopform_side_1_real(phase), hopform_side_2_real(phase));
     const real fastest = poles->s_1 + sqrt_real(poles->s_2);
-    int doublings = 0;
-    while (fastest * t > 4.0 && doublings < 200) {
-        t *= 0.5;
-        doublings++;
+    int times = 0;
+    while (fastest * *h > 4.0) {
+        *h *= 0.5;
+        times++;
     }
-    return doublings;
-}
-
-static inline real hopform_halved_real(real t, int times)
-{
-    for (; times > 0; times--) {
-        t *= 0.5;
-    }
-    return t;
+    return times;
 }
 
 #endif

@@ -15,6 +15,13 @@ typedef struct {
     size_t size;
 } hopform_memory_real;
 
+/* Times at which a stance is read, which do not decrease if they are in order. */
+typedef struct {
+    const real *at;
+    int32_t count;
+    bool in_order;
+} hopform_times_real;
+
 /* An array; a count below 0 stands for none. */
 static inline hopform_memory_real hopform_array_real(const void *first, int32_t count, size_t element)
 {

@@ -140,11 +140,11 @@ static inline bool hopform_hops_real(const hopform_plan_real *plan)
     return hopform_is_made_real(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_real(&plan->robot) > 0.0;
 }
 
-/* Status of a call that reads a solved stance, and times unless that is NULL, into arrays: HOPFORM_OK if it can; else
+/* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
  * the arrays are zeros. */
 int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                     const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                    const hopform_memory_real *times, const hopform_memory_real *arrays,
+                                    const hopform_times_real *times, const hopform_memory_real *arrays,
                                     int array_count);
 
 /* Index of the last phase that starts at or before t. */

@@ -14,20 +14,15 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
         hopform_array_real(v2, count, sizeof *v2),
         hopform_array_real(y, count, sizeof *y),
     };
-    const hopform_memory_real read_times = hopform_array_real(times, count, sizeof *times);
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &read_times, arrays, 4);
+    const hopform_times_real when = {times, count, false};
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &when, arrays, 4);
     if (status < 0) {
         return status;
     }
-    const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
     hopform_motion_real motion = hopform_motion_in_phase_real(plan, phases, steps[phases->step].u);
     for (int32_t i = 0; i < count; i++) {
-        const real t = times[i];
-        if (!(t >= 0.0 && t <= HOPFORM_NEVER_real) || (t > stance->duration && !rests)) {
-            return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, 4);
-        }
-        const real within = hopform_lesser_real(t, stance->duration);
+        const real within = hopform_lesser_real(times[i], stance->duration);
         const int32_t n = hopform_phase_index_real(phases, stance->phases_kept, within);
         const hopform_phase_real *phase = &phases[n];
         if (n != prepared) {
