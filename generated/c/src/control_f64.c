@@ -258,7 +258,14 @@ static bool may_improve_f64(const hopform_search_f64 *search, const hopform_inte
     return c->lower_bound < HOPFORM_NEVER_f64 && c->lower_bound <= gap_to_beat_f64(search);
 }
 
-/* Add the interval between two candidates if a better one may lie in it. */
+/* Whether an interval is branched before another: of the lesser lower bound, of several the one nearer to 0. */
+static bool comes_first_f64(const hopform_interval_f64 *c, const hopform_interval_f64 *other)
+{
+    const bool as_good = !(c->lower_bound > other->lower_bound) && !(c->lower_bound < other->lower_bound);
+    return c->lower_bound < other->lower_bound || (as_good && fabs_f64(c->from.u) < fabs_f64(other->from.u));
+}
+
+/* Add the interval between two candidates if a better one may lie in it, behind those that come later. */
 static void add_interval_f64(hopform_search_f64 *search, const hopform_trial_f64 *from, const hopform_trial_f64 *to,
                               int32_t slow)
 {
@@ -267,42 +274,20 @@ static void add_interval_f64(hopform_search_f64 *search, const hopform_trial_f64
     if (!may_improve_f64(search, &interval)) {
         return;
     }
-    if (search->count < HOPFORM_SEARCH_INTERVALS_f64) {
-        search->intervals[search->count++] = interval;
-    } else {
-        search->partial = true;
-    }
-}
-
-/* Prune the intervals that the incumbent beats; the one of the least lower bound, of several the one nearest to 0,
- * becomes the last. */
-static void prune_f64(hopform_search_f64 *search)
-{
-    int32_t kept = 0;
-    int32_t first = 0;
-    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_INTERVALS_f64; n++) {
-        const hopform_interval_f64 *c = &search->intervals[n];
-        if (may_improve_f64(search, c) && kept < HOPFORM_SEARCH_INTERVALS_f64) {
-            const hopform_interval_f64 *best = &search->intervals[first];
-            const bool as_good = !(c->lower_bound > best->lower_bound) && !(c->lower_bound < best->lower_bound);
-            if (kept == 0 || c->lower_bound < best->lower_bound
-                || (as_good && fabs_f64(c->from.u) < fabs_f64(best->from.u))) {
-                first = kept;
-            }
-            if (kept < n) {
-                const hopform_interval_f64 moved = *c;
-                search->intervals[kept] = moved;
-            }
-            kept++;
+    if (search->count >= HOPFORM_SEARCH_INTERVALS_f64) { /* the last to come goes */
+        search->partial = search->partial || may_improve_f64(search, &search->intervals[0]);
+        search->count = HOPFORM_SEARCH_INTERVALS_f64 - 1;
+        for (int32_t n = 0; n < search->count; n++) {
+            const hopform_interval_f64 sooner = search->intervals[n + 1];
+            search->intervals[n] = sooner;
         }
     }
-    search->count = kept;
-    if (first + 1 < kept) {
-        const hopform_interval_f64 swapped = search->intervals[first];
-        const hopform_interval_f64 last = search->intervals[kept - 1];
-        search->intervals[first] = last;
-        search->intervals[kept - 1] = swapped;
+    int32_t place = search->count++;
+    for (; place > 0 && !comes_first_f64(&interval, &search->intervals[place - 1]); place--) {
+        const hopform_interval_f64 later = search->intervals[place - 1];
+        search->intervals[place] = later;
     }
+    search->intervals[place] = interval;
 }
 
 /* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well.
@@ -327,7 +312,9 @@ static bool branch_f64(hopform_search_f64 *search)
             return true;
         }
     }
-    prune_f64(search);
+    while (search->count > 0 && !may_improve_f64(search, &search->intervals[search->count - 1])) {
+        search->count--;
+    }
     if (search->count == 0) {
         return false;
     }

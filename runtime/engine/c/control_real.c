@@ -258,7 +258,14 @@ static bool may_improve_real(const hopform_search_real *search, const hopform_in
     return c->lower_bound < HOPFORM_NEVER_real && c->lower_bound <= gap_to_beat_real(search);
 }
 
-/* Add the interval between two candidates if a better one may lie in it. */
+/* Whether an interval is branched before another: of the lesser lower bound, of several the one nearer to 0. */
+static bool comes_first_real(const hopform_interval_real *c, const hopform_interval_real *other)
+{
+    const bool as_good = !(c->lower_bound > other->lower_bound) && !(c->lower_bound < other->lower_bound);
+    return c->lower_bound < other->lower_bound || (as_good && fabs_real(c->from.u) < fabs_real(other->from.u));
+}
+
+/* Add the interval between two candidates if a better one may lie in it, behind those that come later. */
 static void add_interval_real(hopform_search_real *search, const hopform_trial_real *from, const hopform_trial_real *to,
                               int32_t slow)
 {
@@ -267,42 +274,20 @@ static void add_interval_real(hopform_search_real *search, const hopform_trial_r
     if (!may_improve_real(search, &interval)) {
         return;
     }
-    if (search->count < HOPFORM_SEARCH_INTERVALS_real) {
-        search->intervals[search->count++] = interval;
-    } else {
-        search->partial = true;
-    }
-}
-
-/* Prune the intervals that the incumbent beats; the one of the least lower bound, of several the one nearest to 0,
- * becomes the last. */
-static void prune_real(hopform_search_real *search)
-{
-    int32_t kept = 0;
-    int32_t first = 0;
-    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_INTERVALS_real; n++) {
-        const hopform_interval_real *c = &search->intervals[n];
-        if (may_improve_real(search, c) && kept < HOPFORM_SEARCH_INTERVALS_real) {
-            const hopform_interval_real *best = &search->intervals[first];
-            const bool as_good = !(c->lower_bound > best->lower_bound) && !(c->lower_bound < best->lower_bound);
-            if (kept == 0 || c->lower_bound < best->lower_bound
-                || (as_good && fabs_real(c->from.u) < fabs_real(best->from.u))) {
-                first = kept;
-            }
-            if (kept < n) {
-                const hopform_interval_real moved = *c;
-                search->intervals[kept] = moved;
-            }
-            kept++;
+    if (search->count >= HOPFORM_SEARCH_INTERVALS_real) { /* the last to come goes */
+        search->partial = search->partial || may_improve_real(search, &search->intervals[0]);
+        search->count = HOPFORM_SEARCH_INTERVALS_real - 1;
+        for (int32_t n = 0; n < search->count; n++) {
+            const hopform_interval_real sooner = search->intervals[n + 1];
+            search->intervals[n] = sooner;
         }
     }
-    search->count = kept;
-    if (first + 1 < kept) {
-        const hopform_interval_real swapped = search->intervals[first];
-        const hopform_interval_real last = search->intervals[kept - 1];
-        search->intervals[first] = last;
-        search->intervals[kept - 1] = swapped;
+    int32_t place = search->count++;
+    for (; place > 0 && !comes_first_real(&interval, &search->intervals[place - 1]); place--) {
+        const hopform_interval_real later = search->intervals[place - 1];
+        search->intervals[place] = later;
     }
+    search->intervals[place] = interval;
 }
 
 /* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well.
@@ -327,7 +312,9 @@ static bool branch_real(hopform_search_real *search)
             return true;
         }
     }
-    prune_real(search);
+    while (search->count > 0 && !may_improve_real(search, &search->intervals[search->count - 1])) {
+        search->count--;
+    }
     if (search->count == 0) {
         return false;
     }
