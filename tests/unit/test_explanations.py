@@ -63,5 +63,5 @@ def test_the_search_that_is_drawn_is_that_of_the_controller(figures):
     tried, apexes, waiting = figures["search"](v2, 0.12)
     command = hopform.choose_current(body, v2=v2, h_des=0.12)
     assert (tried[-1], apexes[-1], len(tried)) == (command.u, command.apex, command.solved) and len(tried) == 9
-    assert [round(1e3 * bound, 1) for _, _, bound in waiting[3] if bound > 0.0] == [33.3]
+    assert [round(1e3 * bound, 1) for _, _, bound in waiting[3] if bound > 0.0] == [42.5]
     assert [any(start <= command.u <= end for start, end, _ in row) for row in waiting] == [False, *[True] * 7, False]

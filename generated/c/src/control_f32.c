@@ -18,179 +18,90 @@
 #define COARSE_f32 0.25f
 #define DOWN_f32 0.0625f
 
-/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each.
- */
-#define LEAN_f32 0.25f
+/* How far a function may be off the cubic in the middle of an interval, as shares of what its slopes differ by from the
+ * chord's: of their sum, and of each; where the events change, of each alone. */
+#define LEAN_f32 0.75f
 #define BEND_f32 0.03125f
+#define KINK_f32 1.0f
 
-/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep its
- * minimum may lie. */
-#define KINK_f32 0.5f
-#define DEPTH_f32 1.0f
+/* An interval at one end of which the leg takes off is judged by that end where it is this narrow. */
 #define STEP_f32 0.00390625f
+
+/* One that x_1 leaves its limit in is judged by the slopes of both where x_1 does not turn, or it is this narrow. */
 #define EDGE_f32 0.015625f
 
-/* A function of u on an interval, outward from 0: values and slopes at both ends; whether it is smooth in between. */
+/* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
+ * smooth in between. */
 typedef struct {
     float from;
-    float from_rate;
+    float from_rise;
     float to;
-    float to_rate;
-    float width;
+    float to_rise;
     bool smooth;
 } curve_f32;
 
-/* ---- bounds from values and slopes at both ends ---- */
-
-static float chord_f32(const curve_f32 *c)
-{
-    return (c->to - c->from) / c->width;
-}
-
-/* How much the slopes differ from the chord's. */
-static float spread_f32(const curve_f32 *c)
-{
-    return fabs_f32(c->from_rate - chord_f32(c)) + fabs_f32(c->to_rate - chord_f32(c));
-}
-
-/* The slopes' sum less twice the chord's: 0 for a parabola. */
-static float lean_f32(const curve_f32 *c)
-{
-    return c->from_rate + c->to_rate - 2.0f * chord_f32(c);
-}
-
-/* How far a slope in the interval may be off that of the cubic which the ends determine. */
-static float slope_error_f32(const curve_f32 *c)
-{
-    return LEAN_f32 * fabs_f32(lean_f32(c)) + BEND_f32 * spread_f32(c);
-}
-
-/* The least slope of that cubic. */
-static float least_slope_f32(const curve_f32 *c)
-{
-    const float end = hopform_lesser_f32(c->from_rate, c->to_rate);
-    const float half = c->from_rate + lean_f32(c) - chord_f32(c);
-    if (lean_f32(c) > 0.0f && half > 0.0f && half < 3.0f * lean_f32(c)) {
-        const float inside = c->from_rate - half * half / (3.0f * lean_f32(c));
-        return hopform_lesser_f32(inside, end);
-    }
-    return end;
-}
-
-static bool rises_f32(const curve_f32 *c)
-{
-    if (c->smooth) {
-        return least_slope_f32(c) > 4.0f * slope_error_f32(c);
-    }
-    const float end = hopform_lesser_f32(c->from_rate, c->to_rate);
-    return end > 0.0f && chord_f32(c) > 0.0f && spread_f32(c) <= KINK_f32 * end;
-}
-
-static curve_f32 mirrored_f32(const curve_f32 *c)
-{
-    const curve_f32 other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
-    return other;
-}
-
-static bool is_monotone_f32(const curve_f32 *c)
-{
-    const curve_f32 other = mirrored_f32(c);
-    return rises_f32(c) || rises_f32(&other);
-}
-
-/* Whether the slope rises throughout. */
-static bool is_convex_f32(const curve_f32 *c)
-{
-    const float from = lean_f32(c) + c->from_rate - chord_f32(c);
-    const float to = lean_f32(c) + c->to_rate - chord_f32(c);
-    return -from > 4.0f * slope_error_f32(c) && to > 4.0f * slope_error_f32(c);
-}
-
-/* Where the cubic has its minimum, as a share of the interval; -1 if there is none in it. */
-static float share_of_minimum_f32(const curve_f32 *c)
-{
-    const float half = c->from_rate + lean_f32(c) - chord_f32(c);
-    const float radicand = half * half - 3.0f * lean_f32(c) * c->from_rate;
-    if (!(radicand > 0.0f)) {
-        return -1.0f;
-    }
-    const float root = sqrt_f32(radicand);
-    if (half >= 0.0f && !(fabs_f32(lean_f32(c)) > 0.0f)) {
-        return -1.0f; /* the parabola falls for good */
-    }
-    const float share = half < 0.0f ? c->from_rate / (half - root) : (half + root) / (3.0f * lean_f32(c));
-    return share > 0.0f && share < 1.0f ? share : -1.0f;
-}
-
-static float cubic_at_f32(const curve_f32 *c, float share)
-{
-    const float rest = 1.0f - share;
-    const float bend = (c->from_rate - chord_f32(c)) * rest - (c->to_rate - chord_f32(c)) * share;
-    return c->from + c->width * share * (chord_f32(c) + rest * bend);
-}
-
-/* The least that the function is taken to be on the interval. */
+/* The least that the function is taken to be on the interval: the least of the Bernstein coefficients of the cubic that
+ * the ends determine, as a quartic, less what the function may be off that in the middle. */
 static float least_f32(const curve_f32 *c)
 {
-    const float end = hopform_lesser_f32(c->from, c->to);
-    if (is_monotone_f32(c)) {
-        return end;
+    const float first = c->from_rise - (c->to - c->from);
+    const float last = c->to_rise - (c->to - c->from);
+    const float spread = fabs_f32(first) + fabs_f32(last);
+    const float off = c->smooth ? LEAN_f32 * fabs_f32(first + last) + BEND_f32 * spread : KINK_f32 * spread;
+    const float middle = 0.5f * (c->from + c->to) + (c->from_rise - c->to_rise) / 6.0f - off;
+    const float ends = hopform_lesser_f32(c->from, c->to);
+    const float quarters = hopform_lesser_f32(c->from + 0.25f * c->from_rise, c->to - 0.25f * c->to_rise);
+    return hopform_lesser_f32(hopform_lesser_f32(ends, quarters), middle);
+}
+
+/* Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in it. */
+static float share_of_minimum_f32(const curve_f32 *c)
+{
+    const float chord = c->to - c->from;
+    const float lean = c->from_rise + c->to_rise - 2.0f * chord;
+    const float half = c->from_rise + lean - chord;
+    const float root = sqrt_f32(hopform_greater_f32(half * half - 3.0f * lean * c->from_rise, 0.0f));
+    const float above = half < 0.0f ? -c->from_rise : half + root;
+    const float below = half < 0.0f ? root - half : 3.0f * lean;
+    if (!(above > 0.0f && above < below)) {
+        return 0.5f;
     }
-    if (!c->smooth) {
-        return end - DEPTH_f32 * c->width * spread_f32(c);
-    }
-    if (is_convex_f32(c)) {
-        const float share = (c->to_rate - chord_f32(c)) / (c->to_rate - c->from_rate);
-        return c->from_rate < 0.0f && c->to_rate > 0.0f ? c->from + c->width * c->from_rate * share : end;
-    }
-    const float share = share_of_minimum_f32(c);
-    const float inside = share > 0.0f ? cubic_at_f32(c, share) : end;
-    return hopform_lesser_f32(inside, end) - c->width * slope_error_f32(c);
+    return hopform_greater_f32(hopform_lesser_f32(above / below, 0.96875f), 0.03125f);
 }
 
 /* Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is against
- * it.
- */
+ * it. */
 static float share_of_root_f32(const curve_f32 *c)
 {
-    const float t = c->from / (c->from - c->to);
-    if (!(c->from_rate * chord_f32(c) > 0.0f && c->to_rate * chord_f32(c) > 0.0f)) {
+    const float chord = c->to - c->from;
+    const float t = -c->from / chord;
+    if (!(c->from_rise * chord > 0.0f && c->to_rise * chord > 0.0f)) {
         return t;
     }
-    const float first = chord_f32(c) / c->from_rate;
-    const float last = chord_f32(c) / c->to_rate;
-    const float begin = hopform_lesser_f32(first, 3.0f); /* with which the cubic still rises */
-    const float end = hopform_lesser_f32(last, 3.0f);
+    const float begin = hopform_lesser_f32(chord / c->from_rise, 3.0f); /* with which the cubic still rises */
+    const float end = hopform_lesser_f32(chord / c->to_rise, 3.0f);
     return t * (begin + t * (3.0f - 2.0f * begin - end + t * (begin + end - 2.0f)));
 }
 
 /* ---- an interval ---- */
 
-static float width_of_f32(const hopform_interval_f32 *c)
-{
-    return fabs_f32(c->to.u - c->from.u);
-}
-
-static bool is_smooth_f32(const hopform_interval_f32 *c)
-{
-    return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
-}
-
 static curve_f32 curve_of_f32(const hopform_interval_f32 *c, float from, float from_u, float to, float to_u)
 {
-    const float sign = c->to.u > c->from.u ? 1.0f : -1.0f;
-    const curve_f32 made = {from, sign * from_u, to, sign * to_u, width_of_f32(c), is_smooth_f32(c)};
+    const float width = c->to.u - c->from.u;
+    const bool smooth = c->from.events == c->to.events && c->from.smooth && c->to.smooth;
+    const curve_f32 made = {from, from_u * width, to, to_u * width, smooth};
     return made;
 }
 
-/* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
+/* How far the apex is off what is wanted, positive at the nearer end; a far end that reaches it does not count as a
+ * root. */
 static curve_f32 gap_of_f32(const hopform_interval_f32 *c, float wanted)
 {
-    curve_f32 gap = curve_of_f32(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
+    const float sign = c->from.apex > wanted ? 1.0f : -1.0f;
+    curve_f32 gap = curve_of_f32(c, sign * (c->from.apex - wanted), sign * c->from.apex_u,
+                                   sign * (c->to.apex - wanted), sign * c->to.apex_u);
     if (fabs_f32(gap.to) <= HOPFORM_REACHED_WITHIN_f32) {
-        gap.to = gap.from > 0.0f ? HOPFORM_REACHED_WITHIN_f32 : -HOPFORM_REACHED_WITHIN_f32;
-    } else if (fabs_f32(gap.from) <= HOPFORM_REACHED_WITHIN_f32) {
-        gap.from = gap.to > 0.0f ? HOPFORM_REACHED_WITHIN_f32 : -HOPFORM_REACHED_WITHIN_f32;
+        gap.to = HOPFORM_REACHED_WITHIN_f32;
     }
     return gap;
 }
@@ -202,22 +113,23 @@ static curve_f32 peak_of_f32(const hopform_interval_f32 *c, float limit)
                          c->to.largest_x1_u);
 }
 
+static curve_f32 contact_of_f32(const hopform_interval_f32 *c)
+{
+    return curve_of_f32(c, c->from.least_contact, c->from.least_contact_u, c->to.least_contact, c->to.least_contact_u);
+}
+
 /* No rebound in the interval takes off that does not do so at its ends: the least contact force of each
  * stays above zero. */
 static bool minima_are_positive_f32(const hopform_interval_f32 *c)
 {
+    const curve_f32 contact = contact_of_f32(c);
     const bool in_from = c->from.minima > 0;
     const bool in_to = c->to.minima > 0;
-    if (!in_from && !in_to) {
-        return true;
-    }
     if (in_from && in_to) {
-        const curve_f32 least = curve_of_f32(c, c->from.least_contact, c->from.least_contact_u, c->to.least_contact,
-                                               c->to.least_contact_u);
-        return least_f32(&least) > 0.0f;
+        return least_f32(&contact) > 0.0f;
     }
-    const hopform_trial_f32 *known = in_from ? &c->from : &c->to;
-    return known->least_contact > width_of_f32(c) * fabs_f32(known->least_contact_u);
+    return (!in_from || contact.from > fabs_f32(contact.from_rise))
+           && (!in_to || contact.to > fabs_f32(contact.to_rise));
 }
 
 static bool is_admissible_f32(const hopform_search_f32 *search, const hopform_trial_f32 *trial)
@@ -225,50 +137,11 @@ static bool is_admissible_f32(const hopform_search_f32 *search, const hopform_tr
     return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
-/* Where x_1 reaches its limit, as a share of the interval: by both ends where it rises from one to the other, else by
- * the slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead
- * there. */
-static float share_of_limit_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c)
+/* Slope of the gap over that of the largest x_1: the multiplier of its limit. */
+static float multiplier_f32(const curve_f32 *gap, const curve_f32 *peak, bool starts)
 {
-    const curve_f32 peak = peak_of_f32(c, search->limit);
-    if (is_monotone_f32(&peak)) {
-        return share_of_root_f32(&peak);
-    }
-    const bool starts = is_admissible_f32(search, &c->from);
-    const float room = starts ? peak.from : peak.to;
-    const float toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
-    const float share = room + toward >= 0.0f && toward > 0.0f ? -room / toward : HOPFORM_NEVER_f32;
-    return starts ? share : 1.0f - share;
-}
-
-/* The nearest that an admissible current can come in an interval of which only a part, next to one end, is admissible.
- */
-static float lower_bound_at_limit_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c,
-                                      const curve_f32 *gap)
-{
-    const curve_f32 peak = peak_of_f32(c, search->limit);
-    if (peak.width > EDGE_f32 * search->plan->robot.u_max && !is_monotone_f32(&peak)) {
-        return 0.0f;
-    }
-    const bool starts = is_admissible_f32(search, &c->from);
-    const float there = share_of_limit_f32(search, c);
-    const float share = 2.0f * (starts ? there : 1.0f - there);
-    const float rate = fabs_f32(gap->from_rate) + fabs_f32(gap->to_rate) + fabs_f32(chord_f32(gap));
-    const float inside = fabs_f32(starts ? gap->from : gap->to);
-    return share <= 1.0f ? inside - rate * share * gap->width : 0.0f;
-}
-
-/* Where one end takes off and the other does not: the apex ends like a square root. */
-static float lower_bound_at_takeoff_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c)
-{
-    const hopform_trial_f32 *lifts = c->from.takes_off ? &c->from : &c->to;
-    const float width = width_of_f32(c);
-    if (width > STEP_f32 * search->plan->robot.u_max) {
-        return 0.0f;
-    }
-    const bool hopeless = !(lifts->largest_x1 - 2.0f * width * fabs_f32(lifts->largest_x1_u) < search->limit);
-    return hopeless ? HOPFORM_NEVER_f32
-                    : fabs_f32(lifts->apex - search->apex) - 3.0f * width * fabs_f32(lifts->apex_u);
+    const float rise = fabs_f32(starts ? peak->from_rise : peak->to_rise);
+    return (fabs_f32(gap->from_rise) + fabs_f32(gap->to_rise)) / hopform_greater_f32(rise, HOPFORM_UNDERFLOW_f32);
 }
 
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it. */
@@ -277,59 +150,39 @@ static float lower_bound_of_f32(const hopform_search_f32 *search, const hopform_
     const hopform_trial_f32 *from = &c->from;
     const hopform_trial_f32 *to = &c->to;
     const float range = search->plan->robot.u_max;
-    const float width = width_of_f32(c);
+    const float width = fabs_f32(to->u - from->u);
+    const curve_f32 gap = gap_of_f32(c, search->apex);
+    const curve_f32 peak = peak_of_f32(c, search->limit);
     if ((from->held && to->held) || width <= 2.0f * HOPFORM_EPS_f32 * fabs_f32(to->u)) {
         return HOPFORM_NEVER_f32;
     }
-    const float judged =
-        !from->takes_off && !to->takes_off ? DOWN_f32 : (is_smooth_f32(c) ? CONTROL_WIDE_f32 : COARSE_f32);
-    if (width > judged * range) {
+    const float widest = !from->takes_off && !to->takes_off ? DOWN_f32 : (gap.smooth ? CONTROL_WIDE_f32 : COARSE_f32);
+    if (width > widest * range) {
         return 0.0f;
     }
-    if (from->takes_off != to->takes_off) {
-        return lower_bound_at_takeoff_f32(search, c);
+    if (from->takes_off != to->takes_off) { /* the apex ends like a square root */
+        const float off = from->takes_off ? gap.from - 3.0f * fabs_f32(gap.from_rise)
+                                         : fabs_f32(gap.to) - 3.0f * fabs_f32(gap.to_rise);
+        const float beyond =
+            from->takes_off ? peak.from - 2.0f * fabs_f32(peak.from_rise) : peak.to - 2.0f * fabs_f32(peak.to_rise);
+        return width > STEP_f32 * range ? 0.0f : (beyond < 0.0f ? off : HOPFORM_NEVER_f32);
     }
     if (width > HOPFORM_ROOT_EPS_f32 * range && !minima_are_positive_f32(c)) {
         return 0.0f;
     }
-    if (!from->takes_off) {
+    if (!from->takes_off || least_f32(&peak) >= 0.0f) {
         return HOPFORM_NEVER_f32;
     }
-    const curve_f32 gap = gap_of_f32(c, search->apex);
-    const curve_f32 peak = peak_of_f32(c, search->limit);
-    const curve_f32 below = mirrored_f32(&gap);
-    const float lower_bound = gap.from > 0.0f ? least_f32(&gap) : least_f32(&below);
-    const bool in_from = is_admissible_f32(search, from);
-    const bool in_to = is_admissible_f32(search, to);
-    if (!in_from && !in_to && least_f32(&peak) >= 0.0f) {
-        return HOPFORM_NEVER_f32;
+    const bool starts = is_admissible_f32(search, from);
+    const bool turns = least_f32(&peak) < hopform_lesser_f32(peak.from, peak.to);
+    if (starts == is_admissible_f32(search, to) || (turns && width > EDGE_f32 * range)) {
+        return least_f32(&gap);
     }
-    if (in_from == in_to) {
-        return lower_bound;
-    }
-    const float edge = lower_bound_at_limit_f32(search, c, &gap);
-    return hopform_greater_f32(edge, lower_bound);
-}
-
-/* Where a function that comes nearer to zero at both ends has its extremum. */
-static float share_of_turn_f32(const curve_f32 *c)
-{
-    const curve_f32 other = mirrored_f32(c);
-    const float share = share_of_minimum_f32(c->from > 0.0f ? c : &other);
-    return share > 0.0f ? hopform_greater_f32(hopform_lesser_f32(share, 0.96875f), 0.03125f) : 0.5f;
-}
-
-/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square
- * of the way, so some way off the other end. */
-static float share_inside_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c, const curve_f32 *gap)
-{
-    const float steep = fabs_f32(gap->from_rate) + fabs_f32(gap->to_rate) + fabs_f32(chord_f32(gap));
-    const float there = share_of_limit_f32(search, c);
-    const bool starts = is_admissible_f32(search, &c->from);
-    const float way = starts ? there : 1.0f - there;
-    const float short_of = way > 0.0f && way <= 1.0f ? 0.0625f * way * way : 0.0f;
-    const float aside = short_of + 0.25f * HOPFORM_NEAR_WITHIN_f32 / (steep * gap->width + HOPFORM_NEAR_WITHIN_f32);
-    return starts ? there - aside : there + aside;
+    const float weight = 2.0f * multiplier_f32(&gap, &peak, starts);
+    const curve_f32 both = {gap.from + weight * peak.from, gap.from_rise + weight * peak.from_rise,
+                             gap.to + weight * peak.to, gap.to_rise + weight * peak.to_rise, gap.smooth};
+    const float all = least_f32(&gap);
+    return hopform_greater_f32(all, least_f32(&both));
 }
 
 /* Where to split the interval, as a share of it. */
@@ -337,27 +190,30 @@ static float share_to_try_f32(const hopform_search_f32 *search, const hopform_in
 {
     const hopform_trial_f32 *from = &c->from;
     const hopform_trial_f32 *to = &c->to;
-    if (width_of_f32(c) > CONTROL_WIDE_f32 * search->plan->robot.u_max || c->slow >= 2
+    if (fabs_f32(to->u - from->u) > CONTROL_WIDE_f32 * search->plan->robot.u_max || c->slow >= 2
         || from->takes_off != to->takes_off) {
         return 0.5f;
     }
     if (!from->takes_off) {
-        const curve_f32 least =
-            curve_of_f32(c, from->least_contact, from->least_contact_u, to->least_contact, to->least_contact_u);
-        return from->minima > 0 && to->minima > 0 ? share_of_turn_f32(&least) : 0.5f;
+        const curve_f32 contact = contact_of_f32(c);
+        return from->minima > 0 && to->minima > 0 ? share_of_minimum_f32(&contact) : 0.5f;
     }
     const curve_f32 gap = gap_of_f32(c, search->apex);
-    if (gap.from * gap.to < 0.0f) {
+    if (gap.to < 0.0f) {
         return share_of_root_f32(&gap);
     }
-    const curve_f32 peak = peak_of_f32(c, search->limit);
-    if (is_admissible_f32(search, from) != is_admissible_f32(search, to)) {
-        return share_inside_f32(search, c, &gap);
+    curve_f32 peak = peak_of_f32(c, search->limit);
+    const bool starts = is_admissible_f32(search, from);
+    if (starts != is_admissible_f32(search, to)) { /* just inside the limit of x_1 */
+        const float inside = 0.25f * HOPFORM_NEAR_WITHIN_f32 / multiplier_f32(&gap, &peak, starts);
+        peak.from += inside;
+        peak.to += inside;
+        return share_of_root_f32(&peak);
     }
-    if (!is_smooth_f32(c)) {
+    if (!gap.smooth) {
         return 0.5f; /* slopes on either side of a bend say little of what lies between */
     }
-    return is_admissible_f32(search, from) ? share_of_turn_f32(&gap) : share_of_turn_f32(&peak);
+    return share_of_minimum_f32(starts ? &gap : &peak);
 }
 
 /* ---- the search ---- */
@@ -402,7 +258,14 @@ static bool may_improve_f32(const hopform_search_f32 *search, const hopform_inte
     return c->lower_bound < HOPFORM_NEVER_f32 && c->lower_bound <= gap_to_beat_f32(search);
 }
 
-/* Add the interval between two candidates if a better one may lie in it. */
+/* Whether an interval is branched before another: of the lesser lower bound, of several the one nearer to 0. */
+static bool comes_first_f32(const hopform_interval_f32 *c, const hopform_interval_f32 *other)
+{
+    const bool as_good = !(c->lower_bound > other->lower_bound) && !(c->lower_bound < other->lower_bound);
+    return c->lower_bound < other->lower_bound || (as_good && fabs_f32(c->from.u) < fabs_f32(other->from.u));
+}
+
+/* Add the interval between two candidates if a better one may lie in it, behind those that come later. */
 static void add_interval_f32(hopform_search_f32 *search, const hopform_trial_f32 *from, const hopform_trial_f32 *to,
                               int32_t slow)
 {
@@ -411,42 +274,20 @@ static void add_interval_f32(hopform_search_f32 *search, const hopform_trial_f32
     if (!may_improve_f32(search, &interval)) {
         return;
     }
-    if (search->count < HOPFORM_SEARCH_INTERVALS_f32) {
-        search->intervals[search->count++] = interval;
-    } else {
-        search->partial = true;
-    }
-}
-
-/* Prune the intervals that the incumbent beats; the one of the least lower bound, of several the one nearest to 0,
- * becomes the last. */
-static void prune_f32(hopform_search_f32 *search)
-{
-    int32_t kept = 0;
-    int32_t first = 0;
-    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_INTERVALS_f32; n++) {
-        const hopform_interval_f32 *c = &search->intervals[n];
-        if (may_improve_f32(search, c) && kept < HOPFORM_SEARCH_INTERVALS_f32) {
-            const hopform_interval_f32 *best = &search->intervals[first];
-            const bool as_good = !(c->lower_bound > best->lower_bound) && !(c->lower_bound < best->lower_bound);
-            if (kept == 0 || c->lower_bound < best->lower_bound
-                || (as_good && fabs_f32(c->from.u) < fabs_f32(best->from.u))) {
-                first = kept;
-            }
-            if (kept < n) {
-                const hopform_interval_f32 moved = *c;
-                search->intervals[kept] = moved;
-            }
-            kept++;
+    if (search->count >= HOPFORM_SEARCH_INTERVALS_f32) { /* the last to come goes */
+        search->partial = search->partial || may_improve_f32(search, &search->intervals[0]);
+        search->count = HOPFORM_SEARCH_INTERVALS_f32 - 1;
+        for (int32_t n = 0; n < search->count; n++) {
+            const hopform_interval_f32 sooner = search->intervals[n + 1];
+            search->intervals[n] = sooner;
         }
     }
-    search->count = kept;
-    if (first + 1 < kept) {
-        const hopform_interval_f32 swapped = search->intervals[first];
-        const hopform_interval_f32 last = search->intervals[kept - 1];
-        search->intervals[first] = last;
-        search->intervals[kept - 1] = swapped;
+    int32_t place = search->count++;
+    for (; place > 0 && !comes_first_f32(&interval, &search->intervals[place - 1]); place--) {
+        const hopform_interval_f32 later = search->intervals[place - 1];
+        search->intervals[place] = later;
     }
+    search->intervals[place] = interval;
 }
 
 /* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well.
@@ -471,7 +312,9 @@ static bool branch_f32(hopform_search_f32 *search)
             return true;
         }
     }
-    prune_f32(search);
+    while (search->count > 0 && !may_improve_f32(search, &search->intervals[search->count - 1])) {
+        search->count--;
+    }
     if (search->count == 0) {
         return false;
     }
@@ -504,7 +347,7 @@ static bool add_candidate_f32(hopform_search_f32 *search, const hopform_trial_f3
         add_interval_f32(search, &search->zero, trial, 0);
     } else if (search->count > 0) {
         const hopform_interval_f32 split = search->intervals[--search->count];
-        const float half = 0.5f * width_of_f32(&split);
+        const float half = 0.5f * fabs_f32(split.to.u - split.from.u);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
         add_interval_f32(search, &split.from, trial, fabs_f32(trial->u - split.from.u) > half ? slower : 0);
         add_interval_f32(search, trial, &split.to, fabs_f32(split.to.u - trial->u) > half ? slower : 0);

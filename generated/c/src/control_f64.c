@@ -18,179 +18,90 @@
 #define COARSE_f64 0.25
 #define DOWN_f64 0.0625
 
-/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each.
- */
-#define LEAN_f64 0.25
+/* How far a function may be off the cubic in the middle of an interval, as shares of what its slopes differ by from the
+ * chord's: of their sum, and of each; where the events change, of each alone. */
+#define LEAN_f64 0.75
 #define BEND_f64 0.03125
+#define KINK_f64 1.0
 
-/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep its
- * minimum may lie. */
-#define KINK_f64 0.5
-#define DEPTH_f64 1.0
+/* An interval at one end of which the leg takes off is judged by that end where it is this narrow. */
 #define STEP_f64 0.00390625
+
+/* One that x_1 leaves its limit in is judged by the slopes of both where x_1 does not turn, or it is this narrow. */
 #define EDGE_f64 0.015625
 
-/* A function of u on an interval, outward from 0: values and slopes at both ends; whether it is smooth in between. */
+/* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
+ * smooth in between. */
 typedef struct {
     double from;
-    double from_rate;
+    double from_rise;
     double to;
-    double to_rate;
-    double width;
+    double to_rise;
     bool smooth;
 } curve_f64;
 
-/* ---- bounds from values and slopes at both ends ---- */
-
-static double chord_f64(const curve_f64 *c)
-{
-    return (c->to - c->from) / c->width;
-}
-
-/* How much the slopes differ from the chord's. */
-static double spread_f64(const curve_f64 *c)
-{
-    return fabs_f64(c->from_rate - chord_f64(c)) + fabs_f64(c->to_rate - chord_f64(c));
-}
-
-/* The slopes' sum less twice the chord's: 0 for a parabola. */
-static double lean_f64(const curve_f64 *c)
-{
-    return c->from_rate + c->to_rate - 2.0 * chord_f64(c);
-}
-
-/* How far a slope in the interval may be off that of the cubic which the ends determine. */
-static double slope_error_f64(const curve_f64 *c)
-{
-    return LEAN_f64 * fabs_f64(lean_f64(c)) + BEND_f64 * spread_f64(c);
-}
-
-/* The least slope of that cubic. */
-static double least_slope_f64(const curve_f64 *c)
-{
-    const double end = hopform_lesser_f64(c->from_rate, c->to_rate);
-    const double half = c->from_rate + lean_f64(c) - chord_f64(c);
-    if (lean_f64(c) > 0.0 && half > 0.0 && half < 3.0 * lean_f64(c)) {
-        const double inside = c->from_rate - half * half / (3.0 * lean_f64(c));
-        return hopform_lesser_f64(inside, end);
-    }
-    return end;
-}
-
-static bool rises_f64(const curve_f64 *c)
-{
-    if (c->smooth) {
-        return least_slope_f64(c) > 4.0 * slope_error_f64(c);
-    }
-    const double end = hopform_lesser_f64(c->from_rate, c->to_rate);
-    return end > 0.0 && chord_f64(c) > 0.0 && spread_f64(c) <= KINK_f64 * end;
-}
-
-static curve_f64 mirrored_f64(const curve_f64 *c)
-{
-    const curve_f64 other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
-    return other;
-}
-
-static bool is_monotone_f64(const curve_f64 *c)
-{
-    const curve_f64 other = mirrored_f64(c);
-    return rises_f64(c) || rises_f64(&other);
-}
-
-/* Whether the slope rises throughout. */
-static bool is_convex_f64(const curve_f64 *c)
-{
-    const double from = lean_f64(c) + c->from_rate - chord_f64(c);
-    const double to = lean_f64(c) + c->to_rate - chord_f64(c);
-    return -from > 4.0 * slope_error_f64(c) && to > 4.0 * slope_error_f64(c);
-}
-
-/* Where the cubic has its minimum, as a share of the interval; -1 if there is none in it. */
-static double share_of_minimum_f64(const curve_f64 *c)
-{
-    const double half = c->from_rate + lean_f64(c) - chord_f64(c);
-    const double radicand = half * half - 3.0 * lean_f64(c) * c->from_rate;
-    if (!(radicand > 0.0)) {
-        return -1.0;
-    }
-    const double root = sqrt_f64(radicand);
-    if (half >= 0.0 && !(fabs_f64(lean_f64(c)) > 0.0)) {
-        return -1.0; /* the parabola falls for good */
-    }
-    const double share = half < 0.0 ? c->from_rate / (half - root) : (half + root) / (3.0 * lean_f64(c));
-    return share > 0.0 && share < 1.0 ? share : -1.0;
-}
-
-static double cubic_at_f64(const curve_f64 *c, double share)
-{
-    const double rest = 1.0 - share;
-    const double bend = (c->from_rate - chord_f64(c)) * rest - (c->to_rate - chord_f64(c)) * share;
-    return c->from + c->width * share * (chord_f64(c) + rest * bend);
-}
-
-/* The least that the function is taken to be on the interval. */
+/* The least that the function is taken to be on the interval: the least of the Bernstein coefficients of the cubic that
+ * the ends determine, as a quartic, less what the function may be off that in the middle. */
 static double least_f64(const curve_f64 *c)
 {
-    const double end = hopform_lesser_f64(c->from, c->to);
-    if (is_monotone_f64(c)) {
-        return end;
+    const double first = c->from_rise - (c->to - c->from);
+    const double last = c->to_rise - (c->to - c->from);
+    const double spread = fabs_f64(first) + fabs_f64(last);
+    const double off = c->smooth ? LEAN_f64 * fabs_f64(first + last) + BEND_f64 * spread : KINK_f64 * spread;
+    const double middle = 0.5 * (c->from + c->to) + (c->from_rise - c->to_rise) / 6.0 - off;
+    const double ends = hopform_lesser_f64(c->from, c->to);
+    const double quarters = hopform_lesser_f64(c->from + 0.25 * c->from_rise, c->to - 0.25 * c->to_rise);
+    return hopform_lesser_f64(hopform_lesser_f64(ends, quarters), middle);
+}
+
+/* Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in it. */
+static double share_of_minimum_f64(const curve_f64 *c)
+{
+    const double chord = c->to - c->from;
+    const double lean = c->from_rise + c->to_rise - 2.0 * chord;
+    const double half = c->from_rise + lean - chord;
+    const double root = sqrt_f64(hopform_greater_f64(half * half - 3.0 * lean * c->from_rise, 0.0));
+    const double above = half < 0.0 ? -c->from_rise : half + root;
+    const double below = half < 0.0 ? root - half : 3.0 * lean;
+    if (!(above > 0.0 && above < below)) {
+        return 0.5;
     }
-    if (!c->smooth) {
-        return end - DEPTH_f64 * c->width * spread_f64(c);
-    }
-    if (is_convex_f64(c)) {
-        const double share = (c->to_rate - chord_f64(c)) / (c->to_rate - c->from_rate);
-        return c->from_rate < 0.0 && c->to_rate > 0.0 ? c->from + c->width * c->from_rate * share : end;
-    }
-    const double share = share_of_minimum_f64(c);
-    const double inside = share > 0.0 ? cubic_at_f64(c, share) : end;
-    return hopform_lesser_f64(inside, end) - c->width * slope_error_f64(c);
+    return hopform_greater_f64(hopform_lesser_f64(above / below, 0.96875), 0.03125);
 }
 
 /* Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is against
- * it.
- */
+ * it. */
 static double share_of_root_f64(const curve_f64 *c)
 {
-    const double t = c->from / (c->from - c->to);
-    if (!(c->from_rate * chord_f64(c) > 0.0 && c->to_rate * chord_f64(c) > 0.0)) {
+    const double chord = c->to - c->from;
+    const double t = -c->from / chord;
+    if (!(c->from_rise * chord > 0.0 && c->to_rise * chord > 0.0)) {
         return t;
     }
-    const double first = chord_f64(c) / c->from_rate;
-    const double last = chord_f64(c) / c->to_rate;
-    const double begin = hopform_lesser_f64(first, 3.0); /* with which the cubic still rises */
-    const double end = hopform_lesser_f64(last, 3.0);
+    const double begin = hopform_lesser_f64(chord / c->from_rise, 3.0); /* with which the cubic still rises */
+    const double end = hopform_lesser_f64(chord / c->to_rise, 3.0);
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
 /* ---- an interval ---- */
 
-static double width_of_f64(const hopform_interval_f64 *c)
-{
-    return fabs_f64(c->to.u - c->from.u);
-}
-
-static bool is_smooth_f64(const hopform_interval_f64 *c)
-{
-    return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
-}
-
 static curve_f64 curve_of_f64(const hopform_interval_f64 *c, double from, double from_u, double to, double to_u)
 {
-    const double sign = c->to.u > c->from.u ? 1.0 : -1.0;
-    const curve_f64 made = {from, sign * from_u, to, sign * to_u, width_of_f64(c), is_smooth_f64(c)};
+    const double width = c->to.u - c->from.u;
+    const bool smooth = c->from.events == c->to.events && c->from.smooth && c->to.smooth;
+    const curve_f64 made = {from, from_u * width, to, to_u * width, smooth};
     return made;
 }
 
-/* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
+/* How far the apex is off what is wanted, positive at the nearer end; a far end that reaches it does not count as a
+ * root. */
 static curve_f64 gap_of_f64(const hopform_interval_f64 *c, double wanted)
 {
-    curve_f64 gap = curve_of_f64(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
+    const double sign = c->from.apex > wanted ? 1.0 : -1.0;
+    curve_f64 gap = curve_of_f64(c, sign * (c->from.apex - wanted), sign * c->from.apex_u,
+                                   sign * (c->to.apex - wanted), sign * c->to.apex_u);
     if (fabs_f64(gap.to) <= HOPFORM_REACHED_WITHIN_f64) {
-        gap.to = gap.from > 0.0 ? HOPFORM_REACHED_WITHIN_f64 : -HOPFORM_REACHED_WITHIN_f64;
-    } else if (fabs_f64(gap.from) <= HOPFORM_REACHED_WITHIN_f64) {
-        gap.from = gap.to > 0.0 ? HOPFORM_REACHED_WITHIN_f64 : -HOPFORM_REACHED_WITHIN_f64;
+        gap.to = HOPFORM_REACHED_WITHIN_f64;
     }
     return gap;
 }
@@ -202,22 +113,23 @@ static curve_f64 peak_of_f64(const hopform_interval_f64 *c, double limit)
                          c->to.largest_x1_u);
 }
 
+static curve_f64 contact_of_f64(const hopform_interval_f64 *c)
+{
+    return curve_of_f64(c, c->from.least_contact, c->from.least_contact_u, c->to.least_contact, c->to.least_contact_u);
+}
+
 /* No rebound in the interval takes off that does not do so at its ends: the least contact force of each
  * stays above zero. */
 static bool minima_are_positive_f64(const hopform_interval_f64 *c)
 {
+    const curve_f64 contact = contact_of_f64(c);
     const bool in_from = c->from.minima > 0;
     const bool in_to = c->to.minima > 0;
-    if (!in_from && !in_to) {
-        return true;
-    }
     if (in_from && in_to) {
-        const curve_f64 least = curve_of_f64(c, c->from.least_contact, c->from.least_contact_u, c->to.least_contact,
-                                               c->to.least_contact_u);
-        return least_f64(&least) > 0.0;
+        return least_f64(&contact) > 0.0;
     }
-    const hopform_trial_f64 *known = in_from ? &c->from : &c->to;
-    return known->least_contact > width_of_f64(c) * fabs_f64(known->least_contact_u);
+    return (!in_from || contact.from > fabs_f64(contact.from_rise))
+           && (!in_to || contact.to > fabs_f64(contact.to_rise));
 }
 
 static bool is_admissible_f64(const hopform_search_f64 *search, const hopform_trial_f64 *trial)
@@ -225,50 +137,11 @@ static bool is_admissible_f64(const hopform_search_f64 *search, const hopform_tr
     return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
-/* Where x_1 reaches its limit, as a share of the interval: by both ends where it rises from one to the other, else by
- * the slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead
- * there. */
-static double share_of_limit_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c)
+/* Slope of the gap over that of the largest x_1: the multiplier of its limit. */
+static double multiplier_f64(const curve_f64 *gap, const curve_f64 *peak, bool starts)
 {
-    const curve_f64 peak = peak_of_f64(c, search->limit);
-    if (is_monotone_f64(&peak)) {
-        return share_of_root_f64(&peak);
-    }
-    const bool starts = is_admissible_f64(search, &c->from);
-    const double room = starts ? peak.from : peak.to;
-    const double toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
-    const double share = room + toward >= 0.0 && toward > 0.0 ? -room / toward : HOPFORM_NEVER_f64;
-    return starts ? share : 1.0 - share;
-}
-
-/* The nearest that an admissible current can come in an interval of which only a part, next to one end, is admissible.
- */
-static double lower_bound_at_limit_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c,
-                                      const curve_f64 *gap)
-{
-    const curve_f64 peak = peak_of_f64(c, search->limit);
-    if (peak.width > EDGE_f64 * search->plan->robot.u_max && !is_monotone_f64(&peak)) {
-        return 0.0;
-    }
-    const bool starts = is_admissible_f64(search, &c->from);
-    const double there = share_of_limit_f64(search, c);
-    const double share = 2.0 * (starts ? there : 1.0 - there);
-    const double rate = fabs_f64(gap->from_rate) + fabs_f64(gap->to_rate) + fabs_f64(chord_f64(gap));
-    const double inside = fabs_f64(starts ? gap->from : gap->to);
-    return share <= 1.0 ? inside - rate * share * gap->width : 0.0;
-}
-
-/* Where one end takes off and the other does not: the apex ends like a square root. */
-static double lower_bound_at_takeoff_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c)
-{
-    const hopform_trial_f64 *lifts = c->from.takes_off ? &c->from : &c->to;
-    const double width = width_of_f64(c);
-    if (width > STEP_f64 * search->plan->robot.u_max) {
-        return 0.0;
-    }
-    const bool hopeless = !(lifts->largest_x1 - 2.0 * width * fabs_f64(lifts->largest_x1_u) < search->limit);
-    return hopeless ? HOPFORM_NEVER_f64
-                    : fabs_f64(lifts->apex - search->apex) - 3.0 * width * fabs_f64(lifts->apex_u);
+    const double rise = fabs_f64(starts ? peak->from_rise : peak->to_rise);
+    return (fabs_f64(gap->from_rise) + fabs_f64(gap->to_rise)) / hopform_greater_f64(rise, HOPFORM_UNDERFLOW_f64);
 }
 
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it. */
@@ -277,59 +150,39 @@ static double lower_bound_of_f64(const hopform_search_f64 *search, const hopform
     const hopform_trial_f64 *from = &c->from;
     const hopform_trial_f64 *to = &c->to;
     const double range = search->plan->robot.u_max;
-    const double width = width_of_f64(c);
+    const double width = fabs_f64(to->u - from->u);
+    const curve_f64 gap = gap_of_f64(c, search->apex);
+    const curve_f64 peak = peak_of_f64(c, search->limit);
     if ((from->held && to->held) || width <= 2.0 * HOPFORM_EPS_f64 * fabs_f64(to->u)) {
         return HOPFORM_NEVER_f64;
     }
-    const double judged =
-        !from->takes_off && !to->takes_off ? DOWN_f64 : (is_smooth_f64(c) ? CONTROL_WIDE_f64 : COARSE_f64);
-    if (width > judged * range) {
+    const double widest = !from->takes_off && !to->takes_off ? DOWN_f64 : (gap.smooth ? CONTROL_WIDE_f64 : COARSE_f64);
+    if (width > widest * range) {
         return 0.0;
     }
-    if (from->takes_off != to->takes_off) {
-        return lower_bound_at_takeoff_f64(search, c);
+    if (from->takes_off != to->takes_off) { /* the apex ends like a square root */
+        const double off = from->takes_off ? gap.from - 3.0 * fabs_f64(gap.from_rise)
+                                         : fabs_f64(gap.to) - 3.0 * fabs_f64(gap.to_rise);
+        const double beyond =
+            from->takes_off ? peak.from - 2.0 * fabs_f64(peak.from_rise) : peak.to - 2.0 * fabs_f64(peak.to_rise);
+        return width > STEP_f64 * range ? 0.0 : (beyond < 0.0 ? off : HOPFORM_NEVER_f64);
     }
     if (width > HOPFORM_ROOT_EPS_f64 * range && !minima_are_positive_f64(c)) {
         return 0.0;
     }
-    if (!from->takes_off) {
+    if (!from->takes_off || least_f64(&peak) >= 0.0) {
         return HOPFORM_NEVER_f64;
     }
-    const curve_f64 gap = gap_of_f64(c, search->apex);
-    const curve_f64 peak = peak_of_f64(c, search->limit);
-    const curve_f64 below = mirrored_f64(&gap);
-    const double lower_bound = gap.from > 0.0 ? least_f64(&gap) : least_f64(&below);
-    const bool in_from = is_admissible_f64(search, from);
-    const bool in_to = is_admissible_f64(search, to);
-    if (!in_from && !in_to && least_f64(&peak) >= 0.0) {
-        return HOPFORM_NEVER_f64;
+    const bool starts = is_admissible_f64(search, from);
+    const bool turns = least_f64(&peak) < hopform_lesser_f64(peak.from, peak.to);
+    if (starts == is_admissible_f64(search, to) || (turns && width > EDGE_f64 * range)) {
+        return least_f64(&gap);
     }
-    if (in_from == in_to) {
-        return lower_bound;
-    }
-    const double edge = lower_bound_at_limit_f64(search, c, &gap);
-    return hopform_greater_f64(edge, lower_bound);
-}
-
-/* Where a function that comes nearer to zero at both ends has its extremum. */
-static double share_of_turn_f64(const curve_f64 *c)
-{
-    const curve_f64 other = mirrored_f64(c);
-    const double share = share_of_minimum_f64(c->from > 0.0 ? c : &other);
-    return share > 0.0 ? hopform_greater_f64(hopform_lesser_f64(share, 0.96875), 0.03125) : 0.5;
-}
-
-/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square
- * of the way, so some way off the other end. */
-static double share_inside_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c, const curve_f64 *gap)
-{
-    const double steep = fabs_f64(gap->from_rate) + fabs_f64(gap->to_rate) + fabs_f64(chord_f64(gap));
-    const double there = share_of_limit_f64(search, c);
-    const bool starts = is_admissible_f64(search, &c->from);
-    const double way = starts ? there : 1.0 - there;
-    const double short_of = way > 0.0 && way <= 1.0 ? 0.0625 * way * way : 0.0;
-    const double aside = short_of + 0.25 * HOPFORM_NEAR_WITHIN_f64 / (steep * gap->width + HOPFORM_NEAR_WITHIN_f64);
-    return starts ? there - aside : there + aside;
+    const double weight = 2.0 * multiplier_f64(&gap, &peak, starts);
+    const curve_f64 both = {gap.from + weight * peak.from, gap.from_rise + weight * peak.from_rise,
+                             gap.to + weight * peak.to, gap.to_rise + weight * peak.to_rise, gap.smooth};
+    const double all = least_f64(&gap);
+    return hopform_greater_f64(all, least_f64(&both));
 }
 
 /* Where to split the interval, as a share of it. */
@@ -337,27 +190,30 @@ static double share_to_try_f64(const hopform_search_f64 *search, const hopform_i
 {
     const hopform_trial_f64 *from = &c->from;
     const hopform_trial_f64 *to = &c->to;
-    if (width_of_f64(c) > CONTROL_WIDE_f64 * search->plan->robot.u_max || c->slow >= 2
+    if (fabs_f64(to->u - from->u) > CONTROL_WIDE_f64 * search->plan->robot.u_max || c->slow >= 2
         || from->takes_off != to->takes_off) {
         return 0.5;
     }
     if (!from->takes_off) {
-        const curve_f64 least =
-            curve_of_f64(c, from->least_contact, from->least_contact_u, to->least_contact, to->least_contact_u);
-        return from->minima > 0 && to->minima > 0 ? share_of_turn_f64(&least) : 0.5;
+        const curve_f64 contact = contact_of_f64(c);
+        return from->minima > 0 && to->minima > 0 ? share_of_minimum_f64(&contact) : 0.5;
     }
     const curve_f64 gap = gap_of_f64(c, search->apex);
-    if (gap.from * gap.to < 0.0) {
+    if (gap.to < 0.0) {
         return share_of_root_f64(&gap);
     }
-    const curve_f64 peak = peak_of_f64(c, search->limit);
-    if (is_admissible_f64(search, from) != is_admissible_f64(search, to)) {
-        return share_inside_f64(search, c, &gap);
+    curve_f64 peak = peak_of_f64(c, search->limit);
+    const bool starts = is_admissible_f64(search, from);
+    if (starts != is_admissible_f64(search, to)) { /* just inside the limit of x_1 */
+        const double inside = 0.25 * HOPFORM_NEAR_WITHIN_f64 / multiplier_f64(&gap, &peak, starts);
+        peak.from += inside;
+        peak.to += inside;
+        return share_of_root_f64(&peak);
     }
-    if (!is_smooth_f64(c)) {
+    if (!gap.smooth) {
         return 0.5; /* slopes on either side of a bend say little of what lies between */
     }
-    return is_admissible_f64(search, from) ? share_of_turn_f64(&gap) : share_of_turn_f64(&peak);
+    return share_of_minimum_f64(starts ? &gap : &peak);
 }
 
 /* ---- the search ---- */
@@ -402,7 +258,14 @@ static bool may_improve_f64(const hopform_search_f64 *search, const hopform_inte
     return c->lower_bound < HOPFORM_NEVER_f64 && c->lower_bound <= gap_to_beat_f64(search);
 }
 
-/* Add the interval between two candidates if a better one may lie in it. */
+/* Whether an interval is branched before another: of the lesser lower bound, of several the one nearer to 0. */
+static bool comes_first_f64(const hopform_interval_f64 *c, const hopform_interval_f64 *other)
+{
+    const bool as_good = !(c->lower_bound > other->lower_bound) && !(c->lower_bound < other->lower_bound);
+    return c->lower_bound < other->lower_bound || (as_good && fabs_f64(c->from.u) < fabs_f64(other->from.u));
+}
+
+/* Add the interval between two candidates if a better one may lie in it, behind those that come later. */
 static void add_interval_f64(hopform_search_f64 *search, const hopform_trial_f64 *from, const hopform_trial_f64 *to,
                               int32_t slow)
 {
@@ -411,42 +274,20 @@ static void add_interval_f64(hopform_search_f64 *search, const hopform_trial_f64
     if (!may_improve_f64(search, &interval)) {
         return;
     }
-    if (search->count < HOPFORM_SEARCH_INTERVALS_f64) {
-        search->intervals[search->count++] = interval;
-    } else {
-        search->partial = true;
-    }
-}
-
-/* Prune the intervals that the incumbent beats; the one of the least lower bound, of several the one nearest to 0,
- * becomes the last. */
-static void prune_f64(hopform_search_f64 *search)
-{
-    int32_t kept = 0;
-    int32_t first = 0;
-    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_INTERVALS_f64; n++) {
-        const hopform_interval_f64 *c = &search->intervals[n];
-        if (may_improve_f64(search, c) && kept < HOPFORM_SEARCH_INTERVALS_f64) {
-            const hopform_interval_f64 *best = &search->intervals[first];
-            const bool as_good = !(c->lower_bound > best->lower_bound) && !(c->lower_bound < best->lower_bound);
-            if (kept == 0 || c->lower_bound < best->lower_bound
-                || (as_good && fabs_f64(c->from.u) < fabs_f64(best->from.u))) {
-                first = kept;
-            }
-            if (kept < n) {
-                const hopform_interval_f64 moved = *c;
-                search->intervals[kept] = moved;
-            }
-            kept++;
+    if (search->count >= HOPFORM_SEARCH_INTERVALS_f64) { /* the last to come goes */
+        search->partial = search->partial || may_improve_f64(search, &search->intervals[0]);
+        search->count = HOPFORM_SEARCH_INTERVALS_f64 - 1;
+        for (int32_t n = 0; n < search->count; n++) {
+            const hopform_interval_f64 sooner = search->intervals[n + 1];
+            search->intervals[n] = sooner;
         }
     }
-    search->count = kept;
-    if (first + 1 < kept) {
-        const hopform_interval_f64 swapped = search->intervals[first];
-        const hopform_interval_f64 last = search->intervals[kept - 1];
-        search->intervals[first] = last;
-        search->intervals[kept - 1] = swapped;
+    int32_t place = search->count++;
+    for (; place > 0 && !comes_first_f64(&interval, &search->intervals[place - 1]); place--) {
+        const hopform_interval_f64 later = search->intervals[place - 1];
+        search->intervals[place] = later;
     }
+    search->intervals[place] = interval;
 }
 
 /* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well.
@@ -471,7 +312,9 @@ static bool branch_f64(hopform_search_f64 *search)
             return true;
         }
     }
-    prune_f64(search);
+    while (search->count > 0 && !may_improve_f64(search, &search->intervals[search->count - 1])) {
+        search->count--;
+    }
     if (search->count == 0) {
         return false;
     }
@@ -504,7 +347,7 @@ static bool add_candidate_f64(hopform_search_f64 *search, const hopform_trial_f6
         add_interval_f64(search, &search->zero, trial, 0);
     } else if (search->count > 0) {
         const hopform_interval_f64 split = search->intervals[--search->count];
-        const double half = 0.5 * width_of_f64(&split);
+        const double half = 0.5 * fabs_f64(split.to.u - split.from.u);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
         add_interval_f64(search, &split.from, trial, fabs_f64(trial->u - split.from.u) > half ? slower : 0);
         add_interval_f64(search, trial, &split.to, fabs_f64(split.to.u - trial->u) > half ? slower : 0);

@@ -18,179 +18,90 @@
 #define COARSE_real 0.25
 #define DOWN_real 0.0625
 
-/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each.
- */
-#define LEAN_real 0.25
+/* How far a function may be off the cubic in the middle of an interval, as shares of what its slopes differ by from the
+ * chord's: of their sum, and of each; where the events change, of each alone. */
+#define LEAN_real 0.75
 #define BEND_real 0.03125
+#define KINK_real 1.0
 
-/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep its
- * minimum may lie. */
-#define KINK_real 0.5
-#define DEPTH_real 1.0
+/* An interval at one end of which the leg takes off is judged by that end where it is this narrow. */
 #define STEP_real 0.00390625
+
+/* One that x_1 leaves its limit in is judged by the slopes of both where x_1 does not turn, or it is this narrow. */
 #define EDGE_real 0.015625
 
-/* A function of u on an interval, outward from 0: values and slopes at both ends; whether it is smooth in between. */
+/* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
+ * smooth in between. */
 typedef struct {
     real from;
-    real from_rate;
+    real from_rise;
     real to;
-    real to_rate;
-    real width;
+    real to_rise;
     bool smooth;
 } curve_real;
 
-/* ---- bounds from values and slopes at both ends ---- */
-
-static real chord_real(const curve_real *c)
-{
-    return (c->to - c->from) / c->width;
-}
-
-/* How much the slopes differ from the chord's. */
-static real spread_real(const curve_real *c)
-{
-    return fabs_real(c->from_rate - chord_real(c)) + fabs_real(c->to_rate - chord_real(c));
-}
-
-/* The slopes' sum less twice the chord's: 0 for a parabola. */
-static real lean_real(const curve_real *c)
-{
-    return c->from_rate + c->to_rate - 2.0 * chord_real(c);
-}
-
-/* How far a slope in the interval may be off that of the cubic which the ends determine. */
-static real slope_error_real(const curve_real *c)
-{
-    return LEAN_real * fabs_real(lean_real(c)) + BEND_real * spread_real(c);
-}
-
-/* The least slope of that cubic. */
-static real least_slope_real(const curve_real *c)
-{
-    const real end = hopform_lesser_real(c->from_rate, c->to_rate);
-    const real half = c->from_rate + lean_real(c) - chord_real(c);
-    if (lean_real(c) > 0.0 && half > 0.0 && half < 3.0 * lean_real(c)) {
-        const real inside = c->from_rate - half * half / (3.0 * lean_real(c));
-        return hopform_lesser_real(inside, end);
-    }
-    return end;
-}
-
-static bool rises_real(const curve_real *c)
-{
-    if (c->smooth) {
-        return least_slope_real(c) > 4.0 * slope_error_real(c);
-    }
-    const real end = hopform_lesser_real(c->from_rate, c->to_rate);
-    return end > 0.0 && chord_real(c) > 0.0 && spread_real(c) <= KINK_real * end;
-}
-
-static curve_real mirrored_real(const curve_real *c)
-{
-    const curve_real other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
-    return other;
-}
-
-static bool is_monotone_real(const curve_real *c)
-{
-    const curve_real other = mirrored_real(c);
-    return rises_real(c) || rises_real(&other);
-}
-
-/* Whether the slope rises throughout. */
-static bool is_convex_real(const curve_real *c)
-{
-    const real from = lean_real(c) + c->from_rate - chord_real(c);
-    const real to = lean_real(c) + c->to_rate - chord_real(c);
-    return -from > 4.0 * slope_error_real(c) && to > 4.0 * slope_error_real(c);
-}
-
-/* Where the cubic has its minimum, as a share of the interval; -1 if there is none in it. */
-static real share_of_minimum_real(const curve_real *c)
-{
-    const real half = c->from_rate + lean_real(c) - chord_real(c);
-    const real radicand = half * half - 3.0 * lean_real(c) * c->from_rate;
-    if (!(radicand > 0.0)) {
-        return -1.0;
-    }
-    const real root = sqrt_real(radicand);
-    if (half >= 0.0 && !(fabs_real(lean_real(c)) > 0.0)) {
-        return -1.0; /* the parabola falls for good */
-    }
-    const real share = half < 0.0 ? c->from_rate / (half - root) : (half + root) / (3.0 * lean_real(c));
-    return share > 0.0 && share < 1.0 ? share : -1.0;
-}
-
-static real cubic_at_real(const curve_real *c, real share)
-{
-    const real rest = 1.0 - share;
-    const real bend = (c->from_rate - chord_real(c)) * rest - (c->to_rate - chord_real(c)) * share;
-    return c->from + c->width * share * (chord_real(c) + rest * bend);
-}
-
-/* The least that the function is taken to be on the interval. */
+/* The least that the function is taken to be on the interval: the least of the Bernstein coefficients of the cubic that
+ * the ends determine, as a quartic, less what the function may be off that in the middle. */
 static real least_real(const curve_real *c)
 {
-    const real end = hopform_lesser_real(c->from, c->to);
-    if (is_monotone_real(c)) {
-        return end;
+    const real first = c->from_rise - (c->to - c->from);
+    const real last = c->to_rise - (c->to - c->from);
+    const real spread = fabs_real(first) + fabs_real(last);
+    const real off = c->smooth ? LEAN_real * fabs_real(first + last) + BEND_real * spread : KINK_real * spread;
+    const real middle = 0.5 * (c->from + c->to) + (c->from_rise - c->to_rise) / 6.0 - off;
+    const real ends = hopform_lesser_real(c->from, c->to);
+    const real quarters = hopform_lesser_real(c->from + 0.25 * c->from_rise, c->to - 0.25 * c->to_rise);
+    return hopform_lesser_real(hopform_lesser_real(ends, quarters), middle);
+}
+
+/* Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in it. */
+static real share_of_minimum_real(const curve_real *c)
+{
+    const real chord = c->to - c->from;
+    const real lean = c->from_rise + c->to_rise - 2.0 * chord;
+    const real half = c->from_rise + lean - chord;
+    const real root = sqrt_real(hopform_greater_real(half * half - 3.0 * lean * c->from_rise, 0.0));
+    const real above = half < 0.0 ? -c->from_rise : half + root;
+    const real below = half < 0.0 ? root - half : 3.0 * lean;
+    if (!(above > 0.0 && above < below)) {
+        return 0.5;
     }
-    if (!c->smooth) {
-        return end - DEPTH_real * c->width * spread_real(c);
-    }
-    if (is_convex_real(c)) {
-        const real share = (c->to_rate - chord_real(c)) / (c->to_rate - c->from_rate);
-        return c->from_rate < 0.0 && c->to_rate > 0.0 ? c->from + c->width * c->from_rate * share : end;
-    }
-    const real share = share_of_minimum_real(c);
-    const real inside = share > 0.0 ? cubic_at_real(c, share) : end;
-    return hopform_lesser_real(inside, end) - c->width * slope_error_real(c);
+    return hopform_greater_real(hopform_lesser_real(above / below, 0.96875), 0.03125);
 }
 
 /* Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is against
- * it.
- */
+ * it. */
 static real share_of_root_real(const curve_real *c)
 {
-    const real t = c->from / (c->from - c->to);
-    if (!(c->from_rate * chord_real(c) > 0.0 && c->to_rate * chord_real(c) > 0.0)) {
+    const real chord = c->to - c->from;
+    const real t = -c->from / chord;
+    if (!(c->from_rise * chord > 0.0 && c->to_rise * chord > 0.0)) {
         return t;
     }
-    const real first = chord_real(c) / c->from_rate;
-    const real last = chord_real(c) / c->to_rate;
-    const real begin = hopform_lesser_real(first, 3.0); /* with which the cubic still rises */
-    const real end = hopform_lesser_real(last, 3.0);
+    const real begin = hopform_lesser_real(chord / c->from_rise, 3.0); /* with which the cubic still rises */
+    const real end = hopform_lesser_real(chord / c->to_rise, 3.0);
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
 /* ---- an interval ---- */
 
-static real width_of_real(const hopform_interval_real *c)
-{
-    return fabs_real(c->to.u - c->from.u);
-}
-
-static bool is_smooth_real(const hopform_interval_real *c)
-{
-    return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
-}
-
 static curve_real curve_of_real(const hopform_interval_real *c, real from, real from_u, real to, real to_u)
 {
-    const real sign = c->to.u > c->from.u ? 1.0 : -1.0;
-    const curve_real made = {from, sign * from_u, to, sign * to_u, width_of_real(c), is_smooth_real(c)};
+    const real width = c->to.u - c->from.u;
+    const bool smooth = c->from.events == c->to.events && c->from.smooth && c->to.smooth;
+    const curve_real made = {from, from_u * width, to, to_u * width, smooth};
     return made;
 }
 
-/* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
+/* How far the apex is off what is wanted, positive at the nearer end; a far end that reaches it does not count as a
+ * root. */
 static curve_real gap_of_real(const hopform_interval_real *c, real wanted)
 {
-    curve_real gap = curve_of_real(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
+    const real sign = c->from.apex > wanted ? 1.0 : -1.0;
+    curve_real gap = curve_of_real(c, sign * (c->from.apex - wanted), sign * c->from.apex_u,
+                                   sign * (c->to.apex - wanted), sign * c->to.apex_u);
     if (fabs_real(gap.to) <= HOPFORM_REACHED_WITHIN_real) {
-        gap.to = gap.from > 0.0 ? HOPFORM_REACHED_WITHIN_real : -HOPFORM_REACHED_WITHIN_real;
-    } else if (fabs_real(gap.from) <= HOPFORM_REACHED_WITHIN_real) {
-        gap.from = gap.to > 0.0 ? HOPFORM_REACHED_WITHIN_real : -HOPFORM_REACHED_WITHIN_real;
+        gap.to = HOPFORM_REACHED_WITHIN_real;
     }
     return gap;
 }
@@ -202,22 +113,23 @@ static curve_real peak_of_real(const hopform_interval_real *c, real limit)
                          c->to.largest_x1_u);
 }
 
+static curve_real contact_of_real(const hopform_interval_real *c)
+{
+    return curve_of_real(c, c->from.least_contact, c->from.least_contact_u, c->to.least_contact, c->to.least_contact_u);
+}
+
 /* No rebound in the interval takes off that does not do so at its ends: the least contact force of each
  * stays above zero. */
 static bool minima_are_positive_real(const hopform_interval_real *c)
 {
+    const curve_real contact = contact_of_real(c);
     const bool in_from = c->from.minima > 0;
     const bool in_to = c->to.minima > 0;
-    if (!in_from && !in_to) {
-        return true;
-    }
     if (in_from && in_to) {
-        const curve_real least = curve_of_real(c, c->from.least_contact, c->from.least_contact_u, c->to.least_contact,
-                                               c->to.least_contact_u);
-        return least_real(&least) > 0.0;
+        return least_real(&contact) > 0.0;
     }
-    const hopform_trial_real *known = in_from ? &c->from : &c->to;
-    return known->least_contact > width_of_real(c) * fabs_real(known->least_contact_u);
+    return (!in_from || contact.from > fabs_real(contact.from_rise))
+           && (!in_to || contact.to > fabs_real(contact.to_rise));
 }
 
 static bool is_admissible_real(const hopform_search_real *search, const hopform_trial_real *trial)
@@ -225,50 +137,11 @@ static bool is_admissible_real(const hopform_search_real *search, const hopform_
     return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
-/* Where x_1 reaches its limit, as a share of the interval: by both ends where it rises from one to the other, else by
- * the slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead
- * there. */
-static real share_of_limit_real(const hopform_search_real *search, const hopform_interval_real *c)
+/* Slope of the gap over that of the largest x_1: the multiplier of its limit. */
+static real multiplier_real(const curve_real *gap, const curve_real *peak, bool starts)
 {
-    const curve_real peak = peak_of_real(c, search->limit);
-    if (is_monotone_real(&peak)) {
-        return share_of_root_real(&peak);
-    }
-    const bool starts = is_admissible_real(search, &c->from);
-    const real room = starts ? peak.from : peak.to;
-    const real toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
-    const real share = room + toward >= 0.0 && toward > 0.0 ? -room / toward : HOPFORM_NEVER_real;
-    return starts ? share : 1.0 - share;
-}
-
-/* The nearest that an admissible current can come in an interval of which only a part, next to one end, is admissible.
- */
-static real lower_bound_at_limit_real(const hopform_search_real *search, const hopform_interval_real *c,
-                                      const curve_real *gap)
-{
-    const curve_real peak = peak_of_real(c, search->limit);
-    if (peak.width > EDGE_real * search->plan->robot.u_max && !is_monotone_real(&peak)) {
-        return 0.0;
-    }
-    const bool starts = is_admissible_real(search, &c->from);
-    const real there = share_of_limit_real(search, c);
-    const real share = 2.0 * (starts ? there : 1.0 - there);
-    const real rate = fabs_real(gap->from_rate) + fabs_real(gap->to_rate) + fabs_real(chord_real(gap));
-    const real inside = fabs_real(starts ? gap->from : gap->to);
-    return share <= 1.0 ? inside - rate * share * gap->width : 0.0;
-}
-
-/* Where one end takes off and the other does not: the apex ends like a square root. */
-static real lower_bound_at_takeoff_real(const hopform_search_real *search, const hopform_interval_real *c)
-{
-    const hopform_trial_real *lifts = c->from.takes_off ? &c->from : &c->to;
-    const real width = width_of_real(c);
-    if (width > STEP_real * search->plan->robot.u_max) {
-        return 0.0;
-    }
-    const bool hopeless = !(lifts->largest_x1 - 2.0 * width * fabs_real(lifts->largest_x1_u) < search->limit);
-    return hopeless ? HOPFORM_NEVER_real
-                    : fabs_real(lifts->apex - search->apex) - 3.0 * width * fabs_real(lifts->apex_u);
+    const real rise = fabs_real(starts ? peak->from_rise : peak->to_rise);
+    return (fabs_real(gap->from_rise) + fabs_real(gap->to_rise)) / hopform_greater_real(rise, HOPFORM_UNDERFLOW_real);
 }
 
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it. */
@@ -277,59 +150,39 @@ static real lower_bound_of_real(const hopform_search_real *search, const hopform
     const hopform_trial_real *from = &c->from;
     const hopform_trial_real *to = &c->to;
     const real range = search->plan->robot.u_max;
-    const real width = width_of_real(c);
+    const real width = fabs_real(to->u - from->u);
+    const curve_real gap = gap_of_real(c, search->apex);
+    const curve_real peak = peak_of_real(c, search->limit);
     if ((from->held && to->held) || width <= 2.0 * HOPFORM_EPS_real * fabs_real(to->u)) {
         return HOPFORM_NEVER_real;
     }
-    const real judged =
-        !from->takes_off && !to->takes_off ? DOWN_real : (is_smooth_real(c) ? CONTROL_WIDE_real : COARSE_real);
-    if (width > judged * range) {
+    const real widest = !from->takes_off && !to->takes_off ? DOWN_real : (gap.smooth ? CONTROL_WIDE_real : COARSE_real);
+    if (width > widest * range) {
         return 0.0;
     }
-    if (from->takes_off != to->takes_off) {
-        return lower_bound_at_takeoff_real(search, c);
+    if (from->takes_off != to->takes_off) { /* the apex ends like a square root */
+        const real off = from->takes_off ? gap.from - 3.0 * fabs_real(gap.from_rise)
+                                         : fabs_real(gap.to) - 3.0 * fabs_real(gap.to_rise);
+        const real beyond =
+            from->takes_off ? peak.from - 2.0 * fabs_real(peak.from_rise) : peak.to - 2.0 * fabs_real(peak.to_rise);
+        return width > STEP_real * range ? 0.0 : (beyond < 0.0 ? off : HOPFORM_NEVER_real);
     }
     if (width > HOPFORM_ROOT_EPS_real * range && !minima_are_positive_real(c)) {
         return 0.0;
     }
-    if (!from->takes_off) {
+    if (!from->takes_off || least_real(&peak) >= 0.0) {
         return HOPFORM_NEVER_real;
     }
-    const curve_real gap = gap_of_real(c, search->apex);
-    const curve_real peak = peak_of_real(c, search->limit);
-    const curve_real below = mirrored_real(&gap);
-    const real lower_bound = gap.from > 0.0 ? least_real(&gap) : least_real(&below);
-    const bool in_from = is_admissible_real(search, from);
-    const bool in_to = is_admissible_real(search, to);
-    if (!in_from && !in_to && least_real(&peak) >= 0.0) {
-        return HOPFORM_NEVER_real;
+    const bool starts = is_admissible_real(search, from);
+    const bool turns = least_real(&peak) < hopform_lesser_real(peak.from, peak.to);
+    if (starts == is_admissible_real(search, to) || (turns && width > EDGE_real * range)) {
+        return least_real(&gap);
     }
-    if (in_from == in_to) {
-        return lower_bound;
-    }
-    const real edge = lower_bound_at_limit_real(search, c, &gap);
-    return hopform_greater_real(edge, lower_bound);
-}
-
-/* Where a function that comes nearer to zero at both ends has its extremum. */
-static real share_of_turn_real(const curve_real *c)
-{
-    const curve_real other = mirrored_real(c);
-    const real share = share_of_minimum_real(c->from > 0.0 ? c : &other);
-    return share > 0.0 ? hopform_greater_real(hopform_lesser_real(share, 0.96875), 0.03125) : 0.5;
-}
-
-/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square
- * of the way, so some way off the other end. */
-static real share_inside_real(const hopform_search_real *search, const hopform_interval_real *c, const curve_real *gap)
-{
-    const real steep = fabs_real(gap->from_rate) + fabs_real(gap->to_rate) + fabs_real(chord_real(gap));
-    const real there = share_of_limit_real(search, c);
-    const bool starts = is_admissible_real(search, &c->from);
-    const real way = starts ? there : 1.0 - there;
-    const real short_of = way > 0.0 && way <= 1.0 ? 0.0625 * way * way : 0.0;
-    const real aside = short_of + 0.25 * HOPFORM_NEAR_WITHIN_real / (steep * gap->width + HOPFORM_NEAR_WITHIN_real);
-    return starts ? there - aside : there + aside;
+    const real weight = 2.0 * multiplier_real(&gap, &peak, starts);
+    const curve_real both = {gap.from + weight * peak.from, gap.from_rise + weight * peak.from_rise,
+                             gap.to + weight * peak.to, gap.to_rise + weight * peak.to_rise, gap.smooth};
+    const real all = least_real(&gap);
+    return hopform_greater_real(all, least_real(&both));
 }
 
 /* Where to split the interval, as a share of it. */
@@ -337,27 +190,30 @@ static real share_to_try_real(const hopform_search_real *search, const hopform_i
 {
     const hopform_trial_real *from = &c->from;
     const hopform_trial_real *to = &c->to;
-    if (width_of_real(c) > CONTROL_WIDE_real * search->plan->robot.u_max || c->slow >= 2
+    if (fabs_real(to->u - from->u) > CONTROL_WIDE_real * search->plan->robot.u_max || c->slow >= 2
         || from->takes_off != to->takes_off) {
         return 0.5;
     }
     if (!from->takes_off) {
-        const curve_real least =
-            curve_of_real(c, from->least_contact, from->least_contact_u, to->least_contact, to->least_contact_u);
-        return from->minima > 0 && to->minima > 0 ? share_of_turn_real(&least) : 0.5;
+        const curve_real contact = contact_of_real(c);
+        return from->minima > 0 && to->minima > 0 ? share_of_minimum_real(&contact) : 0.5;
     }
     const curve_real gap = gap_of_real(c, search->apex);
-    if (gap.from * gap.to < 0.0) {
+    if (gap.to < 0.0) {
         return share_of_root_real(&gap);
     }
-    const curve_real peak = peak_of_real(c, search->limit);
-    if (is_admissible_real(search, from) != is_admissible_real(search, to)) {
-        return share_inside_real(search, c, &gap);
+    curve_real peak = peak_of_real(c, search->limit);
+    const bool starts = is_admissible_real(search, from);
+    if (starts != is_admissible_real(search, to)) { /* just inside the limit of x_1 */
+        const real inside = 0.25 * HOPFORM_NEAR_WITHIN_real / multiplier_real(&gap, &peak, starts);
+        peak.from += inside;
+        peak.to += inside;
+        return share_of_root_real(&peak);
     }
-    if (!is_smooth_real(c)) {
+    if (!gap.smooth) {
         return 0.5; /* slopes on either side of a bend say little of what lies between */
     }
-    return is_admissible_real(search, from) ? share_of_turn_real(&gap) : share_of_turn_real(&peak);
+    return share_of_minimum_real(starts ? &gap : &peak);
 }
 
 /* ---- the search ---- */
@@ -402,7 +258,14 @@ static bool may_improve_real(const hopform_search_real *search, const hopform_in
     return c->lower_bound < HOPFORM_NEVER_real && c->lower_bound <= gap_to_beat_real(search);
 }
 
-/* Add the interval between two candidates if a better one may lie in it. */
+/* Whether an interval is branched before another: of the lesser lower bound, of several the one nearer to 0. */
+static bool comes_first_real(const hopform_interval_real *c, const hopform_interval_real *other)
+{
+    const bool as_good = !(c->lower_bound > other->lower_bound) && !(c->lower_bound < other->lower_bound);
+    return c->lower_bound < other->lower_bound || (as_good && fabs_real(c->from.u) < fabs_real(other->from.u));
+}
+
+/* Add the interval between two candidates if a better one may lie in it, behind those that come later. */
 static void add_interval_real(hopform_search_real *search, const hopform_trial_real *from, const hopform_trial_real *to,
                               int32_t slow)
 {
@@ -411,42 +274,20 @@ static void add_interval_real(hopform_search_real *search, const hopform_trial_r
     if (!may_improve_real(search, &interval)) {
         return;
     }
-    if (search->count < HOPFORM_SEARCH_INTERVALS_real) {
-        search->intervals[search->count++] = interval;
-    } else {
-        search->partial = true;
-    }
-}
-
-/* Prune the intervals that the incumbent beats; the one of the least lower bound, of several the one nearest to 0,
- * becomes the last. */
-static void prune_real(hopform_search_real *search)
-{
-    int32_t kept = 0;
-    int32_t first = 0;
-    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_INTERVALS_real; n++) {
-        const hopform_interval_real *c = &search->intervals[n];
-        if (may_improve_real(search, c) && kept < HOPFORM_SEARCH_INTERVALS_real) {
-            const hopform_interval_real *best = &search->intervals[first];
-            const bool as_good = !(c->lower_bound > best->lower_bound) && !(c->lower_bound < best->lower_bound);
-            if (kept == 0 || c->lower_bound < best->lower_bound
-                || (as_good && fabs_real(c->from.u) < fabs_real(best->from.u))) {
-                first = kept;
-            }
-            if (kept < n) {
-                const hopform_interval_real moved = *c;
-                search->intervals[kept] = moved;
-            }
-            kept++;
+    if (search->count >= HOPFORM_SEARCH_INTERVALS_real) { /* the last to come goes */
+        search->partial = search->partial || may_improve_real(search, &search->intervals[0]);
+        search->count = HOPFORM_SEARCH_INTERVALS_real - 1;
+        for (int32_t n = 0; n < search->count; n++) {
+            const hopform_interval_real sooner = search->intervals[n + 1];
+            search->intervals[n] = sooner;
         }
     }
-    search->count = kept;
-    if (first + 1 < kept) {
-        const hopform_interval_real swapped = search->intervals[first];
-        const hopform_interval_real last = search->intervals[kept - 1];
-        search->intervals[first] = last;
-        search->intervals[kept - 1] = swapped;
+    int32_t place = search->count++;
+    for (; place > 0 && !comes_first_real(&interval, &search->intervals[place - 1]); place--) {
+        const hopform_interval_real later = search->intervals[place - 1];
+        search->intervals[place] = later;
     }
+    search->intervals[place] = interval;
 }
 
 /* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well.
@@ -471,7 +312,9 @@ static bool branch_real(hopform_search_real *search)
             return true;
         }
     }
-    prune_real(search);
+    while (search->count > 0 && !may_improve_real(search, &search->intervals[search->count - 1])) {
+        search->count--;
+    }
     if (search->count == 0) {
         return false;
     }
@@ -504,7 +347,7 @@ static bool add_candidate_real(hopform_search_real *search, const hopform_trial_
         add_interval_real(search, &search->zero, trial, 0);
     } else if (search->count > 0) {
         const hopform_interval_real split = search->intervals[--search->count];
-        const real half = 0.5 * width_of_real(&split);
+        const real half = 0.5 * fabs_real(split.to.u - split.from.u);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
         add_interval_real(search, &split.from, trial, fabs_real(trial->u - split.from.u) > half ? slower : 0);
         add_interval_real(search, trial, &split.to, fabs_real(split.to.u - trial->u) > half ? slower : 0);

@@ -2,13 +2,13 @@
 """The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
 
 The range of u is a row of cells between currents that were tried. A cell is left when the values and slopes at its ends
-say that nothing better lies in it, else it is split: around the root, extremum or limit that they foretell, and evenly.
+say that nothing better lies in it, else it is split: around the root or limit that they foretell, and evenly.
 All cells that are not done are split at once into many, from a grid on, as a wave of currents costs about the same
 however many there are: no step of this follows the order in which the C library goes.
 """
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,15 +30,10 @@ CLUSTER = (-(2.0**-5), -(2.0**-12), 0.0, 2.0**-12, 2.0**-5)
 """Where currents are tried around a predicted one, as shares of the cell."""
 WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.25, 0.0625, 1.0 / 256.0, 1.0 / 64.0
 """How wide a cell may be, as a share of u_max, to be judged by its ends: where the events are the same at both, where
-not, where neither takes off, where one does, and where x_1 reaches its limit.
+not, where neither takes off, where one does, and where x_1 turns and meets its limit.
 """
-LEAN, BEND, KINK, DEPTH = 0.25, 0.03125, 0.5, 1.0
+LEAN, BEND, KINK = 0.75, 0.03125, 1.0
 """How far functions may be off what the ends foretell, as in the C library."""
-
-
-def pick(where: Flags, first: Trials, second: Trials) -> Trials:
-    """The trials of `first` where a condition holds, those of `second` elsewhere."""
-    return Trials(*(np.where(where, one, other) for one, other in zip(first, second, strict=True)))
 
 
 @dataclass
@@ -77,78 +72,34 @@ class _Search:
         return trials
 
 
-@dataclass
-class _Curve:
-    """Functions of u on cells: values and slopes at both ends, and whether they are smooth in between.
-
-    spread: how much the slopes differ from the chord's. lean: their sum less twice the chord's, 0 for a parabola.
-    doubt: how far a slope may be off that of the cubic which the ends determine.
-    """
+class _Curve(NamedTuple):
+    """Functions of u on cells: values at both ends, slopes times the width, and whether they are smooth in between."""
 
     from_: Array
-    from_rate: Array
+    from_rise: Array
     to: Array
-    to_rate: Array
-    width: Array
+    to_rise: Array
     smooth: Flags
-
-    def __post_init__(self) -> None:
-        self.chord: Array = (self.to - self.from_) / self.width
-        self.spread = np.abs(self.from_rate - self.chord) + np.abs(self.to_rate - self.chord)
-        self.lean: Array = self.from_rate + self.to_rate - 2.0 * self.chord
-        self.doubt: Array = LEAN * np.abs(self.lean) + BEND * self.spread
-        self.half: Array = self.from_rate + self.lean - self.chord
-
-    @property
-    def mirrored(self) -> "_Curve":
-        return _Curve(-self.from_, -self.from_rate, -self.to, -self.to_rate, self.width, self.smooth)
-
-    @property
-    def rises(self) -> Flags:
-        lean, half, end = self.lean, self.half, np.minimum(self.from_rate, self.to_rate)
-        turns = (lean > 0.0) & (half > 0.0) & (half < 3.0 * lean)
-        inside = np.where(turns, np.minimum(end, self.from_rate - half * half / (3.0 * lean)), end)
-        kinked = (end > 0.0) & (self.chord > 0.0) & (self.spread <= KINK * end)
-        return np.where(self.smooth, inside > 4.0 * self.doubt, kinked)
-
-    @property
-    def monotone(self) -> Flags:
-        return np.asarray(self.rises | self.mirrored.rises)
-
-    @property
-    def share_of_minimum(self) -> Array:
-        """Where the cubic has its minimum, as a share of the cell; -1 if there is none in it."""
-        half, lean = self.half, self.lean
-        root = np.sqrt(np.maximum(half * half - 3.0 * lean * self.from_rate, 0.0))
-        share = np.where(half < 0.0, self.from_rate / (half - root), (half + root) / (3.0 * lean))
-        return np.where((root > 0.0) & (share > 0.0) & (share < 1.0), share, -1.0)
 
     @property
     def least(self) -> Array:
-        """The least that the functions are taken to be on their cells."""
-        end, share, chord = np.minimum(self.from_, self.to), self.share_of_minimum, self.chord
-        from_bend, to_bend = self.from_rate - chord, self.to_rate - chord
-        bend = from_bend * (1.0 - share) - to_bend * share
-        cubic = self.from_ + self.width * share * (chord + (1.0 - share) * bend)
-        curved = np.where(share > 0.0, np.minimum(end, cubic), end) - self.width * self.doubt
-        convex = (-(self.lean + from_bend) > 4.0 * self.doubt) & (self.lean + to_bend > 4.0 * self.doubt)
-        tangents = self.from_ + self.width * self.from_rate * to_bend / (self.to_rate - self.from_rate)
-        tangents = np.where((self.from_rate < 0.0) & (self.to_rate > 0.0), tangents, end)
-        smooth = np.where(convex, tangents, curved)
-        return np.where(self.monotone, end, np.where(self.smooth, smooth, end - DEPTH * self.width * self.spread))
+        """The least that the functions are taken to be on their cells: the least Bernstein coefficient of the cubics
+        that the ends determine, as quartics, less what the functions may be off them in the middle.
+        """
+        from_, from_rise, to, to_rise, smooth = self
+        first, last = from_rise - (to - from_), to_rise - (to - from_)
+        spread = np.abs(first) + np.abs(last)
+        off = np.where(smooth, LEAN * np.abs(first + last) + BEND * spread, KINK * spread)
+        middle = 0.5 * (from_ + to) + (from_rise - to_rise) / 6.0 - off
+        return np.asarray(np.min([from_, to, from_ + 0.25 * from_rise, to - 0.25 * to_rise, middle], axis=0))
 
     @property
     def share_of_root(self) -> Array:
         """Where they vanish: the inverse as a cubic, the chord's root where a slope is against it."""
-        t, chord = self.from_ / (self.from_ - self.to), self.chord
-        along = (self.from_rate * chord > 0.0) & (self.to_rate * chord > 0.0)
-        begin, end = np.minimum(chord / self.from_rate, 3.0), np.minimum(chord / self.to_rate, 3.0)
+        chord = self.to - self.from_
+        t, along = -self.from_ / chord, (self.from_rise * chord > 0.0) & (self.to_rise * chord > 0.0)
+        begin, end = np.minimum(chord / self.from_rise, 3.0), np.minimum(chord / self.to_rise, 3.0)
         return np.where(along, t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0))), t)
-
-    @property
-    def share_of_turn(self) -> Array:
-        """Where they have their extremum if they come nearer to zero inside, else -1."""
-        return np.where(self.from_ > 0.0, self.share_of_minimum, self.mirrored.share_of_minimum)
 
 
 @dataclass
@@ -163,20 +114,20 @@ class _Cells:
         self.width = self.to.u - self.from_.u
         self.smooth = (self.from_.events == self.to.events) & self.from_.smooth & self.to.smooth
 
-    def curve(self, name: str, level: Any = 0.0) -> _Curve:
+    def curve(self, name: str, level: Any = 0.0, sign: Any = 1.0) -> _Curve:
         """What the trials say of a quantity, counted from a level."""
         values, rates = ([getattr(end, of) for end in (self.from_, self.to)] for of in (name, f"{name}_u"))
-        return _Curve(values[0] - level, rates[0], values[1] - level, rates[1], self.width, self.smooth)
+        rises = [sign * rate * self.width for rate in rates]
+        return _Curve(sign * (values[0] - level), rises[0], sign * (values[1] - level), rises[1], self.smooth)
 
     @property
     def gap(self) -> _Curve:
-        """The apex less what is wanted; an end that reaches it counts as being on the side of the other one."""
+        """How far the apex is off what is wanted, positive where a cell begins; an end that reaches it is no root."""
         wanted, reach = self.width.dtype.type(self.search.wanted), self.width.dtype.type(self.search.reach)
-        gap = self.curve("apex", wanted)
-        ends_at, starts_at = np.abs(gap.to) <= reach, np.abs(gap.from_) <= reach
-        shown_to = np.where(ends_at, np.where(gap.from_ > 0.0, reach, -reach), gap.to)
-        shown_from = np.where(starts_at & ~ends_at, np.where(gap.to > 0.0, reach, -reach), gap.from_)
-        return replace(gap, from_=shown_from, to=shown_to)
+        low, high = (np.abs(end.apex - wanted) <= reach for end in (self.from_, self.to))
+        side = np.where(low, self.to.apex, self.from_.apex) > wanted
+        gap = self.curve("apex", wanted, np.where(side, 1.0, -1.0).astype(wanted.dtype))
+        return gap._replace(from_=np.where(low, reach, gap.from_), to=np.where(high, reach, gap.to))
 
     @property
     def largest_x1(self) -> _Curve:
@@ -184,58 +135,40 @@ class _Cells:
 
     @property
     def quiet(self) -> Flags:
-        """No rebound takes off that does not do so at the ends: the least y of each stays above zero."""
+        """No rebound takes off that does not do so at the ends: the least contact force of each stays above zero."""
         in_from, in_to = np.isfinite(self.from_.least_contact), np.isfinite(self.to.least_contact)
-        known = pick(in_from, self.from_, self.to)
-        one = known.least_contact > self.width * np.abs(known.least_contact_u)
+        least = self.curve("least_contact")
+        from_, to = least.from_ > np.abs(least.from_rise), least.to > np.abs(least.to_rise)
         fine = self.width <= np.sqrt(self.search.eps) * self.search.robot.u_max
-        both = self.curve("least_contact").least > 0.0
-        return np.asarray(fine | ~(in_from | in_to) | np.where(in_from & in_to, both, one))
-
-    @property
-    def share_of_limit(self) -> Array:
-        """Where x_1 reaches its limit, as a share of the cell: by both ends where it rises or falls throughout, else by
-        the slope at the admissible one; far outside if that does not lead there.
-        """
-        starts, largest = self.search.admits(self.from_), self.largest_x1
-        room = either(starts, largest.from_, largest.to)
-        toward = np.where(starts, largest.from_rate, -largest.to_rate) * self.width
-        share = np.where((toward > 0.0) & (room + toward >= 0.0), -room / toward, np.inf)
-        return np.where(largest.monotone, largest.share_of_root, np.where(starts, share, 1.0 - share))
-
-    @property
-    def promise_of_edge(self) -> Array:
-        """The nearest that an admissible current can come where only a part, next to one end, is admissible."""
-        gap, starts, there = self.gap, self.search.admits(self.from_), self.share_of_limit
-        share = 2.0 * np.where(starts, there, 1.0 - there)
-        rate = np.abs(gap.from_rate) + np.abs(gap.to_rate) + np.abs(gap.chord)
-        known = self.largest_x1.monotone | (self.width <= EDGE * self.search.robot.u_max)
-        inside = np.abs(either(starts, gap.from_, gap.to))
-        return np.where(known & (share <= 1.0), inside - rate * share * self.width, 0.0)
-
-    @property
-    def promise_of_step(self) -> Array:
-        """The same where one end takes off and the other does not: the apex ends like a square root."""
-        lifts = self.from_.takes_off
-        end = pick(lifts, self.from_, self.to)
-        hopeless = ~(end.largest_x1 - 2.0 * self.width * np.abs(end.largest_x1_u) < self.search.limit)
-        away = np.abs(end.apex - self.search.wanted) - 3.0 * self.width * np.abs(end.apex_u)
-        fine = self.width <= STEP * self.search.robot.u_max
-        return np.where(fine, np.where(hopeless, np.inf, away), 0.0)
+        return np.asarray(fine | np.where(in_from & in_to, least.least > 0.0, (~in_from | from_) & (~in_to | to)))
 
     @property
     def promise(self) -> Array:
         """What no admissible current in the cell comes nearer than, as far as its ends tell; inf if there is none in
         it.
         """
-        search, from_, to, gap, range_ = self.search, self.from_, self.to, self.gap, self.search.robot.u_max
-        in_from, in_to = search.admits(from_), search.admits(to)
-        whole = np.where(gap.from_ > 0.0, gap.least, gap.mirrored.least)
-        both = np.where(in_from == in_to, whole, np.maximum(whole, self.promise_of_edge))
-        both = np.where(~in_from & ~in_to & (self.largest_x1.least >= 0.0), np.inf, both)
-        none = ~from_.takes_off & ~to.takes_off
-        judged = np.where(self.quiet, np.where(none, np.inf, both), 0.0)
-        judged = np.where(from_.takes_off != to.takes_off, self.promise_of_step, judged)
+        search, from_, to, gap, largest = self.search, self.from_, self.to, self.gap, self.largest_x1
+        range_, starts, whole = search.robot.u_max, search.admits(from_), gap.least
+        rise = np.abs(either(starts, largest.from_rise, largest.to_rise))
+        weight = 2.0 * (np.abs(gap.from_rise) + np.abs(gap.to_rise)) / rise  # the multiplier of the limit
+        both = _Curve(
+            gap.from_ + weight * largest.from_,
+            gap.from_rise + weight * largest.from_rise,
+            gap.to + weight * largest.to,
+            gap.to_rise + weight * largest.to_rise,
+            self.smooth,
+        )
+        turns = largest.least < np.minimum(largest.from_, largest.to)
+        alike = (starts == search.admits(to)) | (turns & (self.width > EDGE * range_))
+        judged = np.where(alike, whole, np.fmax(whole, both.least))
+        none, unlike = ~from_.takes_off & ~to.takes_off, from_.takes_off != to.takes_off
+        judged = np.where(self.quiet, np.where(none | (largest.least >= 0.0), np.inf, judged), 0.0)
+        # Where one end takes off and the other does not the apex ends like a square root.
+        lifts = from_.takes_off
+        beyond = either(lifts, largest.from_, largest.to) - 2.0 * np.abs(either(lifts, *largest[1:4:2]))
+        off = np.abs(either(lifts, gap.from_, gap.to)) - 3.0 * np.abs(either(lifts, *gap[1:4:2]))
+        step = np.where(beyond < 0.0, off, np.inf)
+        judged = np.where(unlike, np.where(self.width <= STEP * range_, step, 0.0), judged)
         wide = self.width > np.where(none, DOWN, np.where(self.smooth, WIDE, COARSE)) * range_
         tiny = self.width <= 2.0 * search.eps * np.maximum(np.abs(from_.u), np.abs(to.u))
         return np.where((from_.held & to.held) | tiny, np.inf, np.where(wide, 0.0, judged))
@@ -248,30 +181,15 @@ class _Cells:
             return np.asarray((promise >= search.reach) | (least_u >= abs(search.u)))
         return np.asarray((promise > max(abs(search.gap) - 2.0 * search.near, 0.0)) | np.isinf(promise))
 
-    @property
-    def predicted(self) -> Array:
-        """Where to split each cell, as a share of it; not between 0 and 1 where the ends do not foretell it."""
-        search, from_, to, gap = self.search, self.from_, self.to, self.gap
-        in_from, in_to = search.admits(from_), search.admits(to)
-        steep = (np.abs(gap.from_rate) + np.abs(gap.to_rate) + np.abs(gap.chord)) * self.width
-        aside = 0.25 * search.near / (steep + search.near)
-        limit = self.share_of_limit + np.where(in_from, -aside, aside)
-        turn = np.where(in_from, gap.share_of_turn, self.largest_x1.share_of_turn)
-        lifted = np.where(gap.from_ * gap.to < 0.0, gap.share_of_root, np.where(in_from != in_to, limit, turn))
-        minima = np.isfinite(from_.least_contact) & np.isfinite(to.least_contact)
-        grounded = np.where(minima, self.curve("least_contact").share_of_turn, -1.0)
-        unlike = from_.takes_off != to.takes_off
-        share = np.where(unlike, -1.0, np.where(from_.takes_off, lifted, grounded))
-        return np.where(np.isfinite(share), share, -1.0)
-
     def split(self) -> tuple[Array, Numbers]:
         """Currents to try, and the cell that each is in; in order."""
         number = min(max(LANES // self.width.size, 1), 31)
         even = np.arange(1, number + 1) / (number + 1.0)
-        evenly, around = np.tile(even, (self.width.size, 1)), self.predicted[:, None] + np.array(CLUSTER)
+        root = self.gap.to < 0.0
+        near = np.where(root, self.gap.share_of_root, self.largest_x1.share_of_root)
+        evenly, around = np.tile(even, (self.width.size, 1)), near[:, None] + np.array(CLUSTER)
         shares = np.concatenate([evenly, around], axis=1)
-        root = self.smooth & (self.gap.from_ * self.gap.to < 0.0)
-        shares[root, :number] = 0.5
+        shares[self.smooth & root, :number] = 0.5
         u = np.sort(self.from_.u[:, None] + (shares * self.width[:, None]).astype(self.width.dtype), axis=1)
         inside = (u > self.from_.u[:, None]) & (u < self.to.u[:, None])
         inside[:, 1:] &= u[:, 1:] > u[:, :-1]
