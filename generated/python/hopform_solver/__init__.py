@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "f29fbc5a99f92a1d"
+SOURCE = "5aa5706b73a1f906"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"

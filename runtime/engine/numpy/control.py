@@ -165,8 +165,9 @@ class _Cells:
         judged = np.where(self.quiet, np.where(none | (largest.least >= 0.0), np.inf, judged), 0.0)
         # Where one end takes off and the other does not the apex ends like a square root.
         lifts = from_.takes_off
-        beyond = either(lifts, largest.from_, largest.to) - 2.0 * np.abs(either(lifts, *largest[1:4:2]))
-        off = np.abs(either(lifts, gap.from_, gap.to)) - 3.0 * np.abs(either(lifts, *gap[1:4:2]))
+        beyond = either(lifts, largest.from_, largest.to)
+        beyond = beyond - 2.0 * np.abs(either(lifts, largest.from_rise, largest.to_rise))
+        off = np.abs(either(lifts, gap.from_, gap.to)) - 3.0 * np.abs(either(lifts, gap.from_rise, gap.to_rise))
         step = np.where(beyond < 0.0, off, np.inf)
         judged = np.where(unlike, np.where(self.width <= STEP * range_, step, 0.0), judged)
         wide = self.width > np.where(none, DOWN, np.where(self.smooth, WIDE, COARSE)) * range_
