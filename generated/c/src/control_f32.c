@@ -312,13 +312,15 @@ static bool branch_f32(hopform_search_f32 *search)
             return true;
         }
     }
-    while (search->count > 0 && !may_improve_f32(search, &search->intervals[search->count - 1])) {
-        search->count--;
+    int32_t kept = search->count < HOPFORM_SEARCH_INTERVALS_f32 ? search->count : HOPFORM_SEARCH_INTERVALS_f32;
+    while (kept > 0 && !may_improve_f32(search, &search->intervals[kept - 1])) {
+        kept--;
     }
-    if (search->count == 0) {
+    search->count = kept;
+    if (kept <= 0) {
         return false;
     }
-    const hopform_interval_f32 *c = &search->intervals[search->count - 1];
+    const hopform_interval_f32 *c = &search->intervals[kept - 1];
     const float share = share_to_try_f32(search, c);
     search->next = c->from.u + share * (c->to.u - c->from.u);
     if (!(share > 0.0f && fabs_f32(search->next) > fabs_f32(c->from.u)
@@ -345,7 +347,7 @@ static bool add_candidate_f32(hopform_search_f32 *search, const hopform_trial_f3
         }
     } else if (!(fabs_f32(trial->u) < robot->u_max)) {
         add_interval_f32(search, &search->zero, trial, 0);
-    } else if (search->count > 0) {
+    } else if (search->count > 0 && search->count <= HOPFORM_SEARCH_INTERVALS_f32) {
         const hopform_interval_f32 split = search->intervals[--search->count];
         const float half = 0.5f * fabs_f32(split.to.u - split.from.u);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */

@@ -312,13 +312,15 @@ static bool branch_f64(hopform_search_f64 *search)
             return true;
         }
     }
-    while (search->count > 0 && !may_improve_f64(search, &search->intervals[search->count - 1])) {
-        search->count--;
+    int32_t kept = search->count < HOPFORM_SEARCH_INTERVALS_f64 ? search->count : HOPFORM_SEARCH_INTERVALS_f64;
+    while (kept > 0 && !may_improve_f64(search, &search->intervals[kept - 1])) {
+        kept--;
     }
-    if (search->count == 0) {
+    search->count = kept;
+    if (kept <= 0) {
         return false;
     }
-    const hopform_interval_f64 *c = &search->intervals[search->count - 1];
+    const hopform_interval_f64 *c = &search->intervals[kept - 1];
     const double share = share_to_try_f64(search, c);
     search->next = c->from.u + share * (c->to.u - c->from.u);
     if (!(share > 0.0 && fabs_f64(search->next) > fabs_f64(c->from.u)
@@ -345,7 +347,7 @@ static bool add_candidate_f64(hopform_search_f64 *search, const hopform_trial_f6
         }
     } else if (!(fabs_f64(trial->u) < robot->u_max)) {
         add_interval_f64(search, &search->zero, trial, 0);
-    } else if (search->count > 0) {
+    } else if (search->count > 0 && search->count <= HOPFORM_SEARCH_INTERVALS_f64) {
         const hopform_interval_f64 split = search->intervals[--search->count];
         const double half = 0.5 * fabs_f64(split.to.u - split.from.u);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */

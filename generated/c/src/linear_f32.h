@@ -71,7 +71,7 @@ static inline int hopform_halve_f32(const hopform_plan_f32 *plan, const hopform_
         hopform_poles_of_f32(plan, hopform_side_1_f32(phase), hopform_side_2_f32(phase));
     const float fastest = poles->s_1 + sqrt_f32(poles->s_2);
     int times = 0;
-    while (fastest * *h > 4.0f) {
+    while (fastest * *h > 4.0f && times < 200) {
         *h *= 0.5f;
         times++;
     }

@@ -71,7 +71,7 @@ static inline int hopform_halve_f64(const hopform_plan_f64 *plan, const hopform_
         hopform_poles_of_f64(plan, hopform_side_1_f64(phase), hopform_side_2_f64(phase));
     const double fastest = poles->s_1 + sqrt_f64(poles->s_2);
     int times = 0;
-    while (fastest * *h > 4.0) {
+    while (fastest * *h > 4.0 && times < 200) {
         *h *= 0.5;
         times++;
     }

@@ -36,7 +36,8 @@ static const int share_column_f32[SHARES_f32] = {Z_ONE, Z_Y, Z_V1, Z_V2, Z_ONE, 
 typedef struct {
     const hopform_plan_f32 *plan;
     const hopform_step_f32 *steps;
-    const hopform_phase_f32 *phase; /* as it was solved */
+    const hopform_phase_f32 *phases; /* as they were solved */
+    int32_t index;                    /* of the one that it is in */
     hopform_phase_f32 rest;
     float change[COLUMNS_f32][Z_SIZE];
     bool exists; /* the time of each event so far moves in proportion */
@@ -65,7 +66,7 @@ static void short_responses_f32(const hopform_plan_f32 *plan, const hopform_phas
     }
 }
 
-/* How z at time t of a phase answers to a change of each share. That of a mass that is held has no answer. */
+/* Add how z at time t of a phase answers to a change of each share. That of a mass that is held has no answer. */
 static void responses_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t,
                            float by_share[SHARES_f32][Z_SIZE])
 {
@@ -87,7 +88,6 @@ static void responses_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 
     for (int share = 0; share < SHARES_f32; share++) {
         const int side = share_row_f32[share] == Z_V1 ? hopform_side_1_f32(phase) : hopform_side_2_f32(phase);
         for (int i = 0; i < Z_SIZE; i++) {
-            by_share[share][i] = 0.0f;
             for (int j = 0; side != 0 && j < Z_SIZE; j++) {
                 by_share[share][i] += shares[share].at[i][j] * start[j];
             }
@@ -117,7 +117,7 @@ static void travel_f32(variation_f32 *way, float t)
     if (!(h > 0.0f) || (side_1 == 0 && side_2 == 0)) {
         return;
     }
-    float by_share[SHARES_f32][Z_SIZE];
+    float by_share[SHARES_f32][Z_SIZE] = {{0}};
     responses_f32(plan, &from, u, h, by_share);
     const hopform_matrix_f32 phi = hopform_transition_f32(plan, &from, u, h);
     for (int column = 0; column < COLUMNS_f32; column++) {
@@ -163,8 +163,8 @@ static void speeds_f32(const variation_f32 *way, const hopform_phase_f32 *phase,
  * belongs to it; nothing jumps where a mass slips or the current steps. */
 static void cross_f32(variation_f32 *way)
 {
-    const hopform_phase_f32 *old = way->phase;
-    const hopform_phase_f32 *now = old + 1;
+    const hopform_phase_f32 *old = &way->phases[way->index];
+    const hopform_phase_f32 *now = &way->phases[way->index + 1];
     hopform_state_f32 state = hopform_start_of_phase_f32(now);
     float before[Z_SIZE];
     float after[Z_SIZE];
@@ -180,7 +180,7 @@ static void cross_f32(variation_f32 *way)
     } else if (now->event == HOPFORM_EVENT_X2_REVERSES || now->event == HOPFORM_EVENT_X2_STICKS) {
         coordinate = Z_V2;
     }
-    way->phase = now;
+    way->index++;
     way->rest = *now;
     speeds_f32(way, old, &state, before);
     /* without friction nothing jumps, however little of a velocity is left */
@@ -211,7 +211,7 @@ static void cross_f32(variation_f32 *way)
 static variation_f32 variation_of_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                         const hopform_phase_f32 *phases, const hopform_stance_f32 *stance)
 {
-    variation_f32 way = {plan, steps, phases, *phases, {{0}}, true};
+    variation_f32 way = {plan, steps, phases, 0, *phases, {{0}}, true};
     way.change[BY_X1_f32][Z_X] = 1.0f;
     way.change[BY_Y_f32][Z_Y] = 1.0f;
     way.change[BY_V1_f32][Z_V1] = hopform_side_1_f32(phases) != 0 && !(stance->start_loss < 0.0f) ? 1.0f : 0.0f;
@@ -219,11 +219,11 @@ static variation_f32 variation_of_f32(const hopform_plan_f32 *plan, const hopfor
     return way;
 }
 
-/* Follow a stance up to a time; `last` is its last phase. */
-static void follow_to_f32(variation_f32 *way, const hopform_phase_f32 *last, float t)
+/* Follow a stance up to a time; `last` is the index of its last phase. */
+static void follow_to_f32(variation_f32 *way, int32_t last, float t)
 {
-    while (way->phase != last && way->phase[1].t <= t) {
-        travel_f32(way, way->phase[1].t);
+    while (way->index < last && way->phases[way->index + 1].t <= t) {
+        travel_f32(way, way->phases[way->index + 1].t);
         cross_f32(way);
     }
     travel_f32(way, t);
@@ -235,7 +235,7 @@ static bool finish_f32(variation_f32 *way, const hopform_state_f32 *start, const
 {
     const hopform_robot_f32 *robot = &way->plan->robot;
     float speed[Z_SIZE];
-    speeds_f32(way, way->phase, end, speed);
+    speeds_f32(way, &way->phases[way->index], end, speed);
     const hopform_state_f32 rate = {speed[Z_X], speed[Z_V1], speed[Z_V2], speed[Z_Y]};
     const float contact_rate = hopform_contact_slope_f32(robot, &rate);
     const float fall = hopform_fall_of_f32(robot);
@@ -285,7 +285,7 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
     bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
     if (exists) {
         variation_f32 way = variation_of_f32(plan, steps, phases, stance);
-        follow_to_f32(&way, &phases[stance->phases_kept - 1], stance->duration);
+        follow_to_f32(&way, stance->phases_kept - 1, stance->duration);
         exists = way.exists && finish_f32(&way, &start, &stance->end, matrix);
     }
     for (int32_t n = 0; exists && n < count; n++) {
@@ -310,7 +310,7 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
     static const int coordinate[HOPFORM_TANGENT_ROWS] = {Z_X, Z_V1, Z_V2, Z_Y};
     variation_f32 way = variation_of_f32(plan, steps, phases, stance);
     for (int32_t i = 0; i < count; i++) {
-        follow_to_f32(&way, &phases[stance->phases_kept - 1], hopform_lesser_f32(times[i], stance->duration));
+        follow_to_f32(&way, stance->phases_kept - 1, hopform_lesser_f32(times[i], stance->duration));
         states[i] = hopform_start_of_phase_f32(&way.rest);
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_f32; column++) {

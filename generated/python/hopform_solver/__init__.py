@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "5aa5706b73a1f906"
+SOURCE = "ba310a56fd079212"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"

@@ -312,13 +312,15 @@ static bool branch_real(hopform_search_real *search)
             return true;
         }
     }
-    while (search->count > 0 && !may_improve_real(search, &search->intervals[search->count - 1])) {
-        search->count--;
+    int32_t kept = search->count < HOPFORM_SEARCH_INTERVALS_real ? search->count : HOPFORM_SEARCH_INTERVALS_real;
+    while (kept > 0 && !may_improve_real(search, &search->intervals[kept - 1])) {
+        kept--;
     }
-    if (search->count == 0) {
+    search->count = kept;
+    if (kept <= 0) {
         return false;
     }
-    const hopform_interval_real *c = &search->intervals[search->count - 1];
+    const hopform_interval_real *c = &search->intervals[kept - 1];
     const real share = share_to_try_real(search, c);
     search->next = c->from.u + share * (c->to.u - c->from.u);
     if (!(share > 0.0 && fabs_real(search->next) > fabs_real(c->from.u)
@@ -345,7 +347,7 @@ static bool add_candidate_real(hopform_search_real *search, const hopform_trial_
         }
     } else if (!(fabs_real(trial->u) < robot->u_max)) {
         add_interval_real(search, &search->zero, trial, 0);
-    } else if (search->count > 0) {
+    } else if (search->count > 0 && search->count <= HOPFORM_SEARCH_INTERVALS_real) {
         const hopform_interval_real split = search->intervals[--search->count];
         const real half = 0.5 * fabs_real(split.to.u - split.from.u);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */

@@ -71,7 +71,7 @@ static inline int hopform_halve_real(const hopform_plan_real *plan, const hopfor
         hopform_poles_of_real(plan, hopform_side_1_real(phase), hopform_side_2_real(phase));
     const real fastest = poles->s_1 + sqrt_real(poles->s_2);
     int times = 0;
-    while (fastest * *h > 4.0) {
+    while (fastest * *h > 4.0 && times < 200) {
         *h *= 0.5;
         times++;
     }

@@ -36,7 +36,8 @@ static const int share_column_real[SHARES_real] = {Z_ONE, Z_Y, Z_V1, Z_V2, Z_ONE
 typedef struct {
     const hopform_plan_real *plan;
     const hopform_step_real *steps;
-    const hopform_phase_real *phase; /* as it was solved */
+    const hopform_phase_real *phases; /* as they were solved */
+    int32_t index;                    /* of the one that it is in */
     hopform_phase_real rest;
     real change[COLUMNS_real][Z_SIZE];
     bool exists; /* the time of each event so far moves in proportion */
@@ -65,7 +66,7 @@ static void short_responses_real(const hopform_plan_real *plan, const hopform_ph
     }
 }
 
-/* How z at time t of a phase answers to a change of each share. That of a mass that is held has no answer. */
+/* Add how z at time t of a phase answers to a change of each share. That of a mass that is held has no answer. */
 static void responses_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t,
                            real by_share[SHARES_real][Z_SIZE])
 {
@@ -87,7 +88,6 @@ static void responses_real(const hopform_plan_real *plan, const hopform_phase_re
     for (int share = 0; share < SHARES_real; share++) {
         const int side = share_row_real[share] == Z_V1 ? hopform_side_1_real(phase) : hopform_side_2_real(phase);
         for (int i = 0; i < Z_SIZE; i++) {
-            by_share[share][i] = 0.0;
             for (int j = 0; side != 0 && j < Z_SIZE; j++) {
                 by_share[share][i] += shares[share].at[i][j] * start[j];
             }
@@ -117,7 +117,7 @@ static void travel_real(variation_real *way, real t)
     if (!(h > 0.0) || (side_1 == 0 && side_2 == 0)) {
         return;
     }
-    real by_share[SHARES_real][Z_SIZE];
+    real by_share[SHARES_real][Z_SIZE] = {{0}};
     responses_real(plan, &from, u, h, by_share);
     const hopform_matrix_real phi = hopform_transition_real(plan, &from, u, h);
     for (int column = 0; column < COLUMNS_real; column++) {
@@ -163,8 +163,8 @@ static void speeds_real(const variation_real *way, const hopform_phase_real *pha
  * belongs to it; nothing jumps where a mass slips or the current steps. */
 static void cross_real(variation_real *way)
 {
-    const hopform_phase_real *old = way->phase;
-    const hopform_phase_real *now = old + 1;
+    const hopform_phase_real *old = &way->phases[way->index];
+    const hopform_phase_real *now = &way->phases[way->index + 1];
     hopform_state_real state = hopform_start_of_phase_real(now);
     real before[Z_SIZE];
     real after[Z_SIZE];
@@ -180,7 +180,7 @@ static void cross_real(variation_real *way)
     } else if (now->event == HOPFORM_EVENT_X2_REVERSES || now->event == HOPFORM_EVENT_X2_STICKS) {
         coordinate = Z_V2;
     }
-    way->phase = now;
+    way->index++;
     way->rest = *now;
     speeds_real(way, old, &state, before);
     /* without friction nothing jumps, however little of a velocity is left */
@@ -211,7 +211,7 @@ static void cross_real(variation_real *way)
 static variation_real variation_of_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                         const hopform_phase_real *phases, const hopform_stance_real *stance)
 {
-    variation_real way = {plan, steps, phases, *phases, {{0}}, true};
+    variation_real way = {plan, steps, phases, 0, *phases, {{0}}, true};
     way.change[BY_X1_real][Z_X] = 1.0;
     way.change[BY_Y_real][Z_Y] = 1.0;
     way.change[BY_V1_real][Z_V1] = hopform_side_1_real(phases) != 0 && !(stance->start_loss < 0.0) ? 1.0 : 0.0;
@@ -219,11 +219,11 @@ static variation_real variation_of_real(const hopform_plan_real *plan, const hop
     return way;
 }
 
-/* Follow a stance up to a time; `last` is its last phase. */
-static void follow_to_real(variation_real *way, const hopform_phase_real *last, real t)
+/* Follow a stance up to a time; `last` is the index of its last phase. */
+static void follow_to_real(variation_real *way, int32_t last, real t)
 {
-    while (way->phase != last && way->phase[1].t <= t) {
-        travel_real(way, way->phase[1].t);
+    while (way->index < last && way->phases[way->index + 1].t <= t) {
+        travel_real(way, way->phases[way->index + 1].t);
         cross_real(way);
     }
     travel_real(way, t);
@@ -235,7 +235,7 @@ static bool finish_real(variation_real *way, const hopform_state_real *start, co
 {
     const hopform_robot_real *robot = &way->plan->robot;
     real speed[Z_SIZE];
-    speeds_real(way, way->phase, end, speed);
+    speeds_real(way, &way->phases[way->index], end, speed);
     const hopform_state_real rate = {speed[Z_X], speed[Z_V1], speed[Z_V2], speed[Z_Y]};
     const real contact_rate = hopform_contact_slope_real(robot, &rate);
     const real fall = hopform_fall_of_real(robot);
@@ -285,7 +285,7 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
     bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
     if (exists) {
         variation_real way = variation_of_real(plan, steps, phases, stance);
-        follow_to_real(&way, &phases[stance->phases_kept - 1], stance->duration);
+        follow_to_real(&way, stance->phases_kept - 1, stance->duration);
         exists = way.exists && finish_real(&way, &start, &stance->end, matrix);
     }
     for (int32_t n = 0; exists && n < count; n++) {
@@ -310,7 +310,7 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
     static const int coordinate[HOPFORM_TANGENT_ROWS] = {Z_X, Z_V1, Z_V2, Z_Y};
     variation_real way = variation_of_real(plan, steps, phases, stance);
     for (int32_t i = 0; i < count; i++) {
-        follow_to_real(&way, &phases[stance->phases_kept - 1], hopform_lesser_real(times[i], stance->duration));
+        follow_to_real(&way, stance->phases_kept - 1, hopform_lesser_real(times[i], stance->duration));
         states[i] = hopform_start_of_phase_real(&way.rest);
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_real; column++) {

@@ -31,7 +31,7 @@ UNROLLED = {
     "ONLY_STANCE": "hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,"
                    "hopform_stance_grid_f32:300,samples_of_phase_f32:100,fill_table_f32:100,sample_behind_f32:100,"
                    "sum_up_f32:50,sum_up_x1_f32:50,put_same_f32:50,put_samples_f32:50,put_basis_f32:50,"
-                   "samples_at_rest_f32:50",
+                   "follow_to_f32:60,cross_f32:60",
     "ONLY_CONTROL": "hopform_stance_compression_f32:60,hopform_try_currents_f32:60",
 }  # fmt: skip
 """How many states are kept apart, in each part and in all, in functions whose loops run over a few phases or event
