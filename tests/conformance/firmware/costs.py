@@ -190,7 +190,7 @@ carrying the propagator to the root 910; prediction of roots 690; jets of the ev
 interval 450; the certificate 620; motion, event functions and times to rest of a phase 900; the search between them,
 which passes structs by value, 1 140; stops 320; what follows an event 530; checks and report 400. So no one part stands
 for the distance to the aim: a search that is written out for each held set, and modes in place of the propagator, of
-which less is to be carried, would be the next steps. A command takes 12.4 stances on average, of more phases.
+which less is to be carried, would be the next steps. A command takes 11.3 stances on average, of more phases.
 
 ## Instructions, mean
 
