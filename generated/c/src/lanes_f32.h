@@ -379,7 +379,7 @@ static inline void go_to_roots(lanes *restrict w, const bool stop)
             }
             const root_step_f32 step = step_between_f32(&poles, &to.at, to.fourth, w->t[l], w->low[l], w->high[l]);
             const bool nears = (!stop) | (to.at.rate < 0.0f);
-            const float next = nears & step.inside ? step.next : step.low + 0.5f * (step.high - step.low);
+            const float next = (nears & step.inside) ? step.next : step.low + 0.5f * (step.high - step.low);
             const hopform_basis_f32 carried = carried_basis_f32(&poles, &basis, next - w->t[l]);
             const bool goes = w->going[l] > 0.0f;
             keep_basis(&w->basis, l, goes & nears & step.lands, &carried);

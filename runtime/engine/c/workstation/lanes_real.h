@@ -379,7 +379,7 @@ static inline void go_to_roots(lanes *restrict w, const bool stop)
             }
             const root_step_real step = step_between_real(&poles, &to.at, to.fourth, w->t[l], w->low[l], w->high[l]);
             const bool nears = (!stop) | (to.at.rate < 0.0);
-            const real next = nears & step.inside ? step.next : step.low + 0.5 * (step.high - step.low);
+            const real next = (nears & step.inside) ? step.next : step.low + 0.5 * (step.high - step.low);
             const hopform_basis_real carried = carried_basis_real(&poles, &basis, next - w->t[l]);
             const bool goes = w->going[l] > 0.0;
             keep_basis(&w->basis, l, goes & nears & step.lands, &carried);
