@@ -325,8 +325,8 @@ LANES_CODE static void guess_crossings(lanes *restrict w, int s)
     for (int l = 0; l < LANES; l++) {
         const ends_of_lane ends = look_there(w, &poles, s, l);
         const double rounding = rounding_of_f64(&ends.g, &ends.high, ends.to.rate);
-        const bool is = has_crossed_f64(&ends.to, w->end_t[l], rounding, w->found[l] < 0.0) & !is_found(w, s, l);
-        crossed[l] = w->turn[l] * flag(is);
+        const bool has = has_crossed_f64(&ends.to, w->end_t[l], rounding, w->found[l] < 0.0);
+        crossed[l] = w->turn[l] * flag(has) * flag(!is_found(w, s, l));
         going[l] = crossed[l];
         share[l] = rough_root_f64(&ends.from, &ends.to, w->end_t[l]);
     }
@@ -455,11 +455,11 @@ LANES_CODE static void certify(lanes *restrict w, int s)
         const ends_of_lane ends = look_there(w, &poles, s, l);
         const double h = w->end_t[l];
         const double rounding = rounding_of_f64(&ends.g, &ends.high, ends.to.rate);
-        const bool closed =
-            (quiet_time_of_ringing_f64(&poles, &ends.from, rounding) > h)
-            | has_no_root_by_pair_f64(&poles, &ends.g, &ends.high, &ends.from, &ends.to)
-            | is_held_up_by_bernstein_f64(&poles, &ends.g, &ends.from, &ends.to, h, is_found(w, s, l), rounding);
-        w->sure[l] -= open[l] * flag(!closed);
+        const bool quiet = quiet_time_of_ringing_f64(&poles, &ends.from, rounding) > h;
+        const bool none = has_no_root_by_pair_f64(&poles, &ends.g, &ends.high, &ends.from, &ends.to);
+        const bool held =
+            is_held_up_by_bernstein_f64(&poles, &ends.g, &ends.from, &ends.to, h, is_found(w, s, l), rounding);
+        w->sure[l] -= open[l] * flag(!(quiet | none | held));
     }
 }
 
@@ -472,8 +472,8 @@ LANES_CODE static void meet_stops(lanes *restrict w)
         const hopform_state_f64 from = one_state(&w->from_stop, l);
         const hopform_motion_f64 motion = one_motion(&w->motion, l);
         const hopform_basis_f64 basis = one_basis(&w->end, l);
-        const bool past = is_beyond_stop_f64(&motion, &from, side, &basis) & hopform_is_finite_f64(from.x1);
-        w->stops[l] = w->sure[l] * fabs_f64(side) * flag(past);
+        const bool past = is_beyond_stop_f64(&motion, &from, side, &basis);
+        w->stops[l] = w->sure[l] * fabs_f64(side) * flag(past) * flag(hopform_is_finite_f64(from.x1));
         w->going[l] = w->stops[l];
         w->low[l] = 0.0;
         w->high[l] = w->end_t[l];
@@ -489,8 +489,9 @@ LANES_CODE static void meet_stops(lanes *restrict w)
         const hopform_basis_f64 before = one_basis(&w->end, l);
         const bool other = (w->found[l] >= 0.0) | !(w->end_t[l] < w->limit[l]);
         const bool tied = other & (w->end_t[l] <= w->t[l] * (1.0 + 8.0 * HOPFORM_EPS_f64));
-        const bool late = is_found(w, 0, l) & is_late_f64(&before);
-        const bool meets = (w->stops[l] > 0.0) & !((w->going[l] > 0.0) | tied | late);
+        const bool takes_off = is_found(w, 0, l);
+        const bool late = is_late_f64(&before);
+        const bool meets = (w->stops[l] > 0.0) & !((w->going[l] > 0.0) | tied | (takes_off & late));
         w->sure[l] -= w->stops[l] * flag(!meets);
         w->stops[l] = flag(meets);
         keep_basis(&w->end, l, meets, &basis);

@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "d6967d1d67c26e2a"
+SOURCE = "824a034c99520ca1"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"

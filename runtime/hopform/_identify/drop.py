@@ -2,8 +2,9 @@
 
     m_s x2'' = k (L0 + c - x2) - b2 x2' - m_s g - m_s f2 sign(x2')
 
-The fit starts from the data: a linear least squares on this equation, all of it through one filter, gives k/m_s, b2/m_s
-and f2 of a decay.
+The fit starts from the data: the frequency of the oscillation gives k/m_s, its envelope the friction. Successive
+extrema about the rest obey |A_(n+1)| = a |A_n| - d with a = exp(-b2 T/(4 m_s)) and d = (1 + a) f2 m_s/k: an envelope
+that falls along a line is Coulomb's, one that falls exponentially is viscous.
 """
 
 import math
@@ -32,7 +33,7 @@ _MOST_RANGE = {"m": 3.0, "rad": 12.0}
 
 
 class Oscillation(NamedTuple):
-    """Estimates from a motion: its rest [m], angular frequency [rad/s], b2/m_s [1/s] and f2 [m/s^2]."""
+    """Estimates from a decay: its rest [m], angular frequency [rad/s], b2/m_s [1/s] and f2 [m/s^2]."""
 
     rest: float
     omega: float
@@ -41,18 +42,49 @@ class Oscillation(NamedTuple):
 
 
 def oscillation_of(time: Array, values: Array) -> Oscillation:
-    """Frequency and friction of an oscillation about a rest, by least squares on the filtered equation of motion.
+    """Frequency and friction of an oscillation about a rest, from its extrema; a guess where there are too few."""
+    noise = max(of_recordings.noise_of(values), of_recordings.quantum_of(values))
+    values = of_recordings.calm(values)
+    rest = segments.rest_of(values, 10)
+    omega = _spectral_peak(time, values - rest)
+    extrema = _extrema(time, values - rest, math.pi / omega, 4.0 * noise)
+    if len(extrema) < 3:
+        return Oscillation(rest, omega, 0.2 * omega, 0.0)
+    at, size = np.array([t for t, _ in extrema]), np.abs([a for _, a in extrema])
+    omega = math.pi / float(np.median(np.diff(at)))
+    if len(extrema) < 4:
+        return Oscillation(rest, omega, max(2.0 * omega / math.pi * math.log(size[0] / size[1]), 0.0), 0.0)
+    slope, drop = np.polyfit(size[:-1], size[1:], 1, w=np.sqrt(size[:-1]))
+    ratio = min(max(float(slope), 0.05), 1.0)
+    viscous = -2.0 * omega / math.pi * math.log(ratio)
+    return Oscillation(rest, omega, viscous, max(-float(drop), 0.0) * omega**2 / (1.0 + ratio))
 
-    The filter's cutoff is 3 times the frequency found before, at first as high as the rate allows; half a period is no
-    longer than the motion.
+
+def _spectral_peak(time: Array, values: Array) -> float:
+    """Angular frequency of the largest peak of the spectrum, on even times, padded with zeros."""
+    step = float(np.median(np.diff(time)))
+    even = np.interp(np.arange(time[0], time[-1], step), time, values)
+    even = even - even.mean()
+    length = 8 * even.size
+    power = np.abs(np.fft.rfft(even * np.hanning(2 * even.size)[even.size :], length))
+    return float(2.0 * math.pi * max(int(power[1:].argmax()) + 1, 1) / (length * step))
+
+
+def _extrema(time: Array, values: Array, half: float, least: float) -> list[tuple[float, float]]:
+    """Times and sizes of the extrema: the largest deviation between crossings of the rest, as long as they exceed the
+    noise.
     """
-    values, step, slowest = of_recordings.calm(values), float(np.median(np.diff(time))), math.pi / float(np.ptp(time))
-    omega, viscous, coulomb, pull = math.inf, 0.0, 0.0, 0.0
-    for _ in range(3):
-        rows = filtered_part(time, values, np.zeros_like(values), step, min(0.5 * omega, 0.2 / step))
-        square, viscous, coulomb, pull = moving_rows(rows, [-rows.x, -rows.v, -rows.side, rows.one])
-        omega = math.sqrt(max(square, slowest**2))
-    return Oscillation(pull / omega**2, omega, max(viscous, 0.0), max(coulomb, 0.0))
+    signs = np.signbit(values)
+    edges = [0, *(np.flatnonzero(signs[1:] != signs[:-1]) + 1).tolist(), values.size]
+    found = list[tuple[float, float]]()
+    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+        if time[min(end, values.size - 1)] - time[begin] < 0.4 * half and begin > 0:
+            continue
+        peak = begin + int(np.abs(values[begin:end]).argmax())
+        if abs(values[peak]) < least:
+            break
+        found.append((float(time[peak]), float(values[peak])))
+    return found
 
 
 def fit_drop_test(
@@ -212,7 +244,7 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
 
 
 def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
-    """Estimates from one motion: a decay by its equation, a drop by its lowest point and its rest, of the leg where x1
+    """Estimates from one motion: a decay by its extrema, a drop by its lowest point and its rest, of the leg where x1
     is known.
     """
     if rig == "attached":

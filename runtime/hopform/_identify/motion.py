@@ -62,6 +62,15 @@ def stance(robot: Robot, start: Sequence[float], steps: Steps, times: Array, bac
     return motion
 
 
+def states(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Array:
+    """The states alone of such a motion, (times, 4), without their derivatives."""
+    x1, v1, x2, v2 = start
+    state = LegState(x1, v1, v2, x1 - x2 + robot.L0 + robot.c)
+    found = solved(robot, state, steps, float(times[-1]) * (1.0 + 1e-12), backend)
+    at = found.state_at(np.minimum(times, found.outcome()[1]))
+    return np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
+
+
 def solved(robot: Robot, state: LegState, steps: Steps, horizon: float, backend: str | None) -> SolvedStance:
     """A stance as its back end has it; HopformError for more phases than any recording has."""
     found = DEFAULT.back_end(backend).solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)

@@ -250,8 +250,7 @@ class Experiment:
             if self.kind == "free":
                 start = (at["x1"], at["v1"], at["x"], at["v"])
                 return motion.drop(_leg_robot(self, unit), start, under, fine, self.backend).states
-            start = (at["x"], at["v"], 0.0, 0.0)
-            return motion.stance(_actuator_robot(self, unit), start, under, fine, self.backend).states
+            return motion.states(_actuator_robot(self, unit), (at["x"], at["v"], 0.0, 0.0), under, fine, self.backend)
 
         states = moved(force)
         (x, v, height), leg = states.T[:3], self.kind == "free"

@@ -84,11 +84,11 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     return begin + start, begin + last
 
 
-def rest_of(values: Array) -> float:
-    """Where a body comes to rest, by the last twentieth; where it oscillates to the end, the middle of its last half
-    periods.
+def rest_of(values: Array, share: int = 20) -> float:
+    """Where a body comes to rest, by the last of so many parts; where it oscillates to the end, the middle of its last
+    half periods.
     """
-    tail, last = values[-max(values.size // 20, 5) :], calm(values)[values.size // 2 :]
+    tail, last = values[-max(values.size // share, 5) :], calm(values)[values.size // 2 :]
     middle, whole = 0.5 * float(last.max() + last.min()), float(np.ptp(values))
     crossings = np.count_nonzero(np.diff(np.signbit(last - middle)))
     if crossings >= 3 and float(np.ptp(last)) > 0.5 * whole and float(np.ptp(tail)) > 0.1 * whole:

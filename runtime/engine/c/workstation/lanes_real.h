@@ -325,8 +325,8 @@ LANES_CODE static void guess_crossings(lanes *restrict w, int s)
     for (int l = 0; l < LANES; l++) {
         const ends_of_lane ends = look_there(w, &poles, s, l);
         const real rounding = rounding_of_real(&ends.g, &ends.high, ends.to.rate);
-        const bool is = has_crossed_real(&ends.to, w->end_t[l], rounding, w->found[l] < 0.0) & !is_found(w, s, l);
-        crossed[l] = w->turn[l] * flag(is);
+        const bool has = has_crossed_real(&ends.to, w->end_t[l], rounding, w->found[l] < 0.0);
+        crossed[l] = w->turn[l] * flag(has) * flag(!is_found(w, s, l));
         going[l] = crossed[l];
         share[l] = rough_root_real(&ends.from, &ends.to, w->end_t[l]);
     }
@@ -455,11 +455,11 @@ LANES_CODE static void certify(lanes *restrict w, int s)
         const ends_of_lane ends = look_there(w, &poles, s, l);
         const real h = w->end_t[l];
         const real rounding = rounding_of_real(&ends.g, &ends.high, ends.to.rate);
-        const bool closed =
-            (quiet_time_of_ringing_real(&poles, &ends.from, rounding) > h)
-            | has_no_root_by_pair_real(&poles, &ends.g, &ends.high, &ends.from, &ends.to)
-            | is_held_up_by_bernstein_real(&poles, &ends.g, &ends.from, &ends.to, h, is_found(w, s, l), rounding);
-        w->sure[l] -= open[l] * flag(!closed);
+        const bool quiet = quiet_time_of_ringing_real(&poles, &ends.from, rounding) > h;
+        const bool none = has_no_root_by_pair_real(&poles, &ends.g, &ends.high, &ends.from, &ends.to);
+        const bool held =
+            is_held_up_by_bernstein_real(&poles, &ends.g, &ends.from, &ends.to, h, is_found(w, s, l), rounding);
+        w->sure[l] -= open[l] * flag(!(quiet | none | held));
     }
 }
 
@@ -472,8 +472,8 @@ LANES_CODE static void meet_stops(lanes *restrict w)
         const hopform_state_real from = one_state(&w->from_stop, l);
         const hopform_motion_real motion = one_motion(&w->motion, l);
         const hopform_basis_real basis = one_basis(&w->end, l);
-        const bool past = is_beyond_stop_real(&motion, &from, side, &basis) & hopform_is_finite_real(from.x1);
-        w->stops[l] = w->sure[l] * fabs_real(side) * flag(past);
+        const bool past = is_beyond_stop_real(&motion, &from, side, &basis);
+        w->stops[l] = w->sure[l] * fabs_real(side) * flag(past) * flag(hopform_is_finite_real(from.x1));
         w->going[l] = w->stops[l];
         w->low[l] = 0.0;
         w->high[l] = w->end_t[l];
@@ -489,8 +489,9 @@ LANES_CODE static void meet_stops(lanes *restrict w)
         const hopform_basis_real before = one_basis(&w->end, l);
         const bool other = (w->found[l] >= 0.0) | !(w->end_t[l] < w->limit[l]);
         const bool tied = other & (w->end_t[l] <= w->t[l] * (1.0 + 8.0 * HOPFORM_EPS_real));
-        const bool late = is_found(w, 0, l) & is_late_real(&before);
-        const bool meets = (w->stops[l] > 0.0) & !((w->going[l] > 0.0) | tied | late);
+        const bool takes_off = is_found(w, 0, l);
+        const bool late = is_late_real(&before);
+        const bool meets = (w->stops[l] > 0.0) & !((w->going[l] > 0.0) | tied | (takes_off & late));
         w->sure[l] -= w->stops[l] * flag(!meets);
         w->stops[l] = flag(meets);
         keep_basis(&w->end, l, meets, &basis);
