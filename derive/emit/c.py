@@ -75,12 +75,14 @@ class C:
         return f"{self.type(member.type)} {member.name}{many};".replace("* ", "*")
 
     def signature(self, function: Function) -> str:
-        arguments = ", ".join(
+        arguments = [
             f"const {self.type(a.name)} *{argument_name(a)}" if isinstance(a, Record) else f"real {a.name}"
             for a in function.takes
-        )
+        ]
         returns = self.type(function.returns.name) if isinstance(function.returns, Record) else "real"
-        return f"{returns} hopform_{function.name}_real({arguments})"
+        begins = f"{returns} hopform_{function.name}_real("
+        between = ", " if len(begins + ", ".join(arguments)) < 100 else ",\n    "
+        return f"{begins}{between.join(arguments)})"
 
     def body(self, function: Function) -> Iterator[str]:
         for argument, symbols in function.arguments():

@@ -118,7 +118,10 @@ def _texts(options: Options) -> dict[Path, str]:
             text = environment.get_template(name).render(context, c=C(precision or F64))
             text = _spelled(target, text, options, precision)
             text = documented(text) if target.startswith("c/include/") else text
-            text = text.replace(HEADER_MARK, HEADER.format(f"templates/{name}"))
+            header = HEADER.format(f"templates/{name}")
+            if target.endswith(".py"):  # on two lines, for its width
+                header = header.replace(f" {LICENCE_LINE}", f"\n# {LICENCE_LINE}")
+            text = text.replace(HEADER_MARK, header)
             texts[path] = "\n".join(line.rstrip() for line in text.split("\n"))
     return texts | _instances(options)
 

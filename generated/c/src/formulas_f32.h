@@ -305,7 +305,11 @@ static inline hopform_rates_f32 hopform_rates_of_f32(const hopform_robot_f32 *ro
 }
 
 /* Constant accelerations of a phase. */
-static inline hopform_drive_f32 hopform_drive_of_f32(const hopform_robot_f32 *robot, const hopform_rates_f32 *rates, float u, float side_1, float side_2)
+static inline hopform_drive_f32 hopform_drive_of_f32(const hopform_robot_f32 *robot,
+    const hopform_rates_f32 *rates,
+    float u,
+    float side_1,
+    float side_2)
 {
     const float f1 = robot->f1, f2 = robot->f2;
     const float a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_0 = rates->a2_0;
@@ -316,7 +320,9 @@ static inline hopform_drive_f32 hopform_drive_of_f32(const hopform_robot_f32 *ro
 }
 
 /* Numerators of the motion with both slipping. */
-static inline hopform_motion_f32 hopform_motion_of_both_f32(const hopform_rates_f32 *rates, const hopform_drive_f32 *drive, const hopform_state_f32 *state)
+static inline hopform_motion_f32 hopform_motion_of_both_f32(const hopform_rates_f32 *rates,
+    const hopform_drive_f32 *drive,
+    const hopform_state_f32 *state)
 {
     const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a1_v2 = rates->a1_v2, a2_y = rates->a2_y;
     const float a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2, s_3 = rates->s_3;
@@ -339,7 +345,9 @@ static inline hopform_motion_f32 hopform_motion_of_both_f32(const hopform_rates_
 }
 
 /* Numerators of the motion with actuator slipping. */
-static inline hopform_motion_f32 hopform_motion_of_actuator_f32(const hopform_rates_f32 *rates, const hopform_drive_f32 *drive, const hopform_state_f32 *state)
+static inline hopform_motion_f32 hopform_motion_of_actuator_f32(const hopform_rates_f32 *rates,
+    const hopform_drive_f32 *drive,
+    const hopform_state_f32 *state)
 {
     const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, q_1 = rates->q_1;
     const float C_1 = drive->C_1;
@@ -361,7 +369,9 @@ static inline hopform_motion_f32 hopform_motion_of_actuator_f32(const hopform_ra
 }
 
 /* Numerators of the motion with body slipping. */
-static inline hopform_motion_f32 hopform_motion_of_body_f32(const hopform_rates_f32 *rates, const hopform_drive_f32 *drive, const hopform_state_f32 *state)
+static inline hopform_motion_f32 hopform_motion_of_body_f32(const hopform_rates_f32 *rates,
+    const hopform_drive_f32 *drive,
+    const hopform_state_f32 *state)
 {
     const float a2_y = rates->a2_y, a2_v2 = rates->a2_v2, q_2 = rates->q_2;
     const float C_2 = drive->C_2;
@@ -393,7 +403,9 @@ static inline hopform_friction_f32 hopform_friction_of_f32(const hopform_robot_f
 }
 
 /* Free accelerations of both masses. */
-static inline hopform_free_f32 hopform_free_accelerations_f32(const hopform_rates_f32 *rates, const hopform_state_f32 *state, float u)
+static inline hopform_free_f32 hopform_free_accelerations_f32(const hopform_rates_f32 *rates,
+    const hopform_state_f32 *state,
+    float u)
 {
     const float a1_y = rates->a1_y, a1_v2 = rates->a1_v2, a1_u = rates->a1_u, a1_0 = rates->a1_0;
     const float a2_y = rates->a2_y, a2_v1 = rates->a2_v1, a2_0 = rates->a2_0;
@@ -405,7 +417,8 @@ static inline hopform_free_f32 hopform_free_accelerations_f32(const hopform_rate
 }
 
 /* Numerator of the free acceleration of mass 1 while it is held. */
-static inline hopform_numerator_f32 hopform_free_numerator_1_f32(const hopform_rates_f32 *rates, const hopform_motion_f32 *motion)
+static inline hopform_numerator_f32 hopform_free_numerator_1_f32(const hopform_rates_f32 *rates,
+    const hopform_motion_f32 *motion)
 {
     const float a1_y = rates->a1_y, a1_v2 = rates->a1_v2;
     const float H3_2 = motion->H3_2, H2_2 = motion->H2_2, H1_2 = motion->H1_2, H3_y = motion->H3_y;
@@ -418,7 +431,8 @@ static inline hopform_numerator_f32 hopform_free_numerator_1_f32(const hopform_r
 }
 
 /* Numerator of the free acceleration of mass 2 while it is held. */
-static inline hopform_numerator_f32 hopform_free_numerator_2_f32(const hopform_rates_f32 *rates, const hopform_motion_f32 *motion)
+static inline hopform_numerator_f32 hopform_free_numerator_2_f32(const hopform_rates_f32 *rates,
+    const hopform_motion_f32 *motion)
 {
     const float a2_y = rates->a2_y, a2_v1 = rates->a2_v1;
     const float H3_1 = motion->H3_1, H2_1 = motion->H2_1, H1_1 = motion->H1_1, H3_y = motion->H3_y;
@@ -439,7 +453,10 @@ static inline float hopform_residue_f32(const hopform_poles_f32 *poles)
 }
 
 /* W from exp(-a t) and R. */
-static inline hopform_basis_f32 hopform_split_f32(const hopform_poles_f32 *poles, float chi, const hopform_decay_f32 *decay, const hopform_pair_f32 *pair)
+static inline hopform_basis_f32 hopform_split_f32(const hopform_poles_f32 *poles,
+    float chi,
+    const hopform_decay_f32 *decay,
+    const hopform_pair_f32 *pair)
 {
     const float a = poles->a, p = poles->p, q = poles->q;
     const float e = decay->e, e1 = decay->e1, e2 = decay->e2;
@@ -454,7 +471,10 @@ static inline hopform_basis_f32 hopform_split_f32(const hopform_poles_f32 *poles
 }
 
 /* W while exp(-a t) is near 1. */
-static inline float hopform_split_soon_f32(const hopform_poles_f32 *poles, float chi, const hopform_decay_f32 *decay, const hopform_pair_f32 *pair)
+static inline float hopform_split_soon_f32(const hopform_poles_f32 *poles,
+    float chi,
+    const hopform_decay_f32 *decay,
+    const hopform_pair_f32 *pair)
 {
     const float a = poles->a, q = poles->q;
     const float e1 = decay->e1;
@@ -464,7 +484,9 @@ static inline float hopform_split_soon_f32(const hopform_poles_f32 *poles, float
 }
 
 /* Integrals of R where q t^2 is not small. */
-static inline hopform_pair_integrals_f32 hopform_pair_by_quotient_f32(const hopform_poles_f32 *poles, const hopform_pair_core_f32 *pair_core, float t)
+static inline hopform_pair_integrals_f32 hopform_pair_by_quotient_f32(const hopform_poles_f32 *poles,
+    const hopform_pair_core_f32 *pair_core,
+    float t)
 {
     const float p = poles->p, q = poles->q;
     const float R = pair_core->R, turned = pair_core->turned;
@@ -476,7 +498,9 @@ static inline hopform_pair_integrals_f32 hopform_pair_by_quotient_f32(const hopf
 }
 
 /* R, its derivative and first integral from its two highest integrals. */
-static inline hopform_known_pair_f32 hopform_pair_from_series_f32(const hopform_poles_f32 *poles, const hopform_pair_series_f32 *pair_series, float t)
+static inline hopform_known_pair_f32 hopform_pair_from_series_f32(const hopform_poles_f32 *poles,
+    const hopform_pair_series_f32 *pair_series,
+    float t)
 {
     const float p = poles->p, q = poles->q;
     const float R2 = pair_series->R2, R3 = pair_series->R3;
@@ -488,7 +512,9 @@ static inline hopform_known_pair_f32 hopform_pair_from_series_f32(const hopform_
 }
 
 /* W, its derivatives and first integral from its three highest integrals. */
-static inline hopform_known_basis_f32 hopform_all_from_series_f32(const hopform_poles_f32 *poles, const hopform_series_f32 *series, float t)
+static inline hopform_known_basis_f32 hopform_all_from_series_f32(const hopform_poles_f32 *poles,
+    const hopform_series_f32 *series,
+    float t)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const float W2 = series->W2, W3 = series->W3, W4 = series->W4;
@@ -514,7 +540,8 @@ static inline hopform_shifted_f32 hopform_shift_f32(const hopform_poles_f32 *pol
 }
 
 /* W from the series around the mean root. */
-static inline hopform_response_f32 hopform_unshift_f32(float sigma, const hopform_shifted_series_f32 *shifted_series)
+static inline hopform_response_f32 hopform_unshift_f32(float sigma,
+    const hopform_shifted_series_f32 *shifted_series)
 {
     const float Vdd = shifted_series->Vdd, Vd = shifted_series->Vd, V = shifted_series->V;
     const float decay = shifted_series->decay;
@@ -526,7 +553,9 @@ static inline hopform_response_f32 hopform_unshift_f32(float sigma, const hopfor
 }
 
 /* The integrals of W where the poles are close together and none is slow. */
-static inline hopform_integrals_f32 hopform_integrals_by_recursion_f32(const hopform_poles_f32 *poles, const hopform_response_f32 *response, float t)
+static inline hopform_integrals_f32 hopform_integrals_by_recursion_f32(const hopform_poles_f32 *poles,
+    const hopform_response_f32 *response,
+    float t)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const float Wdd = response->Wdd, Wd = response->Wd, W = response->W;
@@ -537,7 +566,8 @@ static inline hopform_integrals_f32 hopform_integrals_by_recursion_f32(const hop
 }
 
 /* Deflated numerator: the factor s + a divided out. */
-static inline hopform_pair_numerator_f32 hopform_deflated_numerator_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator)
+static inline hopform_pair_numerator_f32 hopform_deflated_numerator_f32(const hopform_poles_f32 *poles,
+    const hopform_numerator_f32 *numerator)
 {
     const float p = poles->p, q = poles->q;
     const float H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
@@ -548,7 +578,9 @@ static inline hopform_pair_numerator_f32 hopform_deflated_numerator_f32(const ho
 }
 
 /* Step response: change of a function of time since the start of the phase. */
-static inline hopform_rise_f32 hopform_step_response_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator, const hopform_basis_f32 *basis)
+static inline hopform_rise_f32 hopform_step_response_f32(const hopform_poles_f32 *poles,
+    const hopform_numerator_f32 *numerator,
+    const hopform_basis_f32 *basis)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const float H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
@@ -564,7 +596,10 @@ static inline hopform_rise_f32 hopform_step_response_f32(const hopform_poles_f32
 }
 
 /* Residual of a function of time to its steady state. */
-static inline float hopform_residual_to_steady_state_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator, const hopform_basis_f32 *basis, float residual_0)
+static inline float hopform_residual_to_steady_state_f32(const hopform_poles_f32 *poles,
+    const hopform_numerator_f32 *numerator,
+    const hopform_basis_f32 *basis,
+    float residual_0)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2;
     const float H3 = numerator->H3, H2 = numerator->H2;
@@ -574,7 +609,9 @@ static inline float hopform_residual_to_steady_state_f32(const hopform_poles_f32
 }
 
 /* W a short time t later. */
-static inline hopform_propagated_f32 hopform_taylor_step_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis, float t)
+static inline hopform_propagated_f32 hopform_taylor_step_f32(const hopform_poles_f32 *poles,
+    const hopform_basis_f32 *basis,
+    float t)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
@@ -600,7 +637,9 @@ static inline hopform_propagated_f32 hopform_taylor_step_f32(const hopform_poles
 }
 
 /* The state at time t of a phase. */
-static inline hopform_at_f32 hopform_state_at_f32(const hopform_state_f32 *state, const hopform_motion_f32 *motion, const hopform_basis_f32 *basis)
+static inline hopform_at_f32 hopform_state_at_f32(const hopform_state_f32 *state,
+    const hopform_motion_f32 *motion,
+    const hopform_basis_f32 *basis)
 {
     const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
     const float H3_1 = motion->H3_1, H2_1 = motion->H2_1, H1_1 = motion->H1_1, H3_2 = motion->H3_2;
@@ -616,7 +655,12 @@ static inline hopform_at_f32 hopform_state_at_f32(const hopform_state_f32 *state
 }
 
 /* Each entry of the ledger over a part of a phase that starts at x_1 = x1_0. */
-static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *robot, const hopform_moments_f32 *moments, float u, float side_1, float side_2, float x1_0)
+static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *robot,
+    const hopform_moments_f32 *moments,
+    float u,
+    float side_1,
+    float side_2,
+    float x1_0)
 {
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
     const float f1 = robot->f1, f2 = robot->f2, gamma2 = robot->gamma2;
@@ -662,7 +706,8 @@ static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, co
 }
 
 /* Energy of the body and of the robot. */
-static inline hopform_energy_f32 hopform_energies_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+static inline hopform_energy_f32 hopform_energies_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state)
 {
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0, c = robot->c, g = robot->g;
     const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
@@ -674,7 +719,9 @@ static inline hopform_energy_f32 hopform_energies_f32(const hopform_robot_f32 *r
 }
 
 /* Change of the body's energy between two states, the AED. */
-static inline float hopform_body_energy_gain_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_at_f32 *at)
+static inline float hopform_body_energy_gain_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    const hopform_at_f32 *at)
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
@@ -702,7 +749,11 @@ static inline float hopform_apex_of_takeoff_f32(const hopform_robot_f32 *robot, 
 }
 
 /* Hop height of the apex over the ground at take-off, from the energies at touchdown and the AED. */
-static inline float hopform_apex_from_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float aed, float x1_T, float step)
+static inline float hopform_apex_from_energy_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    float aed,
+    float x1_T,
+    float step)
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2;
@@ -713,7 +764,11 @@ static inline float hopform_apex_from_energy_f32(const hopform_robot_f32 *robot,
 }
 
 /* The objective of the controller as the paper prints it. */
-static inline float hopform_printed_objective_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float aed, float h_des, float step)
+static inline float hopform_printed_objective_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    float aed,
+    float h_des,
+    float step)
 {
     const float m_s = robot->m_s, g = robot->g;
     const float v2 = state->v2;
@@ -724,7 +779,13 @@ static inline float hopform_printed_objective_f32(const hopform_robot_f32 *robot
 }
 
 /* The same objective with another share of the step, and with the spring coordinate. */
-static inline float hopform_objective_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float aed, float x1_T, float h_des, float lift, float spring)
+static inline float hopform_objective_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    float aed,
+    float x1_T,
+    float h_des,
+    float lift,
+    float spring)
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2;
@@ -744,7 +805,12 @@ static inline float hopform_threshold_current_f32(const hopform_robot_f32 *robot
 }
 
 /* Change of the right sides of (3), (4) with the robot and the current. */
-static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *robot, float u, float side_1, float side_2, const hopform_robot_change_f32 *robot_change, float d_u)
+static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *robot,
+    float u,
+    float side_1,
+    float side_2,
+    const hopform_robot_change_f32 *robot_change,
+    float d_u)
 {
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
     const float gamma2 = robot->gamma2;
@@ -769,7 +835,10 @@ static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *
 }
 
 /* Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c. */
-static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_robot_change_f32 *robot_change, const hopform_state_change_f32 *state_change)
+static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    const hopform_robot_change_f32 *robot_change,
+    const hopform_state_change_f32 *state_change)
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
@@ -785,7 +854,10 @@ static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robo
 }
 
 /* Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0). */
-static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot, float v2, const hopform_robot_change_f32 *robot_change, const hopform_state_change_f32 *state_change)
+static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot,
+    float v2,
+    const hopform_robot_change_f32 *robot_change,
+    const hopform_state_change_f32 *state_change)
 {
     const float g = robot->g;
     const float d_g = robot_change->d_g;
@@ -813,7 +885,10 @@ static inline float hopform_contact_slope_f32(const hopform_robot_f32 *robot, co
 }
 
 /* Change of the contact force over k with the robot and the state. */
-static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_robot_change_f32 *robot_change, const hopform_state_change_f32 *state_change)
+static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    const hopform_robot_change_f32 *robot_change,
+    const hopform_state_change_f32 *state_change)
 {
     (void)robot;
     (void)state;
@@ -850,7 +925,9 @@ static inline float hopform_leg_energy_f32(const hopform_robot_f32 *robot, float
 }
 
 /* Poles and accelerations of the actuator in flight. */
-static inline hopform_flight_rates_f32 hopform_flight_rates_of_f32(const hopform_robot_f32 *robot, const hopform_gains_f32 *gains, float largest)
+static inline hopform_flight_rates_f32 hopform_flight_rates_of_f32(const hopform_robot_f32 *robot,
+    const hopform_gains_f32 *gains,
+    float largest)
 {
     const float m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
     const float Kp = gains->Kp, Kd = gains->Kd;
@@ -864,7 +941,11 @@ static inline hopform_flight_rates_f32 hopform_flight_rates_of_f32(const hopform
 }
 
 /* Acceleration with which a phase of the flight under the law begins. */
-static inline float hopform_acceleration_under_law_f32(const hopform_robot_f32 *robot, const hopform_flight_rates_f32 *flight_rates, float x1, float v1, float side_1)
+static inline float hopform_acceleration_under_law_f32(const hopform_robot_f32 *robot,
+    const hopform_flight_rates_f32 *flight_rates,
+    float x1,
+    float v1,
+    float side_1)
 {
     const float f1 = robot->f1;
     const float p_law = flight_rates->p_law, q_law = flight_rates->q_law, a_free = flight_rates->a_free;
@@ -873,7 +954,11 @@ static inline float hopform_acceleration_under_law_f32(const hopform_robot_f32 *
 }
 
 /* Acceleration with which a phase of the flight at the limit of the current begins. */
-static inline float hopform_acceleration_at_limit_f32(const hopform_robot_f32 *robot, const hopform_flight_rates_f32 *flight_rates, float v1, float side_1, float limit)
+static inline float hopform_acceleration_at_limit_f32(const hopform_robot_f32 *robot,
+    const hopform_flight_rates_f32 *flight_rates,
+    float v1,
+    float side_1,
+    float limit)
 {
     const float f1 = robot->f1;
     const float p_free = flight_rates->p_free, a_free = flight_rates->a_free, a_largest = flight_rates->a_largest;
@@ -882,7 +967,9 @@ static inline float hopform_acceleration_at_limit_f32(const hopform_robot_f32 *r
 }
 
 /* The actuator at time t of a phase of the flight. */
-static inline hopform_actuator_at_f32 hopform_actuator_in_flight_f32(const hopform_actuator_f32 *actuator, const hopform_poles_f32 *poles, const hopform_pair_f32 *pair)
+static inline hopform_actuator_at_f32 hopform_actuator_in_flight_f32(const hopform_actuator_f32 *actuator,
+    const hopform_poles_f32 *poles,
+    const hopform_pair_f32 *pair)
 {
     const float v1 = actuator->v1, acc1 = actuator->acc1;
     const float p = poles->p, q = poles->q;
@@ -896,7 +983,9 @@ static inline hopform_actuator_at_f32 hopform_actuator_in_flight_f32(const hopfo
 }
 
 /* Force that the law demands of the motor at time t of a phase of the flight. */
-static inline hopform_pull_f32 hopform_pull_of_law_f32(const hopform_gains_f32 *gains, const hopform_actuator_f32 *actuator, const hopform_actuator_at_f32 *actuator_at)
+static inline hopform_pull_f32 hopform_pull_of_law_f32(const hopform_gains_f32 *gains,
+    const hopform_actuator_f32 *actuator,
+    const hopform_actuator_at_f32 *actuator_at)
 {
     const float Kp = gains->Kp, Kd = gains->Kd;
     const float x1 = actuator->x1;
@@ -910,7 +999,10 @@ static inline hopform_pull_f32 hopform_pull_of_law_f32(const hopform_gains_f32 *
 }
 
 /* The foot at time t of a phase of the flight. */
-static inline hopform_foot_at_f32 hopform_foot_in_flight_f32(const hopform_robot_f32 *robot, const hopform_ballistic_f32 *ballistic, const hopform_actuator_at_f32 *actuator_at, float t)
+static inline hopform_foot_at_f32 hopform_foot_in_flight_f32(const hopform_robot_f32 *robot,
+    const hopform_ballistic_f32 *ballistic,
+    const hopform_actuator_at_f32 *actuator_at,
+    float t)
 {
     const float g = robot->g;
     const float foot = ballistic->foot, v2 = ballistic->v2;
@@ -960,7 +1052,10 @@ static inline float hopform_velocity_after_impact_f32(const hopform_robot_f32 *r
 }
 
 /* Energy of the body and of the robot in flight. */
-static inline hopform_energy_f32 hopform_flight_energies_f32(const hopform_robot_f32 *robot, float v1, float v2, float hop_height)
+static inline hopform_energy_f32 hopform_flight_energies_f32(const hopform_robot_f32 *robot,
+    float v1,
+    float v2,
+    float hop_height)
 {
     const float m_eff = robot->m_eff, m_s = robot->m_s, L0 = robot->L0, c = robot->c, g = robot->g;
     const float body = 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + hop_height);  /* energy of the body in flight */
@@ -970,7 +1065,13 @@ static inline hopform_energy_f32 hopform_flight_energies_f32(const hopform_robot
 }
 
 /* Each entry of the flight's ledger over a part of a phase. */
-static inline hopform_flight_ledger_f32 hopform_flight_ledger_of_f32(const hopform_robot_f32 *robot, const hopform_gains_f32 *gains, float largest, float x1, float side_1, float limit, const hopform_way_f32 *way)
+static inline hopform_flight_ledger_f32 hopform_flight_ledger_of_f32(const hopform_robot_f32 *robot,
+    const hopform_gains_f32 *gains,
+    float largest,
+    float x1,
+    float side_1,
+    float limit,
+    const hopform_way_f32 *way)
 {
     const float m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1, f1 = robot->f1;
     const float Kp = gains->Kp, Kd = gains->Kd;
