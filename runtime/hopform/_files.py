@@ -12,7 +12,11 @@ import os
 import secrets
 import stat
 from collections.abc import Iterable, Mapping
+from itertools import zip_longest
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from hopform._checks import shown
 from hopform._errors import HopformError, printable
@@ -72,6 +76,15 @@ def rows_of(text: str, source: str) -> list[tuple[int, list[str]]]:
 
 
 # ---- out ----
+
+
+def csv_of(columns: Mapping[str, ArrayLike]) -> str:
+    """Columns as CSV; every number reads back to the same bits, and shorter columns end in empty cells."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip_longest(*(np.asarray(column).tolist() for column in columns.values()), fillvalue=""))
+    return text.getvalue()
 
 
 def check_files(reads: Iterable[Named], writes: Iterable[Named]) -> None:

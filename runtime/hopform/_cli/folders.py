@@ -3,22 +3,20 @@ with captions, data and an animation; `hopform export DIR --for cmake`, the C li
 build system, and `hopform selftest`.
 """
 
-import csv
-import io
 import json as json_module
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform import HopformError, Reachability, Robot, Run, _export, load_robot
 from hopform._checks import shown
 from hopform._cli.output import deliver, renderer, to_json
 from hopform._figures import DRAWN, draw
-from hopform._files import Named, check_files, check_folder, name_of, read_text, write_folder
+from hopform._files import Named, check_files, check_folder, csv_of, name_of, read_text, write_folder
 from hopform._progress import progress_bar
 from hopform._robots import robot_file
 
@@ -164,15 +162,10 @@ def drawn(
 
 def table_of(data: Mapping[str, Any]) -> str:
     """What is drawn as CSV, a column each, SI units and A; shorter ones end in empty cells."""
-    columns = dict(columns_of("", data))
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip_longest(*columns.values(), fillvalue=""))
-    return text.getvalue()
+    return csv_of(dict(columns_of("", data)))
 
 
-def columns_of(name: str, value: Any) -> Iterator[tuple[str, list[Any]]]:
+def columns_of(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
     """The columns of a value: of a run its motion and its hops, of a map its currents, of a record its fields."""
     if isinstance(value, (Run, Reachability)):
         found = value.to_xarray(renderer().run_times(value)) if isinstance(value, Run) else value.to_xarray()
@@ -186,9 +179,9 @@ def columns_of(name: str, value: Any) -> Iterator[tuple[str, list[Any]]]:
         return
     array = np.asarray(value)
     if array.dtype.kind in "fiub" and array.ndim == 2:
-        yield from ((f"{name} {n}", column.tolist()) for n, column in enumerate(array.T))
+        yield from ((f"{name} {n}", column) for n, column in enumerate(array.T))
     elif array.dtype.kind in "fiubU" and array.ndim < 2:
-        yield name, np.atleast_1d(array).tolist()
+        yield name, np.atleast_1d(array)
 
 
 def captions(pictures: "Iterable[Picture]", formats: list[str]) -> str:

@@ -13,7 +13,6 @@ from types import ModuleType
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 from rich import box
 from rich.console import Console, RenderableType
 from rich.table import Table
@@ -109,12 +108,6 @@ def number_or_null(value: float) -> float | None:
 
 
 SCALARS: dict[str, Callable[[Any], Any]] = {"string": str, "integer": int, "boolean": bool, "number": number_or_null}
-
-
-def to_csv(columns: Mapping[str, ArrayLike]) -> str:
-    """Columns as text; every number reads back to the same bits."""
-    arrays = [np.asarray(column, dtype=float).tolist() for column in columns.values()]
-    return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in zip(*arrays, strict=True))]) + "\n"
 
 
 # ---- files, then print ----

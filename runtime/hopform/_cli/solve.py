@@ -17,7 +17,7 @@ from hopform._cli.options import BackendName, ControllerName, Precision
 from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
 from hopform._control import TRIED, check_map
 from hopform._files import Named, name_of
-from hopform._hopping.run import csv_of
+from hopform._hopping.run import csv_of_hops
 from hopform._progress import progress_bar
 from hopform._robots import robot_file
 
@@ -119,7 +119,7 @@ def hop(
     emit(
         lambda: tables.run(run, gains is None, drawn, bands), [*run.warnings, *(drawn.warnings() if drawn else ())],
         (csv, lambda _: tables.run_csv(run, samples)), (plot, lambda path: picture(path, run, over)),
-        (hops_csv, lambda _: csv_of(run.table)), (npz, lambda _: run.archive(samples)),
+        (hops_csv, lambda _: csv_of_hops(run)), (npz, lambda _: run.archive(samples)),
         ("-" if json else None, lambda _: tables.run_json(run, settings, drawn, bands)),
     )  # fmt: skip
 

@@ -12,8 +12,9 @@ from rich.text import Text
 import hopform
 from hopform import Command, Equation, FixedPoint, Hop, PrintedCommand, Reachability, Robot, Run, Stance
 from hopform._cli.bands import Bands, Draws, text_of
-from hopform._cli.output import Record, number, record, spaced, table, to_csv, to_json
+from hopform._cli.output import Record, number, record, spaced, table, to_json
 from hopform._errors import printable
+from hopform._files import csv_of
 from hopform._hopping.run import motion_of
 from hopform._robots import FIELDS
 from hopform._show import UNITS, name_of
@@ -311,10 +312,10 @@ def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
     t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
     force, energy = solved.robot.k * np.asarray(solved.compression(t)), solved.energy(t).body
-    return to_csv({"t": t, **solved.at(t)._asdict(), "F": force, "E": energy, "AED": aed_at(solved, t)})
+    return csv_of({"t": t, **solved.at(t)._asdict(), "F": force, "E": energy, "AED": aed_at(solved, t)})
 
 
 def run_csv(solved: Run, samples: int) -> str:
     """A run over time: uniform times, and those of touchdowns and take-offs."""
     columns = motion_of(solved, solved.times(samples))
-    return to_csv(columns | {"AED": columns["AED"] - columns["AED"][0]})
+    return csv_of(columns | {"AED": columns["AED"] - columns["AED"][0]})

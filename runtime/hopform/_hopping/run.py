@@ -22,7 +22,7 @@ import hopform._checks as checks
 from hopform._checks import by, finite, nonnegative, positive, shaped, shown, times_within
 from hopform._control import home_of
 from hopform._errors import HopformError
-from hopform._files import path_of, write
+from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, name_of, span
@@ -312,7 +312,7 @@ class Run(_Legs):
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table, a line per hop; every number reads back to the same bits."""
-        write([(path_of("path", path), csv_of(self.table).encode())])
+        write([(path_of("path", path), csv_of_hops(self).encode())])
 
     def to_npz(self, path: str | Path, samples: int = 2000) -> None:
         """Write a NumPy archive: `arrays(samples)`."""
@@ -604,8 +604,6 @@ def motion_of(run: Run, t: Array) -> dict[str, Any]:
     return {"t": t} | {short.get(name, name): values for name, values in moving.items()}
 
 
-def csv_of(table: NDArray[Any]) -> str:
-    """The table of a run as text, a line per hop; every number reads back to the same bits."""
-    lines = [",".join(table.dtype.names or ())]
-    lines += [",".join(repr(each) if isinstance(each, float) else str(each) for each in row) for row in table.tolist()]
-    return "\n".join(lines) + "\n"
+def csv_of_hops(run: Run) -> str:
+    """The table of a run as CSV, a line per hop."""
+    return csv_of({name: run.table[name] for name, _, _ in COLUMNS})
