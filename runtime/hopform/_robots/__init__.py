@@ -10,7 +10,9 @@ import math
 import os
 import re
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, cast
@@ -104,10 +106,9 @@ def provenance_from(value: object) -> Provenance:
         rows = _array("covariance", covariance, (count, count)) if count or covariance else values.reshape(0, 0)
         _refuse_no_covariance(rows)
         low, high = (_array(name, table[name], (count,), finite=False) for name in ("low", "high"))
-        _check_text("base", table["base"])
+        base, white = _text("base", table["base"]), flag("white", table["white"])
         numbers, lows, highs = (tuple(each.tolist()) for each in (values, low, high))
-        covariance = tuple(map(tuple, rows.tolist()))
-        return Provenance(names, numbers, lows, highs, covariance, known, table["base"], flag("white", table["white"]))
+        return Provenance(names, numbers, lows, highs, tuple(map(tuple, rows.tolist())), known, base, white)
     except HopformError as error:
         raise HopformError(f"[fit] {error}") from None
 
@@ -173,14 +174,12 @@ class Robot(CheckedRobot):
     solver: ClassVar[Solver] = DEFAULT
 
     def __post_init__(self) -> None:
-        for field in FIELDS:
-            object.__setattr__(self, field.name, _checked(field, getattr(self, field.name)))
+        for name, check in CHECKS.items():
+            object.__setattr__(self, name, check(getattr(self, name)))
         try:
             super().__post_init__()
         except ValueError as error:
             raise HopformError(str(error)) from None
-        for key in ("name", "description"):
-            _check_text(key, getattr(self, key))
 
     @staticmethod
     def fields() -> tuple[records.Field, ...]:
@@ -212,14 +211,15 @@ class Robot(CheckedRobot):
         return tuple(replace(self, **each, fit=None) for each in drawn)  # type: ignore[arg-type]
 
 
-def _check_text(key: str, text: object) -> None:
-    """HopformError for what is no text, or none that a file can hold."""
+def _text(key: str, text: object) -> str:
+    """The text; HopformError for what is none, or none that a file can hold."""
     if not isinstance(text, str):
         raise HopformError(f"{key} must be a text, got {shown(text)}")
     try:
         text.encode()
     except UnicodeEncodeError:
         raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
+    return text
 
 
 def _checked(field: records.Field, value: object) -> float:
@@ -228,6 +228,13 @@ def _checked(field: records.Field, value: object) -> float:
     if (reason := checked.refusal(field, number)) is not None:
         raise HopformError(reason)
     return number
+
+
+CHECKS: dict[str, Callable[[object], object]] = {
+    **{field.name: partial(_checked, field) for field in FIELDS},
+    **{key: partial(_text, key) for key in ("name", "description")},
+}
+"""What a robot's fields but `fit` have to pass; each check returns the value as the robot keeps it."""
 
 
 def checked_robot(robot: object) -> Robot:
@@ -267,20 +274,15 @@ def robot_file(name_or_path: str | Path) -> Path | None:
 def robot_from_toml(text: str, source: str = "TOML") -> Robot:
     """The robot of a TOML text; `source` is what errors call it."""
     table = _table(text, source)
-    known = {field.name: field for field in FIELDS}
+    checks: dict[str, Callable[[Any], Any]] = {**CHECKS, "fit": provenance_from}
     for key, value in table.items():
-        where = f"({source}, line {_line_of(key, text)})"
         try:
-            if key in ("name", "description"):
-                _check_text(key, value)
-            elif key == "fit":
-                table[key] = provenance_from(value)
-            elif key in known:
-                _checked(known[key], value)
-            else:
-                raise HopformError(f"unknown parameter {shown(key)}{nearest(key, [*known, 'name'])}")
+            if key not in checks:
+                known = [*(field.name for field in FIELDS), "name"]
+                raise HopformError(f"unknown parameter {shown(key)}{nearest(key, known)}")
+            table[key] = checks[key](value)
         except HopformError as error:
-            raise HopformError(f"{error} {where}") from None
+            raise HopformError(f"{error} ({source}, line {_line_of(key, text)})") from None
     missing = [field.name for field in records.ROBOT_FIELDS if field.default is None and field.name not in table]
     if missing:
         raise HopformError(f"{source} lacks {', '.join(missing)}")
@@ -313,4 +315,4 @@ def nearest(word: str, known: list[str]) -> str:
     return f", did you mean {close[0]!r}?" if close else ""
 
 
-assert {each.name for each in fields(Robot)} == {each.name for each in FIELDS} | {"name", "description", "fit"}
+assert {each.name for each in fields(Robot)} == {*CHECKS, "fit"}
