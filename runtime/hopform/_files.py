@@ -11,7 +11,8 @@ import io
 import os
 import secrets
 import stat
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
+from contextlib import contextmanager
 from itertools import zip_longest
 from pathlib import Path
 
@@ -39,6 +40,15 @@ def path_of(name: str, value: object) -> Path:
     raise HopformError(f"{name} must be a path, got {shown(value)}")
 
 
+@contextmanager
+def _possible(path: str | Path, what: str) -> Generator[None, None, None]:
+    """HopformError where the system refuses what is done: `path` cannot be read, written, made."""
+    try:
+        yield
+    except OSError as error:
+        raise HopformError(f"{name_of(path)} cannot be {what}: {error.strerror}") from None
+
+
 def _at_once(name: str, flags: int) -> int:
     """Open a file without waiting for the other end of a pipe."""
     return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
@@ -49,13 +59,10 @@ def _at_once(name: str, flags: int) -> int:
 
 def read_text(path: Path, most: int = LARGEST) -> str:
     """The text of a file of at most `most` bytes; HopformError says why it cannot be read."""
-    try:
-        with open(path, "rb", opener=_at_once) as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise HopformError(f"{name_of(path)} cannot be read: it is no regular file")
-            raw = file.read(most + 1)
-    except OSError as error:
-        raise HopformError(f"{name_of(path)} cannot be read: {error.strerror}") from None
+    with _possible(path, "read"), open(path, "rb", opener=_at_once) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise HopformError(f"{name_of(path)} cannot be read: it is no regular file")
+        raw = file.read(most + 1)
     if len(raw) > most:
         raise HopformError(f"{name_of(path)} cannot be read: it has more than {most} bytes")
     try:
@@ -105,7 +112,7 @@ def check_files(reads: Iterable[Named], writes: Iterable[Named]) -> None:
 def check_writable(path: Path) -> None:
     """HopformError for a folder, for a file that may not be written, and for one in a folder where none can be made."""
     target = Path(os.path.realpath(path))
-    try:
+    with _possible(path, "written"):
         mode = target.stat().st_mode if target.exists() else None
         if mode is not None and stat.S_ISDIR(mode):
             raise HopformError(f"{name_of(path)} cannot be written: it is a folder")
@@ -115,20 +122,16 @@ def check_writable(path: Path) -> None:
             raise HopformError(f"{name_of(path)} cannot be written: there is no folder {name_of(path.parent)}")
         if mode is None or stat.S_ISREG(mode):
             _written_aside(target.parent, b"").unlink()
-    except OSError as error:
-        raise HopformError(f"{name_of(path)} cannot be written: {error.strerror}") from None
 
 
 def check_folder(folder: Path) -> None:
     """HopformError unless a folder is there, or can be made with those above it, and files can be made in it."""
-    try:
+    with _possible(folder, "made"):
         folder.exists()  # which raises for a name that no folder can have
         place = next(each for each in (folder, *folder.parents) if os.path.lexists(each))
         if not place.is_dir():
             raise HopformError(f"{name_of(folder)} cannot be made: {name_of(place)} is a file, not a folder")
         _written_aside(place, b"").unlink()
-    except OSError as error:
-        raise HopformError(f"{name_of(folder)} cannot be made: {error.strerror}") from None
 
 
 def are_one(first: str | Path, second: str | Path) -> bool:
@@ -141,22 +144,21 @@ def are_one(first: str | Path, second: str | Path) -> bool:
 def write(files: Iterable[tuple[Path, bytes]]) -> None:
     """Write all files aside, then rename them all; a device is written as it is, if somebody reads it."""
     asides = list[tuple[Path, Path, Path]]()
-    path = Path()
     try:
         for path, content in files:
-            target = Path(os.path.realpath(path))
-            if target.exists() and not target.is_file():
-                with open(target, "wb", opener=_at_once) as file:
-                    os.set_blocking(file.fileno(), True)
-                    file.write(content)
-                continue
-            asides.append((path, _written_aside(target.parent, content), target))
-            if target.exists():
-                asides[-1][1].chmod(stat.S_IMODE(target.stat().st_mode))
-        for path, aside, target in asides:  # noqa: B007, `path` is the one that the message names
-            aside.replace(target)
-    except OSError as error:
-        raise HopformError(f"{name_of(path)} cannot be written: {error.strerror}") from None
+            with _possible(path, "written"):
+                target = Path(os.path.realpath(path))
+                if target.exists() and not target.is_file():
+                    with open(target, "wb", opener=_at_once) as file:
+                        os.set_blocking(file.fileno(), True)
+                        file.write(content)
+                    continue
+                asides.append((path, _written_aside(target.parent, content), target))
+                if target.exists():
+                    asides[-1][1].chmod(stat.S_IMODE(target.stat().st_mode))
+        for path, aside, target in asides:
+            with _possible(path, "written"):
+                aside.replace(target)
     finally:
         for _, aside, _ in asides:
             aside.unlink(missing_ok=True)
@@ -168,15 +170,14 @@ def write_folder(folder: Path, files: Mapping[Path, bytes]) -> None:
     try:
         for place in sorted({folder, *(folder / path.parent for path in files)}):
             for each in reversed([each for each in (place, *place.parents) if not each.exists()]):
-                each.mkdir()
+                with _possible(folder, "made"):
+                    each.mkdir()
                 made.append(each)
         write((folder / path, content) for path, content in files.items())
-    except (OSError, HopformError) as error:
+    except HopformError:
         for each in reversed(made):
             each.rmdir()
-        if isinstance(error, HopformError):
-            raise
-        raise HopformError(f"{name_of(folder)} cannot be made: {error.strerror}") from None
+        raise
 
 
 def _written_aside(folder: Path, content: bytes) -> Path:
