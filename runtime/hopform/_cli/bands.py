@@ -7,7 +7,7 @@ A controller has the fitted robot, the one that hops is drawn. A band goes from 
 # matplotlib's own annotations leave the type of **kwargs open.
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -48,7 +48,7 @@ def text_of(band: Bands, scale: float = 100.0, form: str = ".4g") -> str:
     return text if band.share == 1.0 else f"{text} ({100.0 * band.share:.3g} % of robots)"
 
 
-def shade(axes: "Axes", x: Array, *several: Bands, one_each: bool = False) -> None:
+def shade(x: Array, several: Sequence[Bands], one_each: bool, axes: "Axes") -> None:
     """Shade bands [m] over x, in cm, or draw a bar for each; the legend of the panel has them, or one of their own."""
     from hopform._figures import plots
 

@@ -32,9 +32,6 @@ Over = Callable[[Any], None]
 Readable = Callable[[], Iterable[RenderableType]]
 Content = Callable[[Path], str | bytes]
 """What makes the content of the file of that name."""
-Files = Sequence[tuple[Path, bytes]]
-"""Files to be written, each with what is in it."""
-Rows = Iterable[Sequence[str]]
 
 UNBROKEN = 240
 """Columns that a line may have where no terminal limits it."""
@@ -45,7 +42,7 @@ PROSE = ("title", "meaning")
 """Columns of a table that may be broken into lines where a terminal is narrow."""
 
 
-def table(title: str, columns: Sequence[str], rows: Rows, words: Iterable[str] = ()) -> Table:
+def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], words: Iterable[str] = ()) -> Table:
     """A table; columns hold numbers, at the right, but for those in `words`. A long one leaves out its middle and says
     so.
     """
@@ -146,7 +143,7 @@ def emit(readable: Readable, warnings: Iterable[str], *wanted: tuple[str | Path 
     deliver(files, warnings, printed, readable)
 
 
-def deliver(files: Files, warnings: Iterable[str], printed: str, readable: Readable) -> None:
+def deliver(files: Sequence[tuple[Path, bytes]], warnings: Iterable[str], printed: str, readable: Readable) -> None:
     """Write the files, then print: warnings on the error stream; the text if there is one, else the tables and which
     files were written.
     """

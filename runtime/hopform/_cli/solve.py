@@ -4,6 +4,7 @@ draws.
 
 import math
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -109,11 +110,8 @@ def hop(
         run = hopform.simulate(hopper, ground, asked, **how, progress=progress)
     bands = bands_of(drawn.runs(ground, asked, how)) if drawn else None
 
-    def over(axes: Any) -> None:
-        apexes = [hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops]
-        if bands:
-            shade(axes, np.array(apexes), bands, one_each=True)
-
+    apexes = np.array([hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops])
+    over = partial(shade, apexes, (bands,), True) if bands else None
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None}
     settings |= {"h_des": h_des, "seed": seed}
     emit(
@@ -147,7 +145,7 @@ def control(
     def over(axes: Any) -> None:
         if drawn:
             u, _ = found.curve()
-            shade(axes, u, bands(drawn, u))
+            shade(u, (bands(drawn, u),), False, axes)
 
     band = bands(drawn, found.u).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
@@ -180,10 +178,7 @@ def reach(
         found = hopform.reachability(hopper, range_of_h, range_of_u, **how, progress=advance)
     bands = drawn.maps(range_of_h, range_of_u, how) if drawn else None
 
-    def over(axes: Any) -> None:
-        if bands:
-            shade(axes, 100.0 * range_of_h, bands["lowest"], bands["highest"])
-
+    over = partial(shade, 100.0 * range_of_h, (bands["lowest"], bands["highest"]), False) if bands else None
     emit(
         lambda: tables.reach(found, drawn, bands), drawn.warnings() if drawn else (),
         (plot, lambda path: picture(path, found, over)),

@@ -430,7 +430,7 @@ def reach_panel(axes: Axes, found: Reachability) -> None:
     heights, apex = 100.0 * found.heights, 100.0 * found.apex
     ends = (heights, 100.0 * found.lowest, 100.0 * found.highest)
     axes.fill_between(*ends, color=PALE_BLUE, alpha=0.35, label="reachable")
-    colours = ScalarMappable(Normalize(*limits(found.currents)), "viridis")
+    colours = colours_of(found.currents, "viridis")
     for u, column, inside, beyond in zip(found.currents, apex.T, found.admissible.T, found.limited.T, strict=True):
         axes.plot(heights, np.where(inside, column, np.nan), color=colours.to_rgba(u), linewidth=0.6)
         axes.plot(heights, np.where(beyond, column, np.nan), color=GREY, linewidth=0.5)
@@ -445,10 +445,10 @@ def reach_panel(axes: Axes, found: Reachability) -> None:
     axes.set(xlabel="apex [cm]", ylabel="next apex [cm]")
 
 
-def limits(values: Curve) -> tuple[float, float]:
-    """The ends of a colour bar, which are apart."""
+def colours_of(values: Curve, scale: str) -> ScalarMappable:
+    """The colours of values on a scale of matplotlib, whose ends are apart."""
     low, high = float(np.min(values)), float(np.max(values))
-    return (low, high) if low < high else (low - 0.5, high + 0.5)
+    return ScalarMappable(Normalize(low, high) if low < high else Normalize(low - 0.5, high + 0.5), scale)
 
 
 def plot_command(figure: Figure, found: Command) -> None:

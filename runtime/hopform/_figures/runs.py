@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -21,7 +19,7 @@ from hopform import Errors, HopformError, Reachability, Robot, Run, choose_curre
 from hopform._control import home_of
 from hopform._figures import plots
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, movable, panels, rms, scale, volts
-from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, limits
+from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, colours_of
 from hopform.controllers import AsPrinted, FeedForward, ReturnMap, Touchdown
 from hopform.terrain import Heights, flat, uniform
 
@@ -264,9 +262,11 @@ def actuated(robot: Robot) -> Drawn:
 
 def energies(run: Run) -> tuple[dict[str, Any], Figure]:
     """Parts and sum of the body's energy over a run, with the sum as (24) predicts it; and these numbers."""
-    t = np.asarray(plots.run_times(run), dtype=float)
-    kinetic, weight, spring = parts(run, t)
-    energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
+    t, robot = np.asarray(plots.run_times(run), dtype=float), run.robot
+    state, energy, predicted = run.at(t), np.asarray(run.energy(t).body), np.asarray(run.aed(t))
+    kinetic = 0.5 * robot.m_s * np.asarray(state.v2) ** 2
+    weight = robot.m_s * robot.g * np.asarray(state.x2)
+    spring = energy - kinetic - weight
     figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
     lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
     marks: dict[str, Any] = {"color": plots.BLACK, "markersize": 3.5, "label": "take-off"}
@@ -287,14 +287,6 @@ def energies(run: Run) -> tuple[dict[str, Any], Figure]:
     return data, figure
 
 
-def parts(run: Run, t: Array) -> tuple[Array, Array, Array]:
-    """Kinetic energy of the body, that of its weight, and what is left of its energy: the spring's share [J]."""
-    state, robot = run.at(t), run.robot
-    kinetic = 0.5 * robot.m_s * np.asarray(state.v2) ** 2
-    weight = robot.m_s * robot.g * np.asarray(state.x2)
-    return kinetic, weight, np.asarray(run.energy(t).body) - kinetic - weight
-
-
 # ---- the next apex over the current one ----
 
 
@@ -302,7 +294,7 @@ def family_of_maps(robot: Robot) -> Drawn:
     """Fig. 5: a family of return maps, one per control action."""
     currents = np.array([0.0, *np.linspace(0.5, 1.0, 6) * movable(robot).u_max])
     reach = reachability(robot, scale(robot) * np.linspace(0.02, 0.36, 171), currents)
-    colours = ScalarMappable(Normalize(*limits(currents)), "viridis_r")
+    colours = colours_of(currents, "viridis_r")
     free = np.where(reach.admissible, 100 * reach.apex, np.nan)
     stopped = np.where(beside(reach.limited), 100 * reach.apex, np.nan)
     silent, held = np.isnan(reach.apex).any(axis=1), np.isfinite(reach.hold)
@@ -318,9 +310,7 @@ def family_of_maps(robot: Robot) -> Drawn:
         label = f"{words} {volts(robot)}"
         axes.annotate(label, end, (3, 0), textcoords="offset points", va="center", fontsize=8)
     axes.figure.colorbar(colours, ax=axes, label=f"input [{volts(robot)}]", pad=0.08)
-    fixed_points(axes, reach)
-    diagonal(axes, reach)
-    legend(axes)
+    returned(axes, reach)
     half = 0.2 * scale(robot)
     points = "; ".join(
         f"{cm(each.height)} at {each.u:g} {volts(robot)} (multiplier {each.multiplier:.2f})"
@@ -355,9 +345,7 @@ def bounds_of_map(robot: Robot) -> Drawn:
     hollow: dict[str, Any] = {"markersize": 4.5, "markerfacecolor": "none"}
     axes.plot(100 * seen, 100 * most, "^", color=BLUE, label="hops, most current", **hollow)
     axes.plot(100 * seen, 100 * least, "v", color=MAGENTA, label="hops, no current", **hollow)
-    fixed_points(axes, reach)
-    diagonal(axes, reach)
-    legend(axes)
+    returned(axes, reach)
     top = next((point for point in reach.fixed_points if point.u == robot.u_max), None)
     back = top and f"{cm(top.height)} is given back (multiplier {top.multiplier:.2f})"
     holds = f"at {robot.u_max:g} {volts(robot)} {back}" if back else "none is held"
@@ -409,14 +397,10 @@ def shade(axes: Axes, reach: Reachability, words: str) -> None:
     axes.fill_between(*ends, color=SKY, alpha=0.18, linewidth=0.0, label=words)
 
 
-def fixed_points(axes: Axes, reach: Reachability) -> None:
-    """A dot where a current gives its height back."""
-    heights = [100 * point.height for point in reach.fixed_points]
+def returned(axes: Axes, reach: Reachability) -> None:
+    """The line on which a height is given back, a dot where a current does so, the axes' names and the legend."""
+    heights, ends = [100 * point.height for point in reach.fixed_points], 100 * reach.heights[[0, -1]]
     axes.plot(heights, heights, "o", color=ORANGE, markersize=5.0, zorder=4, label="fixed point")
-
-
-def diagonal(axes: Axes, reach: Reachability) -> None:
-    """The line of fixed points, and the axes' names."""
-    ends = 100 * reach.heights[[0, -1]]
     axes.plot(ends, ends, color=BLACK, linestyle=":", linewidth=1.0, label="next = current")
     axes.set(xlabel="current apex [cm]", ylabel="next apex [cm]")
+    legend(axes)
