@@ -7,7 +7,7 @@ the vector registers of workstations, are left out.
 
 import ctypes
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
@@ -45,16 +45,6 @@ def export(folder: Path, wanted: Wanted) -> tuple[Path, ...]:
     Raises HopformError for an unknown system, a prefix that is no lower-case identifier of C, or a folder that holds
     files.
     """
-    check(wanted)
-    check_folder(folder)
-    if folder.is_dir() and any(folder.iterdir()):
-        raise HopformError(f"DIR must be new or empty, got {name_of(folder)}, which holds files")
-    texts = package(wanted)
-    write_folder(folder, {path: text.encode() for path, text in texts.items()})
-    return tuple(sorted(texts))
-
-
-def check(wanted: Wanted) -> None:
     if wanted.system not in SYSTEMS:
         raise HopformError(f"--for must be one of {', '.join(SYSTEMS)}, got {shown(wanted.system)}")
     if not _PREFIX.fullmatch(wanted.prefix):
@@ -62,6 +52,12 @@ def check(wanted: Wanted) -> None:
         raise HopformError(f"--prefix must be a lower-case identifier of C {most}, got {shown(wanted.prefix)}")
     if not wanted.precisions or not set(wanted.precisions) <= set(PRECISIONS):
         raise HopformError(f"precisions must be among {', '.join(PRECISIONS)}, got {wanted.precisions}")
+    check_folder(folder)
+    if folder.is_dir() and any(folder.iterdir()):
+        raise HopformError(f"DIR must be new or empty, got {name_of(folder)}, which holds files")
+    texts = package(wanted)
+    write_folder(folder, {path: text.encode() for path, text in texts.items()})
+    return tuple(sorted(texts))
 
 
 def package(wanted: Wanted) -> dict[Path, str]:
@@ -139,8 +135,9 @@ def amalgamated(library: dict[Path, str], prefix: str) -> dict[str, str]:
     """
     texts = {path.name: text for path, text in library.items() if path.suffix in (".h", ".c")}
     public = [f"{prefix}.h", *sorted(path.name for path in library if path.parts[0] == "include")]
-    private = in_order([path.name for path in library if path.parts[0] == "src"], texts)
-    source = f'#include "{prefix}.h"\n' + joined([name for name in private if name not in public], texts)
+    private = sorted(path.name for path in library if path.parts[0] == "src")
+    in_order = dict.fromkeys(each for name in private for each in with_included(name, texts) if each not in public)
+    source = f'#include "{prefix}.h"\n' + joined(in_order, texts)
     return {f"{prefix}.h": joined(dict.fromkeys(public), texts), f"{prefix}.c": source}
 
 
@@ -148,18 +145,11 @@ def joined(names: Iterable[str], texts: dict[str, str]) -> str:
     return "\n".join(_INCLUDE.sub("", texts[name]) for name in names)
 
 
-def in_order(names: list[str], texts: dict[str, str]) -> list[str]:
-    """Files, each behind those that it includes."""
-    order: dict[str, None] = {}
-
-    def put(name: str) -> None:
-        for included in _INCLUDE.findall(texts[name]):
-            put(Path(included).name)
-        order.setdefault(name)
-
-    for name in sorted(names):
-        put(name)
-    return list(order)
+def with_included(name: str, texts: dict[str, str]) -> Iterator[str]:
+    """A file behind those that it includes, some of which may come several times."""
+    for included in _INCLUDE.findall(texts[name]):
+        yield from with_included(Path(included).name, texts)
+    yield name
 
 
 # ---- selftest ----

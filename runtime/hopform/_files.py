@@ -113,14 +113,13 @@ def check_writable(path: Path) -> None:
     """HopformError for a folder, for a file that may not be written, and for one in a folder where none can be made."""
     target = Path(os.path.realpath(path))
     with _possible(path, "written"):
-        mode = target.stat().st_mode if target.exists() else None
-        if mode is not None and stat.S_ISDIR(mode):
+        if target.is_dir():
             raise HopformError(f"{name_of(path)} cannot be written: it is a folder")
-        if mode is not None and not os.access(target, os.W_OK):
+        if target.exists() and not os.access(target, os.W_OK):
             raise HopformError(f"{name_of(path)} cannot be written: it is protected against that")
         if not path.parent.is_dir():
             raise HopformError(f"{name_of(path)} cannot be written: there is no folder {name_of(path.parent)}")
-        if mode is None or stat.S_ISREG(mode):
+        if not target.exists() or target.is_file():
             _written_aside(target.parent, b"").unlink()
 
 

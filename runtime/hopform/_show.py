@@ -43,7 +43,8 @@ UNITS: dict[str, str] = {
 } | {field.name: field.unit for field in records.ROBOT_FIELDS}  # fmt: skip
 """Units of what results hold, by name; what is not here is a number without one, or a word."""
 
-DURATION_OF = attrgetter("duration")
+duration_of = attrgetter("duration")
+"""The duration [s] of a `Motion`, whose subclasses have one each in its own way."""
 MOST_POINTS = 320
 """Points of a small curve at most."""
 WIDEST = 120
@@ -109,16 +110,12 @@ class Shown(ABC):
 class Motion(Shown):
     """A result over time. Its subclasses have a `duration`, too."""
 
-    def _length(self) -> float:
-        """Its duration [s]."""
-        return float(DURATION_OF(self))
-
     def to_xarray(self, t: ArrayLike | None = None) -> "xarray.Dataset":
         """Its motion at times t [s], 401 uniform ones if left out, and its figures; units in `attrs`.
 
         Raises MissingExtra without xarray.
         """
-        times = np.linspace(0.0, self._length(), 401) if t is None else np.atleast_1d(numbers("t", t, "s"))
+        times = np.linspace(0.0, duration_of(self), 401) if t is None else np.atleast_1d(numbers("t", t, "s"))
         if times.ndim > 1:
             raise HopformError(f"t must have one dimension, got shape {times.shape}")
         motion: dict[str, Array] = {"time": (("time",), times)}
@@ -131,7 +128,7 @@ class Motion(Shown):
 
     def _curve(self) -> Curve:
         """The height of the body over time."""
-        t = np.linspace(0.0, self._length(), 121)
+        t = np.linspace(0.0, duration_of(self), 121)
         return "x2 [m] over time [s]", t, self._over(t)["x2"]
 
 

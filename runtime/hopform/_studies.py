@@ -52,11 +52,9 @@ def sweep(
     >>> dict(found.sizes), found.apex.attrs["units"], round(float(found.apex.sel(height=0.2, u=3.0)), 4)
     ({'height': 2, 'u': 3}, 'm', 0.229)
     """
-    asked = dict(inputs) if height is None else {"height": height, **inputs}
-    axes, single = dict[str, Any](), dict[str, Any]()
-    of_xarray = xarray_of()
-    for name, value in asked.items():
-        axes[name] = value
+    axes: dict[str, Any] = {**({} if height is None else {"height": height}), **inputs}
+    of_xarray, single = xarray_of(), dict[str, Any]()
+    for name, value in axes.items():
         if not isinstance(value, of_xarray.DataArray):
             array = numbers(name, value, UNITS.get(name, "1"))
             if array.ndim > 1:
@@ -114,32 +112,31 @@ def compare(
     kinds = _named("errors", errors if isinstance(errors, Mapping) else {"none" if errors is NONE else "given": errors})
     draws = [whole(f"seeds[{n}]", each, 0) for n, each in enumerate(items("seeds", seeds, "whole numbers"))]
     function("progress", progress)
-    shape, hops = (len(laws), len(rough), len(kinds), len(draws)), max(map(len, rough.values()))
+    axes: dict[str, list[Any]] = {"controller": [*laws], "ground": [*rough], "errors": [*kinds], "seed": draws}
+    dims, shape, hops = tuple(axes), tuple(map(len, axes.values())), max(map(len, rough.values()))
     total = math.prod(shape)
     if not draws or total * hops > MEMORY // EACH:
         raise HopformError(f"hops to compare must be 1 to {MEMORY // EACH}, got {total * hops}")
     status, count = np.empty(shape, "U15"), np.zeros(shape, int)
     series = {name: np.full((*shape, hops), np.nan) for name in ("apex", "miss", "u")}
-    stopped = np.zeros((*shape, hops), bool)
-    axes: tuple[list[Any], ...] = (list(laws), list(rough), list(kinds), draws)
+    series["bottoms_out"] = np.zeros((*shape, hops), bool)
     with progress_bar("runs") as bar:
-        for n, place in enumerate(product(*map(range, shape))):
-            law, ground, kind, seed = (each[at] for each, at in zip(axes, place, strict=True))
+        for n, (law, ground, kind, seed) in enumerate(product(*axes.values())):
             try:
                 run = simulate(robot, rough[ground], laws[law], height=height, errors=kinds[kind], seed=seed,
                                horizon=horizon, backend=backend)  # fmt: skip
             except HopformError as error:
                 raise HopformError(f"controller {law}, ground {ground}, errors {kind}, seed {seed}: {error}") from None
-            done = slice(0, len(run.hops))
-            status[place], count[place] = run.status, len(run.hops)
-            series["apex"][place][done], series["u"][place][done] = run.table["apex"], run.table["u"]
-            series["miss"][place][done] = run.table["apex"] - (run.h_des[done] or np.nan)
-            stopped[place][done] = run.table["bottoms_out"]
+            done = len(run.hops)
+            status.flat[n], count.flat[n] = run.status, done
+            found = {name: run.table[name] for name in ("apex", "u", "bottoms_out")}
+            found["miss"] = found["apex"] - (run.h_des[:done] or np.nan)
+            for name, values in found.items():
+                series[name].reshape(total, hops)[n, :done] = values
             (progress or bar)(n + 1, total)
-    dims = ("controller", "ground", "errors", "seed")
-    arrays: dict[str, Array] = {dim: ((dim,), each) for dim, each in zip(dims, axes, strict=True)}
+    arrays: dict[str, Array] = {dim: ((dim,), each) for dim, each in axes.items()}
     arrays |= {"hop": (("hop",), np.arange(hops)), "status": (dims, status), "hops": (dims, count)}
-    arrays |= {name: ((*dims, "hop"), values) for name, values in {**series, "bottoms_out": stopped}.items()}
+    arrays |= {name: ((*dims, "hop"), values) for name, values in series.items()}
     return dataset(arrays, f"{total} runs of up to {hops} hops")
 
 

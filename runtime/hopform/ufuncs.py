@@ -13,6 +13,7 @@ another number of fields, has a negative status and NaN elsewhere: nothing raise
 import ctypes
 import importlib
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -79,12 +80,7 @@ def _ufunc_of(library: Library, meaning: str) -> Any:
     )
 
 
-def _stance() -> Any:
-    try:
-        return _ufunc_of(library(), __doc__ or "")
-    except BackendError:
-        return stance_on_arrays
-
-
-stance: Any = _stance()
+stance: Any = stance_on_arrays
+with suppress(BackendError):
+    stance = _ufunc_of(library(), __doc__ or "")
 """The ufunc itself where the compiled library is there, else `stance_on_arrays`, which takes and gives the same."""

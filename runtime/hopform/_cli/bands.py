@@ -89,8 +89,8 @@ class Draws(NamedTuple):
         missed = "the residuals of the fit are not white: bands do not cover the error of its model"
         return () if self.fit.white else (missed,)
 
-    def apexes(self, start: Record, height: float | None, u: Any, how: Record) -> Array:
-        """The next apex [m] of each robot under currents [A], (robots, currents), NaN without take-off.
+    def apexes(self, start: Record, height: float | None, datum: float, u: Any, how: Record) -> Bands:
+        """Bands of the next apex [m] over the datum under currents [A].
 
         start: x1, v1, v2, x2 at touchdown. After a drop from a height [m] each robot has its own v2; if x2 is given all
         are compressed as the model is.
@@ -102,10 +102,11 @@ class Draws(NamedTuple):
             own["v2"] = np.array([[touchdown_velocity(each, height)] for each in self.robots])
         if own["x2"] is not None:
             own["x2"] = own["x2"] + (columns["L0"] + columns["c"]) - (self.model.L0 + self.model.c)
-        return solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns).apex.astype(np.float64)
+        batch = solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns)
+        return bands_of(batch.apex.astype(np.float64) - datum)
 
-    def runs(self, ground: tuple[float, ...], asked: Any, how: Record) -> Array:
-        """The apexes [m] of each robot's run, (robots, hops), NaN from where it hops no more."""
+    def runs(self, ground: tuple[float, ...], asked: Any, how: Record) -> Bands:
+        """Bands of the apexes [m] of a run, a robot without one from where it hops no more."""
         found = np.full((len(self.robots), len(ground)), np.nan)
         errors = how["errors"]
         believed = self.model if errors.model is None else errors.model
@@ -113,8 +114,8 @@ class Draws(NamedTuple):
         how = {**how, "errors": replace(errors, model=believed)}
         for row, each in enumerate(self._counted()):
             run = simulate(each, ground, prepared, **how)
-            found[row, : len(run.hops)] = [hop.apex for hop in run.hops]
-        return found
+            found[row, : len(run.hops)] = run.table["apex"]
+        return bands_of(found)
 
     def maps(self, heights: Array, currents: Array, how: Record) -> dict[str, Bands]:
         """Bands of a map's `apex` (heights, currents), and of its `lowest`, `highest`, `hold` (heights)."""

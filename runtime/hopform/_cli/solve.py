@@ -13,7 +13,7 @@ import numpy as np
 import hopform
 from hopform._checks import shown
 from hopform._cli import tables
-from hopform._cli.bands import Bands, Draws, bands_of, robot_and_draws, shade
+from hopform._cli.bands import robot_and_draws, shade
 from hopform._cli.options import BackendName, ControllerName, Precision
 from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
 from hopform._control import TRIED, check_map
@@ -108,7 +108,7 @@ def hop(
     how |= {"horizon": horizon, "backend": backend}
     with progress_bar(f"{len(ground)} hops") as progress:
         run = hopform.simulate(hopper, ground, asked, **how, progress=progress)
-    bands = bands_of(drawn.runs(ground, asked, how)) if drawn else None
+    bands = drawn.runs(ground, asked, how) if drawn else None
 
     apexes = np.array([hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops])
     over = partial(shade, apexes, (bands,), True) if bands else None
@@ -139,15 +139,12 @@ def control(
         choose, forms = hopform.choose_current_as_printed, tables.PRINTED.items() if printed else ()
         others = [(name, choose(hopper, **start, **asked, **form, **how)) for name, form in forms]
 
-    def bands(drawn: Draws, u: Any) -> Bands:
-        return bands_of(drawn.apexes(start, height, u, how) - datum)
-
     def over(axes: Any) -> None:
         if drawn:
             u, _ = found.curve()
-            shade(u, (bands(drawn, u),), False, axes)
+            shade(u, (drawn.apexes(start, height, datum, u, how),), False, axes)
 
-    band = bands(drawn, found.u).at(0) if drawn else None
+    band = drawn.apexes(start, height, datum, found.u, how).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
     emit(
         lambda: tables.command(hopper, h_des, found, others, drawn, band), drawn.warnings() if drawn else (),

@@ -193,7 +193,8 @@ def hall_sensor(robot: Robot) -> Drawn:
     completed(run)
     rate = 1.0 / detector.dt
     t = np.arange(int(run.duration * rate) + 1) / rate
-    signal = in_contact(run, t) + NOISE * np.random.default_rng(15).standard_normal(t.size)
+    in_contact = np.any([(t >= hop.touchdown_time) & (t < hop.takeoff_time) for hop in run.hops], axis=0)
+    signal = in_contact + NOISE * np.random.default_rng(15).standard_normal(t.size)
     detected = np.array([event.time for event in detector.detect(signal.tolist()) if event.kind == "touchdown"])
     true = np.array([hop.touchdown_time for hop in run.hops])
     noise = np.linspace(0.10, 0.40, 31)
@@ -229,12 +230,6 @@ def hall_sensor(robot: Robot) -> Drawn:
     data = {"t": t, "signal": signal, "detected": detected, "true": true, "noise": noise, "mean delay": mean,
             "drawn": drawn, "false alarms": alarms, "delays": delays, "cost": cost}  # fmt: skip
     return figure, ours, data
-
-
-def in_contact(run: Run, t: Array) -> Array:
-    """1 in stance, 0 in flight."""
-    within = [(t >= hop.touchdown_time) & (t < hop.takeoff_time) for hop in run.hops]
-    return np.asarray(np.any(within, axis=0), dtype=float)
 
 
 def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: TouchdownDetector, detected: Array) -> None:

@@ -60,6 +60,8 @@ STYLE: dict[str, Any] = {
 PREDICTED = r"E(0) + AED (24) $-$ impacts $-$ $k\,x_1^2/2$ at take-off"
 SAMPLES = 400
 """Points along a stance's curves."""
+LEAST_SPAN = 0.5
+"""In the units of an axis."""
 
 Curve = NDArray[np.floating]
 Drawing = Callable[[Axes, Stance, Curve, Curve], None]
@@ -177,32 +179,23 @@ def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     axes.legend(loc="best")
 
 
-def draw_twice(axes: Axes, shown: Curve, energy: Curve, predicted: Curve, words: str) -> None:
-    axes.plot(shown, energy, color=PALE_BLUE, linewidth=4.0, label="kinetic + potential")
+def draw_twice(axes: Axes, shown: Curve, energy: Curve, predicted: Curve, words: str, wide: str = PALE_BLUE) -> None:
+    axes.plot(shown, energy, color=wide, linewidth=4.0, label="kinetic + potential")
     axes.plot(shown, predicted, color=MAGENTA, linewidth=1.1, label=words)
     name_axis(axes, "body energy [J]")
 
 
-def draw_current(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    scale = unit_of_time(stance.duration)[0]
-    within = [(at * scale, u) for at, u in stance.u if at <= stance.duration]
-    ends = [at for at, _ in within[1:]] + [stance.duration * scale]
-    axes.stairs([u for _, u in within], [within[0][0], *ends], baseline=None, color=BLUE, linewidth=1.4)
+def draw_current(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
+    axes.plot(shown, moved.current(t), color=BLUE, linewidth=0.9 if isinstance(moved, Run | Hop) else 1.4)
     name_axis(axes, "current $u$ [A]")
 
 
-def draw_currents(axes: Axes, moved: Run | Hop | Flight, t: Curve) -> None:
-    axes.plot(t, moved.current(t), color=BLUE, linewidth=1.4 if isinstance(moved, Flight) else 0.9)
-    name_axis(axes, "current $u$ [A]")
-
-
-def name_axis(axes: Axes, label: str, least: float = 0.5) -> None:
+def name_axis(axes: Axes, label: str) -> None:
     """The name of the vertical axis, which spans at least so much that rounding does not look like motion."""
     axes.set_ylabel(label)
     low, high = axes.get_ylim()
-    if high - low < least:
-        middle = (low + high) / 2.0
-        axes.set_ylim(middle - least / 2.0, middle + least / 2.0)
+    if high - low < LEAST_SPAN:
+        axes.set_ylim((low + high - LEAST_SPAN) / 2.0, (low + high + LEAST_SPAN) / 2.0)
 
 
 def shade(axes: Axes, phases: Sequence[Phase], modes: Sequence[str], scale: float) -> None:
@@ -262,7 +255,7 @@ def plot_run(figure: Figure, run: Run | Hop) -> None:
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t, t)
         draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), PREDICTED)
-        draw_currents(rows[3], run, t)
+        draw_current(rows[3], run, t, t)
         for axes in rows:
             shade_stances(axes, run)
         lines = [line for axes in (rows[0], rows[2]) for line in axes.get_legend_handles_labels()[0]]
@@ -361,7 +354,7 @@ def plot_flight(figure: Figure, flight: Flight) -> None:
         flight_panel(rows[0], flight)
         rows[0].set_xlabel("")
         draw_strokes(rows[1], flight, t, t)
-        draw_currents(rows[2], flight, t)
+        draw_current(rows[2], flight, t, t)
         rows[2].set_xlabel("time since take-off [s]")
         figure.align_ylabels(rows)
 

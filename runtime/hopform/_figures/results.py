@@ -6,6 +6,7 @@ what `.plot()` and `--plot` draw.
 # matplotlib's own annotations leave the type of **kwargs open.
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -166,14 +167,10 @@ Whole = Callable[[Figure, Any], None]
 Panel = Callable[[Axes, Any], object]
 
 
-def alone(panel: Panel, width: float, height: float) -> Whole:
+def alone(panel: Panel, width: float, height: float, figure: Figure, result: Any) -> None:
     """A figure of that panel alone [in]."""
-
-    def whole(figure: Figure, result: Any) -> None:
-        with plots.framed(figure, width, height, plots.literal(repr(result).partition("\n")[0])):
-            panel(figure.subplots(), result)
-
-    return whole
+    with plots.framed(figure, width, height, plots.literal(repr(result).partition("\n")[0])):
+        panel(figure.subplots(), result)
 
 
 PICTURES: dict[str, tuple[Whole, Panel]] = {
@@ -181,8 +178,8 @@ PICTURES: dict[str, tuple[Whole, Panel]] = {
     "Flight": (plots.plot_flight, plots.flight_panel),
     "Hop": (plots.plot_run, plots.run_panel),
     "Run": (plots.plot_run, plots.run_panel),
-    "Batch": (alone(plots.batch_panel, 6.0, 3.6), plots.batch_panel),
-    "Sensitivities": (alone(plots.sensitivities_panel, 9.0, 3.6), plots.sensitivities_panel),
+    "Batch": (partial(alone, plots.batch_panel, 6.0, 3.6), plots.batch_panel),
+    "Sensitivities": (partial(alone, plots.sensitivities_panel, 9.0, 3.6), plots.sensitivities_panel),
     "Reachability": (plots.plot_reach, plots.reach_panel),
     "Command": (plots.plot_command, plots.command_panel),
     "Recording": (plot_recording, recording_panel),

@@ -273,9 +273,7 @@ def energies(run: Run) -> tuple[dict[str, Any], Figure]:
     for axes in (top, bottom):
         plots.shade_stances(axes, run, "stance")
         axes.plot(lifts, np.zeros(len(lifts)), "^", transform=axes.get_xaxis_transform(), **marks)
-    top.plot(t, energy, color=plots.SKY, linewidth=4.0, label="kinetic + potential")
-    top.plot(t, predicted, color=plots.MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, predicted")
-    plots.name_axis(top, "body energy [J]")
+    plots.draw_twice(top, t, energy, predicted, "start + AED (24) and impacts, predicted", plots.SKY)
     legend(top)
     bottom.plot(t, kinetic, color=plots.BLUE, linewidth=1.0, label="kinetic")
     bottom.plot(t, weight, color=plots.GREEN, linewidth=1.0, linestyle="--", label="gravitational")

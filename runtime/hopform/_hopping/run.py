@@ -25,7 +25,7 @@ from hopform._errors import HopformError
 from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
-from hopform._show import Arrays, Card, Motion, name_of, span
+from hopform._show import Arrays, Card, Motion, duration_of, name_of, span
 from hopform._solver.package import formulas, records
 from hopform._stance import DOUBLE, Real, Stance, State, aed_at, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
@@ -123,12 +123,8 @@ class _Legs(Motion):
         >>> print(round(float(run.at(0.0).x2), 9), round(float(run.at(0.3).x1), 4))
         0.6 0.0161
         """
-
-        def over_level(leg: _Leg, times: Array) -> State:
-            state = leg.motion.at(times)
-            return state._replace(x2=state.x2 + leg.ground)
-
-        return State(*self._from_legs(t, over_level, 4))
+        state = State(*self._from_legs(t, lambda leg, times: leg.motion.at(times), 4))
+        return state._replace(x2=state.x2 + self._ground(t))
 
     def energy(self, t: ArrayLike) -> records.Energy:
         """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
@@ -176,7 +172,7 @@ class _Legs(Motion):
         """Values, `count` each, at times in the flights and stances that they fall into; a touchdown is in its
         stance.
         """
-        asked = times_within(t, DOUBLE, self._length())
+        asked = times_within(t, DOUBLE, duration_of(self))
         legs, found = self._all_legs, np.empty((count, asked.size))
         begins = [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
         places = np.maximum(np.searchsorted(np.maximum.accumulate(begins), asked, side="right") - 1, 0)
