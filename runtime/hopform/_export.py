@@ -116,12 +116,8 @@ def sources(wanted: Wanted) -> dict[Path, str]:
 
 def renamed(text: str, prefix: str) -> str:
     """Every public name with another prefix, but for the line that says what a file was generated from."""
-    first, _, rest = text.partition("\n")
-    return f"{first}\n{with_prefix(rest, prefix)}" if _HEADER_LINE.match(first) else with_prefix(text, prefix)
-
-
-def with_prefix(text: str, prefix: str) -> str:
-    return text.replace("HOPFORM", prefix.upper()).replace("hopform", prefix)
+    kept = header[0] if (header := _HEADER_LINE.match(text)) else ""
+    return kept + text[len(kept) :].replace("HOPFORM", prefix.upper()).replace("hopform", prefix)
 
 
 # ---- the amalgamated pair ----

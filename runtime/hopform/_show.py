@@ -6,7 +6,7 @@ A result gives a `Card`, the figures that a reader looks for first, and its arra
 import base64
 import html
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from operator import attrgetter
@@ -43,7 +43,7 @@ UNITS: dict[str, str] = {
 } | {field.name: field.unit for field in records.ROBOT_FIELDS}  # fmt: skip
 """Units of what results hold, by name; what is not here is a number without one, or a word."""
 
-duration_of = attrgetter("duration")
+duration_of: Callable[[Any], float] = attrgetter("duration")
 """The duration [s] of a `Motion`, whose subclasses have one each in its own way."""
 MOST_POINTS = 320
 """Points of a small curve at most."""

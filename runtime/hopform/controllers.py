@@ -9,19 +9,19 @@ controller may use; what it returns is then asked in its place.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol, SupportsFloat, cast, runtime_checkable
+from typing import Any, ClassVar, NamedTuple, Protocol, SupportsFloat, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform import _control
 from hopform._batch import solve_stances
 from hopform._checks import Checked, by, finite, flag, function, is_one, items, nonnegative, positive, shown, whole
-from hopform._control import check_map, checked_target, choose_current_as_printed, home_of
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
-from hopform._solver.package import MAX_PHASES, formulas
-from hopform._stance import DOUBLE, Current, Stance, State, solve_stance, start_of
+from hopform._solver.package import formulas
+from hopform._stance import Current, Stance, State, solve_stance
 from hopform.terrain import MOST_HOPS, heights_of
 
 Array = NDArray[np.float64]
@@ -137,18 +137,24 @@ class _Aiming(Checked):
             if (wanted := set_point(asked, hop)) < ground:
                 where = f"at hop {hop}, where the ground is at {ground!r} m"
                 raise HopformError(f"h_des must not lie below the ground: got {wanted!r} m {where}")
-        checked_target(robot, set_point(asked, 0), -grounds[0], self.stop_margin, self.horizon)
+        _control.checked_target(robot, set_point(asked, 0), -grounds[0], self.stop_margin, self.horizon)
         return self
 
-    def target(self, touchdown: Touchdown) -> tuple[float, float]:
-        """h_des and datum as `choose_current` takes them: never below the ground, where a sensor may have put it."""
-        h_des = set_point(self.h_des, check_touchdown(touchdown).hop)
-        ground = finite("ground", touchdown.ground, "m")
-        return max(h_des, ground), -ground
+
+class _Choosing(_Aiming):
+    """One whose fields are the options of what chooses the current."""
+
+    _choose: ClassVar[Callable[..., _control.Command | _control.PrintedCommand]]
+
+    def __call__(self, touchdown: Touchdown) -> float:
+        h_des, ground = set_point(self.h_des, check_touchdown(touchdown).hop), finite("ground", touchdown.ground, "m")
+        aim = {"h_des": max(h_des, ground), "datum": -ground}  # not below the ground, where a sensor may have put it
+        state = {name: getattr(touchdown, name) for name in ("x1", "v1", "v2")}
+        return self._choose(touchdown.robot, **vars(self) | aim | state).u
 
 
 @dataclass(frozen=True)
-class FeedForward(_Aiming):
+class FeedForward(_Choosing):
     """The energy-based controller (25)-(27), exact: the current of least |u| after which the next apex is h_des.
 
     h_des [m]: hop height over level 0, or one per hop. Where no current reaches it the nearest admissible is taken.
@@ -164,18 +170,11 @@ class FeedForward(_Aiming):
     stop_margin: float = field(default=0.0, metadata=by(nonnegative, "m"))
     horizon: float = field(default=2.0, metadata=by(positive, "s"))
     backend: str | None = None
-
-    def __call__(self, touchdown: Touchdown) -> float:
-        target = *self.target(touchdown), self.stop_margin, self.horizon
-        robot = touchdown.robot
-        start = start_of(robot, touchdown.x1, touchdown.v1, None, touchdown.v2)
-        back_end = robot.solver.back_end(self.backend)
-        asked = start, checked_target(robot, *target), MAX_PHASES, DOUBLE
-        return back_end.choose_current(robot.parameters, *asked)[0]
+    _choose = staticmethod(_control.choose_current)
 
 
 @dataclass(frozen=True)
-class AsPrinted(_Aiming):
+class AsPrinted(_Choosing):
     """The controller as the paper prints it: J of (27) minimised on a grid; options as for
     `choose_current_as_printed`.
     """
@@ -187,12 +186,7 @@ class AsPrinted(_Aiming):
     spring_coordinate: bool = field(default=False, metadata=by(flag))
     horizon: float = field(default=2.0, metadata=by(positive, "s"))
     backend: str | None = None
-
-    def __call__(self, touchdown: Touchdown) -> float:
-        h_des, datum = self.target(touchdown)
-        asked: dict[str, Any] = {**vars(self), "h_des": h_des, "datum": datum}
-        state = {name: getattr(touchdown, name) for name in ("x1", "v1", "v2")}
-        return choose_current_as_printed(touchdown.robot, **state, **asked).u
+    _choose = staticmethod(_control.choose_current_as_printed)
 
 
 @dataclass(frozen=True)
@@ -219,7 +213,7 @@ class ReturnMap(_Aiming):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_map(self.heights, self.currents)
+        _control.check_map(self.heights, self.currents)
 
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "Tracking":
         """The controller with its return maps."""
@@ -263,7 +257,7 @@ def measured(robot: Robot, heights: Array, currents: Array, horizon: float) -> R
     """The return maps of steady hopping: at first the actuator is at its origin, then as it arrives from the hop
     before.
     """
-    x1, v1 = np.full(heights.size, home_of(robot)), np.zeros(heights.size)
+    x1, v1 = np.full(heights.size, _control.home_of(robot)), np.zeros(heights.size)
     hops = 0
     while True:
         v2 = _fallen(robot, heights, x1)

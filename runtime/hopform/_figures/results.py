@@ -31,8 +31,7 @@ def plot_recording(figure: Figure, recording: Recording) -> None:
         rows = figure.subplots(len(recording.columns), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name in zip(rows, sorted(recording.columns, reverse=True), strict=True):
             recording_panel(axes, recording, name)
-        for axes in rows[:-1]:
-            axes.set(xlabel="")
+            axes.label_outer()
 
 
 def recording_panel(axes: Axes, recording: Recording, name: str | None = None) -> None:
