@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence, Sized
 from dataclasses import fields
 from itertools import islice
-from typing import Any, SupportsFloat, cast
+from typing import Any, SupportsFloat, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._errors import HopformError, printable
 from hopform._solver.package import checked
 
+Thing = TypeVar("Thing")
 LARGEST = 2**31 - 1
 """The largest count: C counts in 32 bits."""
 
@@ -130,11 +131,16 @@ def seeded(seed: object) -> "np.random.Generator":
     return np.random.default_rng(whole("seed", seed, 0, math.inf))
 
 
+def instance(name: str, value: object, kinds: type[Thing] | tuple[type[Thing], ...], what: str) -> Thing:
+    """The value; HopformError unless it is of one of these types, which are `what` in words."""
+    if not isinstance(value, kinds):
+        raise HopformError(f"{name} must be {what}, got {shown(value)}")
+    return value
+
+
 def flag(name: str, value: object) -> bool:
     """The value; HopformError unless it is True or False."""
-    if not isinstance(value, (bool, np.bool_)):
-        raise HopformError(f"{name} must be True or False, got {shown(value)}")
-    return bool(value)
+    return bool(instance(name, value, (bool, np.bool_), "True or False"))
 
 
 def word(name: str, value: object, allowed: Sequence[str]) -> str:

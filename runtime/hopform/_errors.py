@@ -1,5 +1,8 @@
 """Errors: every one is a `HopformError` with one clear message."""
 
+from collections.abc import Generator
+from contextlib import contextmanager
+
 
 class HopformError(ValueError):
     """Bad input: the message names the field, the value and what is allowed."""
@@ -14,6 +17,15 @@ class MissingExtra(HopformError, ImportError):
 
 class BackendError(HopformError):
     """A back end that cannot be used: no library, or a stale one."""
+
+
+@contextmanager
+def noted(before: str = "", after: str = "") -> Generator[None, None, None]:
+    """A `HopformError` in this block says before or after its message where in what was handed in it is."""
+    try:
+        yield
+    except HopformError as error:
+        raise HopformError(f"{before}{error}{after}") from None
 
 
 def printable(text: str) -> str:

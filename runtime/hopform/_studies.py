@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from hopform._batch import solve_stances
 from hopform._checks import MEMORY, function, items, mapping, numbers, refuse_any, whole
-from hopform._errors import HopformError
+from hopform._errors import HopformError, noted
 from hopform._hopping.run import NONE, Errors, simulate
 from hopform._progress import Progress, progress_bar
 from hopform._robots import Robot, checked_robot
@@ -122,11 +122,9 @@ def compare(
     series["bottoms_out"] = np.zeros((*shape, hops), bool)
     with progress_bar("runs") as bar:
         for n, (law, ground, kind, seed) in enumerate(product(*axes.values())):
-            try:
+            with noted(f"controller {law}, ground {ground}, errors {kind}, seed {seed}: "):
                 run = simulate(robot, rough[ground], laws[law], height=height, errors=kinds[kind], seed=seed,
                                horizon=horizon, backend=backend)  # fmt: skip
-            except HopformError as error:
-                raise HopformError(f"controller {law}, ground {ground}, errors {kind}, seed {seed}: {error}") from None
             done = len(run.hops)
             status.flat[n], count.flat[n] = run.status, done
             found = {name: run.table[name] for name in ("apex", "u", "bottoms_out")}

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from hopform import HopformError, Robot, Run, load_robot, simulate
-from hopform._checks import finite, positive, shown, whole
+from hopform._checks import finite, instance, positive, whole
 from hopform._figures.picture import Array, cm, completed, movable, scale
 from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, ORANGE, house_style
 from hopform._show import Animation, name_of
@@ -33,8 +33,7 @@ MOST_PICTURES = 5000
 
 def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: float | None) -> Animation:
     """A run, moving; arguments as for `hopform.animate`."""
-    if not isinstance(run, Run):
-        raise HopformError(f"run must be a Run, as simulate gives it, got {shown(run)}")
+    instance("run", run, Run, "a Run, as simulate gives it")
     wanted = None if h_des is None else finite("h_des", h_des, "m")
     pictures = whole("rate", rate, most=100)
     end = run.duration if seconds is None else min(positive("seconds", seconds, "s"), run.duration)

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hopform._checks import shown
+from hopform._checks import instance
 from hopform._errors import HopformError
 from hopform._figures import plots
 from hopform._identify.estimation import Estimate
@@ -200,9 +200,7 @@ def drawn(result: Shown, axes: Axes | None) -> Axes:
     """The first axes of its picture in a figure of pyplot, or `axes` with its main panel."""
     whole, panel = _picture_of(result)
     if axes is not None:
-        if not isinstance(axes, Axes):
-            raise HopformError(f"ax must be axes of matplotlib, got {shown(axes)}")
-        panel(axes, result)
+        panel(instance("ax", axes, Axes, "axes of matplotlib"), result)
         return axes
     from matplotlib import pyplot
 

@@ -7,7 +7,8 @@ alone; its two coefficients are fitted, each to its recording, so that it is not
 # pyright: reportUnknownMemberType=false
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,8 +27,7 @@ DROP_TIMES = np.arange(0.0, 3.0, 0.005)
 STEP_TIMES = np.arange(0.0, 1.0, 0.005)
 
 
-@dataclass(frozen=True)
-class Recordings:
+class Recordings(NamedTuple):
     """A drop test, x2 over `DROP_TIMES`, and a step response, x1 over `STEP_TIMES` [m]."""
 
     x2: Array

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 import hopform._checks as checks
 from hopform._checks import by, finite, nonnegative, positive, shaped, shown, times_within
 from hopform._control import home_of
-from hopform._errors import HopformError
+from hopform._errors import HopformError, noted
 from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
@@ -63,10 +63,8 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
 """The table of a run: name, type, unit and meaning of each column; heights over level 0."""
 
 
-def _model(name: str, value: object) -> object:
-    if value is not None and not isinstance(value, Robot):
-        raise HopformError(f"{name} must be a Robot, got {shown(value)}")
-    return value
+def _model(name: str, value: object) -> Robot | None:
+    return None if value is None else checks.instance(name, value, Robot, "a Robot")
 
 
 @dataclass(frozen=True)
@@ -406,8 +404,7 @@ def simulate(
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
     draw = checks.seeded(seed)
     checks.function("progress", progress)
-    if not isinstance(errors, Errors):
-        raise HopformError(f"errors must be Errors, got {shown(errors)}")
+    checks.instance("errors", errors, Errors, "Errors")
     grounds = heights_of(terrain)
     longest = positive("horizon", horizon, "s")
     plant = robot if errors.current_scale == 1.0 else replace(robot, gamma2=robot.gamma2 * errors.current_scale)
@@ -514,27 +511,23 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
 def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) -> Hop:
     """The controller's answer at a touchdown, and the stance that follows."""
     ground = task.grounds[index]
-    try:
+    with noted(f"hop {index}: "):
         stance = _stance(task, task.controller(_seen(task, index, time, height, flight)), ground, time, flight)
-    except HopformError as error:
-        raise HopformError(f"hop {index}: {error}") from None
     return Hop(index, ground, height, time, flight, stance, stance.apex + ground, -flight.impact_loss)
 
 
 def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -> Touchdown:
     x1, v1, _, v2 = map(float, cast(State, flight.touchdown))
-    by = _noise(task, "x1", "v1", "v2", "ground", "x2")
-    place = min(max(x1 + by[0], task.model.x1_min), task.model.x1_max)
-    ground, apex = task.grounds[index] + by[3], height + by[4]
-    return Touchdown(index, time, place, v1 + by[1], v2 + by[2], ground, apex, task.model)
+    seen = _measured(task, x1=x1, v1=v1, v2=v2, ground=task.grounds[index], x2=height)
+    place, apex = min(max(seen.pop("x1"), task.model.x1_min), task.model.x1_max), seen.pop("x2")
+    return Touchdown(index, time, place, apex=apex, robot=task.model, **seen)
 
 
-def _noise(task: _Task, *names: str) -> list[float]:
-    """Errors of sensors, drawn; 0 where there are none."""
-    if task.errors is NONE:
-        return [0.0] * len(names)
-    drawn = task.draw.standard_normal(len(names)).tolist()
-    return [getattr(task.errors, name) * each for name, each in zip(names, drawn, strict=True)]
+def _measured(task: _Task, **values: float) -> dict[str, float]:
+    """Values as sensors have them: with errors that are drawn in this order, 0 where there are none."""
+    drawn = np.zeros(len(values)) if task.errors is NONE else task.draw.standard_normal(len(values))
+    errors = [getattr(task.errors, name) * each for name, each in zip(values, drawn.tolist(), strict=True)]
+    return {name: value + error for (name, value), error in zip(values.items(), errors, strict=True)}
 
 
 def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Flight) -> Stance:
@@ -562,12 +555,12 @@ def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: St
         raise HopformError(f"period must be >= {task.horizon / MOST_TICKS!r} s, horizon/{MOST_TICKS}, got {period!r}")
     while t < task.horizon:
         if t >= wait:
-            u = finite("u", answer.law(t - wait, _measured(task, at, ground)), "A")
+            x1, v1, x2, v2 = map(float, at)
+            seen = State(**_measured(task, x1=x1, v1=v1, x2=x2 + ground, v2=v2))
+            u = finite("u", answer.law(t - wait, seen), "A")
             if not steps or steps[-1][1] != u:
                 steps.append((t, u))
-            length = period
-        else:
-            length = wait
+        length = period if t >= wait else wait
         start = {"x1": at.x1, "v1": at.v1, "x2": None if begin else at.x2, "v2": at.v2}
         piece = solve_stance(task.plant, **start, u=steps[-1][1], horizon=length, **task.how)
         if piece.status != "horizon" and not (piece.status == "rest" and t + length < task.horizon):
@@ -575,12 +568,6 @@ def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: St
         at, begin = piece.end, False
         t = wait + period * round((t + length - wait) / period)
     return steps
-
-
-def _measured(task: _Task, state: State, ground: float) -> State:
-    x1, v1, x2, v2 = map(float, state)
-    by = _noise(task, "x1", "v1", "x2", "v2")
-    return State(x1 + by[0], v1 + by[1], x2 + ground + by[2], v2 + by[3])
 
 
 def _row(hop: Hop) -> tuple[Any, ...]:

@@ -20,8 +20,8 @@ from typing import Any, ClassVar, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import MEMORY, MOST_DIGITS, array_of, flag, items, real, refuse_any, seeded, shown, whole
-from hopform._errors import HopformError
+from hopform._checks import MEMORY, MOST_DIGITS, array_of, flag, instance, items, real, refuse_any, seeded, shown, whole
+from hopform._errors import HopformError, noted
 from hopform._files import name_of, path_of, read_text
 from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.package import CheckedRobot, checked, records
@@ -94,12 +94,10 @@ def toml_string(text: str) -> str:
 
 def provenance_from(value: object) -> Provenance:
     """The provenance in a table `[fit]`; HopformError for one that is none."""
-    if not isinstance(value, dict):
-        raise HopformError(f"fit must be a table [fit], got {shown(value)}")
-    table = cast(dict[str, Any], value)
+    table = cast(dict[str, Any], instance("fit", value, dict, "a table [fit]"))
     if table.keys() != set(Provenance._fields):
         raise HopformError(f"[fit] must have {', '.join(Provenance._fields)}, got {shown([*table])}")
-    try:
+    with noted("[fit] "):
         names, known = (_fields_in(name, table[name]) for name in ("names", "known"))
         count = len(names)
         values, covariance = _array("values", table["values"], (count,)), table["covariance"]
@@ -109,8 +107,6 @@ def provenance_from(value: object) -> Provenance:
         base, white = _text("base", table["base"]), flag("white", table["white"])
         numbers, lows, highs = (tuple(each.tolist()) for each in (values, low, high))
         return Provenance(names, numbers, lows, highs, tuple(map(tuple, rows.tolist())), known, base, white)
-    except HopformError as error:
-        raise HopformError(f"[fit] {error}") from None
 
 
 def _fields_in(name: str, value: object) -> tuple[str, ...]:
@@ -213,13 +209,12 @@ class Robot(CheckedRobot):
 
 def _text(key: str, text: object) -> str:
     """The text; HopformError for what is none, or none that a file can hold."""
-    if not isinstance(text, str):
-        raise HopformError(f"{key} must be a text, got {shown(text)}")
+    found = instance(key, text, str, "a text")
     try:
-        text.encode()
+        found.encode()
     except UnicodeEncodeError:
         raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
-    return text
+    return found
 
 
 def _checked(field: records.Field, value: object) -> float:
@@ -276,20 +271,16 @@ def robot_from_toml(text: str, source: str = "TOML") -> Robot:
     table = _table(text, source)
     checks: dict[str, Callable[[Any], Any]] = {**CHECKS, "fit": provenance_from}
     for key, value in table.items():
-        try:
+        with noted(after=f" ({source}, line {_line_of(key, text)})"):
             if key not in checks:
                 known = [*(field.name for field in FIELDS), "name"]
                 raise HopformError(f"unknown parameter {shown(key)}{nearest(key, known)}")
             table[key] = checks[key](value)
-        except HopformError as error:
-            raise HopformError(f"{error} ({source}, line {_line_of(key, text)})") from None
     missing = [field.name for field in records.ROBOT_FIELDS if field.default is None and field.name not in table]
     if missing:
         raise HopformError(f"{source} lacks {', '.join(missing)}")
-    try:
+    with noted(after=f" ({source})"):
         return Robot(**table)
-    except HopformError as error:
-        raise HopformError(f"{error} ({source})") from None
 
 
 def _table(text: str, source: str) -> dict[str, Any]:
