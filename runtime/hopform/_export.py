@@ -85,11 +85,10 @@ def where(path: Path, system: System) -> Path:
 
 def shipped(name: str, place: str = "generated") -> Path:
     """A folder or a file that a wheel has beside this package, and a checkout in this place."""
-    found = [path for path in (_HOPFORM / name, _CHECKOUT / place / name) if path.exists()]
+    places = _HOPFORM / name, _CHECKOUT / place / name
+    found = [path for path in places if path.exists()]
     if not found:
-        raise HopformError(
-            f"the C sources are neither in {_HOPFORM / name} nor in {_CHECKOUT / place / name}: reinstall hopform"
-        )
+        raise HopformError(f"the C sources are neither in {places[0]} nor in {places[1]}: reinstall hopform")
     return found[0]
 
 

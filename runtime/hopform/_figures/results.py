@@ -66,13 +66,11 @@ def plot_fit(figure: Figure, fit: Fit) -> None:
 def _draw_residuals(left: Axes, right: Axes, trace: Trace, units: Units) -> None:
     """Residuals over position, where a guide shows, and over velocity, where a friction law does."""
     unit, factor = units.shown(trace.quantity)
-    residual = factor * (trace.predicted - trace.measured)
-    rate = factor * np.gradient(trace.predicted, trace.time)
-    for axes, over, label in ((left, factor * trace.predicted, f"{trace.quantity} [{unit}]"),
-                              (right, rate, f"d {trace.quantity}/dt [{unit}/s]")):  # fmt: skip
-        axes.plot(over, residual, ".", ms=1.5, color=plots.BLUE)
-        axes.set(xlabel=label)
-    left.set(ylabel=f"residual [{unit}]")
+    residual, rate = factor * (trace.predicted - trace.measured), factor * np.gradient(trace.predicted, trace.time)
+    left.plot(factor * trace.predicted, residual, ".", ms=1.5, color=plots.BLUE)
+    left.set(xlabel=f"{trace.quantity} [{unit}]", ylabel=f"residual [{unit}]")
+    right.plot(rate, residual, ".", ms=1.5, color=plots.BLUE)
+    right.set(xlabel=f"d {trace.quantity}/dt [{unit}/s]")
 
 
 def _draw_correlations(axes: Axes, correlations: Mapping[tuple[str, str], float], names: Sequence[str]) -> None:
