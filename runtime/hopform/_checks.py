@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._errors import HopformError, printable
 from hopform._solver.package import checked
 
+Array = NDArray[np.float64]
 Thing = TypeVar("Thing")
 LARGEST = 2**31 - 1
 """The largest count: C counts in 32 bits."""

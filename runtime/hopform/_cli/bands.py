@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hopform import HopformError, Robot, load_robot, reachability, simulate, solve_stances, touchdown_velocity
-from hopform._checks import MEMORY
+from hopform._checks import MEMORY, Array
 from hopform._cli.output import Record, ends
 from hopform._files import name_of
 from hopform._progress import progress_bar
@@ -24,8 +23,6 @@ from hopform._robots import Provenance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 
 class Bands(NamedTuple):

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hopform import HopformError, Reachability, Robot, Run, _export, load_robot
 from hopform._checks import shown
@@ -165,7 +164,7 @@ def table_of(data: Mapping[str, Any]) -> str:
     return csv_of(dict(columns_of("", data)))
 
 
-def columns_of(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
+def columns_of(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """The columns of a value: of a run its motion and its hops, of a map its currents, of a record its fields."""
     if isinstance(value, (Run, Reachability)):
         found = value.to_xarray(renderer().run_times(value)) if isinstance(value, Run) else value.to_xarray()

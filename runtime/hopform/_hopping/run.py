@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
-from hopform._checks import by, finite, nonnegative, positive, shaped, shown, times_within
+from hopform._checks import Array, by, finite, nonnegative, positive, shaped, shown, times_within
 from hopform._control import home_of
 from hopform._errors import HopformError, noted
 from hopform._files import csv_of, path_of, write
@@ -31,7 +31,6 @@ from hopform._stance import DOUBLE, Real, Stance, State, aed_at, solve_stance, s
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
 
-Array = NDArray[np.float64]
 EACH = 512  # [B] a time of a run
 MOST_TICKS = 1_000_000
 """Ticks of a sampled law in the longest stance."""

@@ -14,9 +14,8 @@ from dataclasses import dataclass, field
 from typing import SupportsFloat
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hopform._checks import MEMORY, Checked, by, count, finite, items, nonnegative, positive, seeded
+from hopform._checks import MEMORY, Array, Checked, by, count, finite, items, nonnegative, positive, seeded
 from hopform._errors import HopformError
 from hopform._robots import Robot
 from hopform._solver.package import records
@@ -83,7 +82,7 @@ class TouchdownDetector(Checked):
         deviation, height = _noise_and_level(noise, level)
         return self.dt * (self._samples(deviation, height) - 0.5)
 
-    def chances(self, noise: SupportsFloat, signal: Sequence[SupportsFloat]) -> NDArray[np.float64]:
+    def chances(self, noise: SupportsFloat, signal: Sequence[SupportsFloat]) -> Array:
         """For a signal that is known without its noise: the probability that touchdown is detected at each of its
         samples.
         """
@@ -105,7 +104,7 @@ class TouchdownDetector(Checked):
 
     def simulated_delays(
         self, noise: SupportsFloat, level: SupportsFloat = 1.0, *, trials: int = 1000, seed: int = 0
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Delays [s] of touchdowns drawn with a seed: a step of the signal to a level at any time between two
         samples.
         """
