@@ -65,15 +65,13 @@ def sweep(
             else:
                 single[name] = array
     drop = axes.pop("height", None)
+    if (drop is None) == ("v2" not in axes):
+        raise HopformError(f"either height or v2 must be given, got {'neither' if drop is None else 'both'}")
     if drop is not None:
-        if "v2" in axes:
-            raise HopformError("either height or v2 must be given, got both")
         given = np.asarray(drop)
         refuse_any("height", given, given >= 0.0, lambda bad: f"must be >= 0 m, got {bad!r}")
         own = {name: axes[name] for name in ("g", "impact_loss") if name in axes}
         axes["v2"] = formulas.touchdown_velocity(checked_robot(robot).parameters._replace(**own), drop)
-    elif "v2" not in axes:
-        raise HopformError("either height or v2 must be given, got neither")
     with progress_bar("stances") as bar:
         batch = solve_stances(robot, **axes, threads=threads, backend=backend, progress=progress or bar)
     fixed = {name: of_xarray.Variable((), value, {"units": UNITS[name]}) for name, value in single.items()}
