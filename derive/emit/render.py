@@ -19,17 +19,16 @@ import jinja2
 
 from .. import VERSION
 from ..maths import contact, energy, kernels, stability
-from ..model import kinds, precisions, selftest
+from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
 from ..model.equations import Model
 from ..model.precisions import F64, PRECISIONS, Precision
-from ..model.quantities import TRAVEL
-from ..model.structs import SEARCH_INTERVALS, struct_of, structs
 from ..models.hopper import HOPPER
 from ..paper import register
+from . import ir
 from .c import C, documented
 from .instantiate import instantiate, with_prefix
-from .ir import DOMAINS, Program, Quantity
+from .ir import Program, Quantity
 from .numpy import NumPy
 from .program import program
 
@@ -202,13 +201,13 @@ def _declarations() -> dict[str, str]:
     return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
 
 
-FACTS = (energy, kernels, kinds, precisions, register, selftest, stability)
+FACTS = (contact, energy, ir, kernels, kinds, precisions, quantities, register, selftest, stability, structs)
 """Modules whose facts templates ask for, by their names."""
 
 
 def _context(made: Program, options: Options) -> dict[str, Any]:
     ledgers = [energy.with_stop_loss(made.record(name), meaning) for name, meaning in LEDGERS.items()]
-    public = [struct_of(record) for record in made.records if record.name in PUBLIC]
+    public = [structs.struct_of(record) for record in made.records if record.name in PUBLIC]
     firmware = _firmware(options)
     answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS)
     return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
@@ -218,18 +217,11 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "program": made,
         "options": options,
         "model": options.model,
-        "contact_is_compression": int(contact.is_compression(options.model)),
-        "leg_has_damper": int(contact.has_damper(options.model)),
-        "foot_is_fixed": int("foot" in options.model.fixed),
-        "body_is_fixed": int("body" in options.model.fixed),
-        "structs": [*public, *structs(options.model.robot)],
-        "internal_structs": [struct_of(record) for record in made.records if record.name not in PUBLIC],
+        "public_structs": [*public, *structs.structs(options.model.robot)],
+        "internal_structs": [structs.struct_of(record) for record in made.records if record.name not in PUBLIC],
         "python_records": (*made.records, *ledgers),
         "walked_records": [made.record(name) for name in WALKED],
         "example": ", ".join(repr(example_value(quantity)) for quantity in made.record("Robot").quantities),
-        "travel": TRAVEL,
-        "domains": DOMAINS.values(),
-        "search_intervals": SEARCH_INTERVALS,
         "declared": _declarations(),
         "firmware": firmware,
         "units": [name for name in firmware if name.endswith(".c")],

@@ -28,17 +28,8 @@ displacement, length, unloaded = sp.symbols("displacement length unloaded", real
 body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
 total_energy = equations.kinetic + equations.potential
 
-# The products whose integrals are known, by their integral.
-PRODUCTS = {
-    int_v1: v1,
-    int_v2: v2,
-    int_v1v1: v1**2,
-    int_v1v2: v1 * v2,
-    int_v2v2: v2**2,
-    int_yv1: y * v1,
-    int_yv2: y * v2,
-    int_xv2: displacement * v2,
-}
+PRODUCTS = dict(zip(MOMENTS.symbols, (v1, v2, v1**2, v1 * v2, v2**2, y * v1, y * v2, displacement * v2), strict=True))
+"""The products whose integrals are known, by their integral."""
 
 
 def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:

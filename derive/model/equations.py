@@ -165,7 +165,6 @@ compression = x1 - x2 + L0 + c
 kinetic = (m_eff * v1**2 + m_s * v2**2) / 2
 potential = m_s * g * x2 + k * compression**2 / 2
 LAGRANGIAN = kinetic - potential
-SPRING_FORCE = k * compression
 
 
 def threshold_current() -> sp.Expr:
