@@ -356,14 +356,14 @@ static inline hopform_motion_f64 hopform_motion_of_actuator_f64(const hopform_ra
     const double H3_1 = C_1 + a1_v1*v1 + a1_y*y;  /* (6) with x_2 held */
     const double H2_y = C_1 - q_1*y;              /* (6) of y, the other mass held */
     const double H2_1 = -q_1*v1;                  /* (6) with x_2 held */
-    const double H1_y = 0.0;                      /* (6) of y, the other mass held */
-    const double H1_1 = 0.0;                      /* (6) with x_2 held */
     const double N2_1 = C_1 + a1_y*y;             /* (6) with x_2 held */
     const double N1_1 = 0.0;                      /* (6) with x_2 held */
-    const double N0_1 = 0.0;                      /* (6) with x_2 held */
+    const double H1_1 = 0.0;                      /* held */
     const double H3_2 = 0.0;                      /* held */
     const double H2_2 = 0.0;                      /* held */
     const double H1_2 = 0.0;                      /* held */
+    const double H1_y = 0.0;                      /* held */
+    const double N0_1 = 0.0;                      /* held */
     const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
@@ -380,11 +380,11 @@ static inline hopform_motion_f64 hopform_motion_of_body_f64(const hopform_rates_
     const double H3_2 = C_2 + a2_v2*v2 + a2_y*y;  /* (7) with x_1 held */
     const double H2_y = -C_2 - q_2*y;             /* (7) of y, the other mass held */
     const double H2_2 = -q_2*v2;                  /* (7) with x_1 held */
-    const double H1_y = 0.0;                      /* (7) of y, the other mass held */
-    const double H1_2 = 0.0;                      /* (7) with x_1 held */
     const double H3_1 = 0.0;                      /* held */
     const double H2_1 = 0.0;                      /* held */
     const double H1_1 = 0.0;                      /* held */
+    const double H1_2 = 0.0;                      /* held */
+    const double H1_y = 0.0;                      /* held */
     const double N2_1 = 0.0;                      /* held */
     const double N1_1 = 0.0;                      /* held */
     const double N0_1 = 0.0;                      /* held */

@@ -126,14 +126,14 @@ def motion_of_actuator(rates: Rates, drive: Drive, state: LegState) -> Motion:
     H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6) with x_2 held
     H2_y = C_1 - q_1*y              # (6) of y, the other mass held
     H2_1 = -q_1*v1                  # (6) with x_2 held
-    H1_y = 0.0                      # (6) of y, the other mass held
-    H1_1 = 0.0                      # (6) with x_2 held
     N2_1 = C_1 + a1_y*y             # (6) with x_2 held
     N1_1 = 0.0                      # (6) with x_2 held
-    N0_1 = 0.0                      # (6) with x_2 held
+    H1_1 = 0.0                      # held
     H3_2 = 0.0                      # held
     H2_2 = 0.0                      # held
     H1_2 = 0.0                      # held
+    H1_y = 0.0                      # held
+    N0_1 = 0.0                      # held
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
@@ -148,11 +148,11 @@ def motion_of_body(rates: Rates, drive: Drive, state: LegState) -> Motion:
     H3_2 = C_2 + a2_v2*v2 + a2_y*y  # (7) with x_1 held
     H2_y = -C_2 - q_2*y             # (7) of y, the other mass held
     H2_2 = -q_2*v2                  # (7) with x_1 held
-    H1_y = 0.0                      # (7) of y, the other mass held
-    H1_2 = 0.0                      # (7) with x_1 held
     H3_1 = 0.0                      # held
     H2_1 = 0.0                      # held
     H1_1 = 0.0                      # held
+    H1_2 = 0.0                      # held
+    H1_y = 0.0                      # held
     N2_1 = 0.0                      # held
     N1_1 = 0.0                      # held
     N0_1 = 0.0                      # held
