@@ -13,7 +13,7 @@ import traceback
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from numbers import Rational, Real
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -230,11 +230,8 @@ def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...], prefix: st
 
 
 def _force(value: Any, what: str, symbols: set[sp.Symbol]) -> sp.Expr:
-    if not isinstance(value, sp.Expr) and not isinstance(value, bool):
-        if isinstance(value, Rational):
-            value = sp.Rational(int(value.numerator), int(value.denominator))
-        elif isinstance(value, Real):
-            value = sp.sympify(float(value))
+    if isinstance(value, Real) and not isinstance(value, bool):
+        value = sp.sympify(value)
     if not isinstance(value, sp.Expr):
         raise _wrong(what, "a number or an expression of sympy", value)
     what = f"{what} is {_one_line(str(value))}"

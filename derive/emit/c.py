@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 
 from ..model.kinds import Kind, Word
 from ..model.precisions import F32, Precision
-from .expressions import Expressions, aligned, argument_name, chunks, snake
+from .expressions import Expressions, aligned, argument_name, snake, unpacked
 from .ir import SCALARS, Domain, Function, Member, Record, Struct
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
@@ -85,15 +85,9 @@ class C:
         return f"{begins}{between.join(arguments)})"
 
     def body(self, function: Function) -> Iterator[str]:
-        for argument, symbols in function.arguments():
-            if not symbols:
-                yield f"(void){argument_name(argument)};"
-            elif isinstance(argument, Record):
-                name = argument_name(argument)
-                yield from (
-                    f"const real {', '.join(f'{symbol} = {name}->{symbol}' for symbol in chunk)};"
-                    for chunk in chunks(symbols, 100, len(name) + 7)
-                )
+        yield from (f"(void){argument_name(argument)};" for argument, symbols in function.arguments() if not symbols)
+        for name, symbols in unpacked(function, 7):
+            yield f"const real {', '.join(f'{symbol} = {name}->{symbol}' for symbol in symbols)};"
         yield from aligned(
             (f"const real {s.symbol} = {self.spelled(s.value)};", f"/* {s.source} */") for s in function.steps
         )

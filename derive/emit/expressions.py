@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from .ir import Quantity, Record
+from .ir import Function, Quantity, Record
 
 Line = tuple[str, str]
 LARGEST_PART = 10**36
@@ -100,11 +100,12 @@ def snake(name: str) -> str:
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
-def chunks(symbols: tuple[sp.Symbol, ...], width: int, extra: int) -> Iterator[list[sp.Symbol]]:
-    """The symbols in groups whose line, with each name twice and `extra` characters around it, fits in a width."""
-    groups: list[list[sp.Symbol]] = [[]]
-    for symbol in symbols:
-        if groups[-1] and sum(2 * len(str(each)) + extra for each in (*groups[-1], symbol)) > width:
-            groups.append([])
-        groups[-1].append(symbol)
-    return filter(None, groups)
+def unpacked(function: Function, extra: int) -> Iterator[tuple[str, tuple[sp.Symbol, ...]]]:
+    """What a function reads of its records, by the record's name, in groups that a line of 100 characters holds: each
+    symbol twice, with the name and `extra` characters.
+    """
+    for argument, symbols in function.arguments():
+        name, longest = argument_name(argument), max((len(symbol.name) for symbol in symbols), default=0)
+        count = max(1, 100 // (len(name) + extra + 2 * longest))
+        if isinstance(argument, Record):
+            yield from ((name, symbols[n : n + count]) for n in range(0, len(symbols), count))

@@ -130,19 +130,15 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
         for path in differing
         if path != MANIFEST and current.get(path) != made.get(path)
     ]
-    for path in sorted(makers.keys() | makers_now.keys()):
-        if makers.get(path) != makers_now.get(path):
-            reasons.append(f"the {_kind(path)} was changed since: {path}")
+    changed = {path for path, _ in makers.items() ^ makers_now.items()}
+    reasons += [f"the {_kind(path)} was changed since: {path}" for path in sorted(changed)]
     return reasons or ["all hashes agree but the text differs: a tool's version did it"]
 
 
 def _kind(path: Path) -> str:
     """The kind of a file among the inputs."""
-    if path.parts[0] == "templates":
-        return "template"
-    if path.parts[0] == "runtime":
-        return "engine"
-    return "generator" if path.parts[1] == "emit" or len(path.parts) == 2 else "model"
+    derived = "generator" if path.parts[1] == "emit" or len(path.parts) == 2 else "model"
+    return {"templates": "template", "runtime": "engine"}.get(path.parts[0], derived)
 
 
 def _read(path: Path) -> str:

@@ -1,13 +1,14 @@
 """How a function of the intermediate form is spelled in NumPy."""
 
+import json
 import math
 from collections.abc import Iterable, Iterator
 
 import sympy as sp
 
 from ..model.kinds import Word
-from .expressions import Expressions, aligned, argument_name, chunks
-from .ir import Domain, Function, Program, Quantity, Record
+from .expressions import Expressions, aligned, argument_name, unpacked
+from .ir import Function, Program, Quantity, Record
 
 
 class NumPy:
@@ -23,12 +24,9 @@ class NumPy:
         return f"def {function.name}({arguments}) -> {returns}:"
 
     def body(self, function: Function) -> Iterator[str]:
-        for argument, symbols in function.arguments():
-            if isinstance(argument, Record):
-                name = argument_name(argument)
-                for chunk in chunks(symbols, 100, len(name) + 5):
-                    targets = ", ".join(map(str, chunk))
-                    yield f"{targets} = {', '.join(f'{name}.{symbol}' for symbol in chunk)}"
+        for name, symbols in unpacked(function, 5):
+            targets = ", ".join(map(str, symbols))
+            yield f"{targets} = {', '.join(f'{name}.{symbol}' for symbol in symbols)}"
         yield from aligned((f"{s.symbol} = {self.spelled(s.value)}", f"# {s.source}") for s in function.steps)
         values = ", ".join(map(str, function.returns.symbols))
         yield (
@@ -47,24 +45,22 @@ class NumPy:
             yield f"Returns {function.returns.name} [{function.returns.unit}], {function.returns.meaning}."
         yield '"""'
 
-    def number(self, value: float) -> str:
-        """A literal, of an infinity too."""
-        return f'float("{value}")' if math.isinf(value) else repr(value)
+    def literal(self, value: object) -> str:
+        """A text, a number, an infinity too, or None."""
+        if isinstance(value, str):
+            return json.dumps(value, ensure_ascii=False)
+        return f'float("{value}")' if value in (math.inf, -math.inf) else repr(value)
 
-    def interval(self, domain: Domain) -> str:
-        """The arguments of a `Domain`."""
-        ends = self.number(domain.low), self.number(domain.high)
-        return f'"{domain.allowed}", {", ".join(ends)}, {domain.with_low}, {domain.with_high}'
+    def arguments(self, *values: object) -> str:
+        return ", ".join(map(self.literal, values))
 
-    def field(self, quantity: Quantity) -> str:
+    def field(self, q: Quantity) -> str:
         """The arguments of a `Field`."""
-        default = "None" if quantity.default is None else self.number(quantity.default)
-        texts = (quantity.name, quantity.glyph, quantity.unit, quantity.domain, quantity.meaning)
-        return ", ".join(f'"{text}"'.replace("\\", "\\\\") for text in texts) + f", {default}"
+        return self.arguments(q.name, q.glyph, q.unit, q.domain, q.meaning, q.default)
 
     def attribute(self, quantity: Quantity) -> str:
         """A field of a dataclass, with its default if it has one."""
-        default = "" if quantity.default is None else f" = {self.number(quantity.default)}"
+        default = "" if quantity.default is None else f" = {self.literal(quantity.default)}"
         return f"{quantity.name}: float{default}"
 
     def words(self, words: Iterable[Word]) -> str:

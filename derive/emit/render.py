@@ -21,7 +21,7 @@ from .. import VERSION
 from ..maths import contact, energy, kernels, stability
 from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
-from ..model.equations import Model
+from ..model.equations import FIXED, Model
 from ..model.precisions import F64, PRECISIONS, Precision
 from ..models.hopper import HOPPER
 from ..paper import register
@@ -201,7 +201,7 @@ def _declarations() -> dict[str, str]:
     return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
 
 
-FACTS = (contact, energy, ir, kernels, kinds, precisions, quantities, register, selftest, stability, structs)
+FACTS = (energy, ir, kernels, kinds, precisions, quantities, register, selftest, stability, structs)
 """Modules whose facts templates ask for, by their names."""
 
 
@@ -217,6 +217,9 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "program": made,
         "options": options,
         "model": options.model,
+        "contact_is_compression": int(contact.is_compression(options.model)),
+        "leg_has_damper": int(contact.has_damper(options.model)),
+        "is_fixed": {name: int(name in options.model.fixed) for name in FIXED},
         "public_structs": [*public, *structs.structs(options.model.robot)],
         "internal_structs": [structs.struct_of(record) for record in made.records if record.name not in PUBLIC],
         "python_records": (*made.records, *ledgers),

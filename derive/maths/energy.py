@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
+from ..emit.ir import Record, Step, Steps, function, scalar
 from ..model import equations
 from ..model.equations import Model, Term
 from ..model.quantities import *
@@ -49,9 +49,7 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
 def ledger_record(model: Model) -> Record:
     """The fields of the ledger: those of the hopper, then the work of each further term on each mass it acts on."""
     further = tuple(
-        Quantity(
-            str(work.entry), str(work.entry), "J", f"work of the term '{work.term.name}' on the {_MASSES[work.mass]}"
-        )
+        scalar(str(work.entry), "J", f"work of the term '{work.term.name}' on the {_MASSES[work.mass]}")
         for work in works(model)
     )
     return Record(LEDGER.name, LEDGER.meaning, LEDGER.quantities + further, LEDGER.python_name)

@@ -128,17 +128,12 @@ def transforms(model: Model) -> tuple[sp.Expr, ...]:
     return tuple(made)
 
 
-def paper_frame(model: Model) -> dict[str, sp.Expr]:
-    """beta, gamma, lambda_2 and H_4..H_1 of (8)-(15) as they follow from (3), (4), in the paper's frame.
+def paper_frame(model: Model) -> tuple[sp.Poly, ...]:
+    """The numerators of X_1(s), X_2(s) over s^2 P(s) as they follow from (3), (4), in the paper's frame.
 
-    (6), (7) are solved for X_2(s); H_n is the coefficient of s^(n-1) of its numerator over s^2 P(s).
+    (6), (7) are solved for both; H_n of (12)-(15) is the coefficient of s^(n-1) of that of X_2(s).
     """
     solution = sp.solve(transforms(model), (X1, X2), dict=True)[0]
-    polynomial = sp.Poly(sp.expand((s * sp.eye(3) - MATRIX).det()), s).as_expr()
     entries = {step.symbol: step.value for step in rates_of(model) if step.symbol in MATRIX.free_symbols}
-    denominator = s**2 * polynomial.subs(entries)
-    printed: dict[str, sp.Expr] = {}
-    for name, X in (("X1", X1), ("X2", X2)):
-        numerator = sp.Poly(sp.cancel(sp.together(solution[X] * denominator)), s)
-        printed |= {f"{name}_H{power + 1}": sp.expand(numerator.coeff_monomial(s**power)) for power in range(5)}
-    return printed
+    denominator = s**2 * (s * sp.eye(3) - MATRIX.subs(entries)).det()
+    return tuple(sp.Poly(sp.cancel(sp.together(solution[X] * denominator)), s) for X in (X1, X2))

@@ -46,10 +46,6 @@ def change_of(symbol: sp.Symbol) -> sp.Symbol:
     return sp.Symbol(f"d_{symbol}", real=True)
 
 
-def _change_of(symbol: sp.Symbol, unit: str, meaning: str) -> Quantity:
-    return scalar(str(change_of(symbol)), unit, meaning)
-
-
 def changed(value: sp.Expr, inputs: Iterable[sp.Symbol]) -> sp.Expr:
     """The change of an expression where the inputs change, to first order."""
     return sp.expand(sum((value.diff(symbol) * change_of(symbol) for symbol in inputs), sp.S.Zero))
@@ -76,7 +72,7 @@ def slopes_of(model: Model) -> Steps:
     return changed_steps((*rates, *laplace.drive_of(model)), (*model.robot.symbols, u), SLOPES.symbols)
 
 
-@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=_change_of(body, "J", "change of the energy"))
+@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=scalar("d_body", "J", "change of the energy"))
 def body_energy_change(model: Model) -> Steps:
     """Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c.
 
@@ -95,7 +91,7 @@ def body_energy_change(model: Model) -> Steps:
 
 @function(
     takes=(ROBOT, STATE.quantities[2], ROBOT_CHANGE, STATE_CHANGE),
-    returns=_change_of(control.apex, "m", "change of the hop height of the apex"),
+    returns=scalar("d_apex", "m", "change of the hop height of the apex"),
 )
 def apex_change(model: Model) -> Steps:
     """Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0)."""

@@ -7,7 +7,7 @@ hold other structs.
 from collections.abc import Iterable, Iterator
 
 from ..emit.ir import Member, Quantity, Record, Struct
-from .quantities import BASIS, ROBOT, STATE, TIME
+from .quantities import BASIS, BODY_HEIGHT, CURRENT, ROBOT, STATE, TIME
 
 
 def reals(unit: str, *names: str) -> Iterator[Member]:
@@ -15,9 +15,9 @@ def reals(unit: str, *names: str) -> Iterator[Member]:
     return (Member(name, "real", "", unit) for name in names)
 
 
-def of_quantities(quantities: Iterable[Quantity]) -> Iterator[Member]:
-    """Members that are quantities of the derivation."""
-    return (Member(quantity.name, "real", quantity.meaning, quantity.unit) for quantity in quantities)
+def of_quantities(quantities: Iterable[Quantity], type_: str = "real") -> Iterator[Member]:
+    """Members that are quantities of the derivation, or columns of them."""
+    return (Member(quantity.name, type_, quantity.meaning, quantity.unit) for quantity in quantities)
 
 
 def struct_of(record: Record) -> Struct:
@@ -166,25 +166,18 @@ OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where i
 def stances_in(robot: Record = ROBOT) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
-    return Struct("StancesIn", "Where robots, states at touchdown, currents and longest times of stances are read.").of(
+    return Struct("StancesIn", "Where robots, states after the impact, currents and longest times are read.").of(
         Member("robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields),
-        Member("x1", "Input", "", "m"),
-        Member("v1", "Input", "after the impact", "m/s"),
-        Member("v2", "Input", "after the impact", "m/s"),
-        Member("y", "Input", "compression, 0 at touchdown", "m"),
-        Member("u", "Input", "", "A"),
+        *of_quantities((*STATE.quantities, CURRENT), "Input"),
         Member("horizon", "Input", "", "s"),
         Member("max_phases", "int32"),
     )
 
 
-STANCES_OUT = Struct("StancesOut", "Where results of stances go: of a refused one a negative status and NaN.").of(
+STANCES_OUT = Struct("StancesOut", "Where results and states at the ending go; NaN and a status < 0 where refused.").of(
     Member("status", "Output", "int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_..."),
     Member("duration", "Output", "time of the ending", "s"),
-    Member("x1", "Output", "at the ending, as the next three", "m"),
-    Member("v1", "Output", "", "m/s"),
-    Member("x2", "Output", "height of the body over the ground", "m"),
-    Member("v2", "Output", "", "m/s"),
+    *of_quantities((*STATE.quantities[:2], BODY_HEIGHT, STATE.quantities[2]), "Output"),
     Member("apex", "Output", "hop height of the apex; NaN without take-off, and where g = 0", "m"),
     Member("aed", "Output", "analytical energy delta", "J"),
     Member("event_count", "Output", "int32_t"),

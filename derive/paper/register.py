@@ -82,8 +82,7 @@ def as_printed(title: str, printed: str, reason: str, steps: tuple[str, ...], *a
 
 beta, gamma, lambda_2, H_4, H_3, H_2, H_1 = sp.symbols("beta gamma lambda_2 H_4 H_3 H_2 H_1", real=True)
 m_1, m_2, b_eff, u_star, v_td, x2_ground = sp.symbols("m_1 m_2 b_eff u_star v_td x2_ground", real=True)
-E_delta, E_td, E_dist, h_des, x1_T = sp.symbols("E_delta E_td E_dist h_des x1_T", real=True)
-acc2 = sp.Symbol("acc2", real=True)
+E_delta, E_td, E_dist, h_des, x1_T, acc2 = sp.symbols("E_delta E_td E_dist h_des x1_T acc2", real=True)
 pole_a, pole_b, pole_c, pole_d, pole_e = POLES = sp.symbols("a b c_pole d e_pole")
 A, B, C, D, E = sp.symbols("A B C D E")
 HATS = sp.symbols("A_hat B_hat C_hat D_hat E_hat F_hat G_hat")
@@ -120,19 +119,16 @@ def _numerator(number: int, monomial: sp.Expr) -> sp.Expr:
     return sp.Poly(sp.cancel(_transformed(number) * s * quadratic), s, other).coeff_monomial(monomial)
 
 
-_frame = laplace.paper_frame(HOPPER)
+_numerators = laplace.paper_frame(HOPPER)
 
 # What the letters stand for, as it follows from (3), (4).
 LETTERS: dict[sp.Symbol, sp.Expr] = {
     gamma: sp.expand(-_numerator(2, sp.S.One)),
     beta: sp.expand(_numerator(2, s)),
     lambda_2: sp.expand(_numerator(1, sp.S.One)),
-    H_4: _frame["X2_H4"],
-    H_3: _frame["X2_H3"],
-    H_2: _frame["X2_H2"],
-    H_1: _frame["X2_H1"],
+    **dict(zip((H_4, H_3, H_2, H_1), map(sp.expand, _numerators[1].all_coeffs()[1:]), strict=True)),
 }
-_transform_1, _transform_2 = (sum(_frame[f"X{i}_H{n + 1}"] * s**n for n in range(5)) / (s**2 * cubic) for i in (1, 2))
+_transform_1, _transform_2 = (numerator.as_expr() / (s**2 * cubic) for numerator in _numerators)
 
 _spring = sp.diff(LAGRANGIAN, x1)
 start_1 = s**2 * x1_0 + s * (v1_0 + x1_0 * b1 / m_eff) + lambda_2
