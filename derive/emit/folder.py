@@ -168,10 +168,8 @@ def _read_manifest(folder: Path) -> tuple[dict[Path, str], dict[Path, str]]:
 
 
 def _parse_manifest(text: str) -> tuple[dict[Path, str], dict[Path, str]]:
-    made, _, makers = text.partition("# made from\n")
-    return _hashes(made), _hashes(makers)
-
-
-def _hashes(lines: str) -> dict[Path, str]:
-    parts = (line.partition("  ") for line in lines.split("\n"))
-    return {Path(path): digest for digest, _, path in parts if path}
+    made, makers = (
+        {Path(path): digest for digest, path in re.findall("^(.+?)  (.+)$", part, re.MULTILINE)}
+        for part in text.partition("# made from\n")[::2]
+    )
+    return made, makers

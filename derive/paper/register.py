@@ -12,9 +12,9 @@ statement about their difference. In them
 Figures are those of the robot `hopper_c` after a drop from 20 cm unless said otherwise; the tests compute each of them.
 """
 
-import json
+import pprint
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal
 
@@ -45,29 +45,15 @@ class Equation:
     printed: str
     derived: str
     reason: str
-    steps: tuple[str, ...]
-    printed_expr: sp.Expr | None = None
-    derived_expr: sp.Expr | None = None
+    computed_by: tuple[str, ...]
+    printed_expr: sp.Expr | None = field(default=None, repr=False)
+    derived_expr: sp.Expr | None = field(default=None, repr=False)
     number: int = 0
 
     @property
-    def literals(self) -> Iterator[str]:
-        """The fields as lines of Python, plain literals in pieces that fit the line."""
-        yield f"{self.number},"
-        for text in (self.title, self.printed, self.derived, self.verdict, self.reason):
-            yield from _literal(text)
-        yield f"({''.join(f'{json.dumps(step)}, ' for step in self.steps).rstrip()}),"
-
-
-def _literal(text: str, width: int = 96) -> Iterator[str]:
-    """An argument that is a string: adjacent literals, broken at spaces; more than one stand in parentheses."""
-    lines = [""]
-    for word in text.split(" "):
-        if lines[-1] and len(json.dumps(lines[-1] + word)) > width:
-            lines.append("")
-        lines[-1] += f"{word} "
-    first, *more = [*map(json.dumps, lines[:-1]), json.dumps(lines[-1][:-1])]
-    yield from ("(", *(f"    {piece}" for piece in (first, *more)), "),") if more else (f"{first},",)
+    def lines(self) -> list[str]:
+        """The entry without its algebra as lines of Python, texts in pieces that fit the line."""
+        return f"{pprint.pformat(self, width=112)},".splitlines()
 
 
 agrees, clash, slip, incomplete, wrong = (partial(Equation, verdict) for verdict in VERDICTS)

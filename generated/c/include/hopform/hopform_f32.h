@@ -14,7 +14,8 @@
 extern "C" {
 #endif
 
-enum { HOPFORM_SEARCH_INTERVALS_f32 = 24 }; /**< intervals of currents that wait in a search */
+/** Intervals of currents that wait in a search. */
+enum { HOPFORM_SEARCH_INTERVALS_f32 = 24 };
 
 /** What the hopper is made of. */
 typedef struct {
