@@ -48,12 +48,10 @@ class C:
             ends.append(f"(value) {'<=' if domain.with_high or domain.high == math.inf else '<'} {high}")
         return f"({' && '.join(ends)})"
 
-    def macro(self, record: Record) -> str:
-        return snake(record.name).upper()
-
     def for_each_member(self, record: Record) -> str:
-        """X(name, DOMAIN) for each member."""
-        return " ".join(f"X({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
+        """The macro that has X(name, DOMAIN) for each member."""
+        calls = " ".join(f"X({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
+        return f"#define HOPFORM_{snake(record.name).upper()}_MEMBERS(X) {calls}"
 
     def type(self, name: str) -> str:
         """A scalar, a struct or a pointer, by its name in the derivation."""

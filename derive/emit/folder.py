@@ -52,9 +52,8 @@ def _refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
                 raise FolderError(f"--out {folder}: {parent} is not a folder: {_NOT_OURS}")
         if target.exists() and not target.is_file():
             raise FolderError(f"--out {folder}: {path} is not a file: {_NOT_OURS}")
-        if path == MANIFEST or not target.exists():
-            continue
-        if _digest(target) not in (made.get(path), hashlib.sha256(text.encode()).hexdigest()):
+        ours = (None, made.get(path), hashlib.sha256(text.encode()).hexdigest())
+        if path != MANIFEST and _digest(target) not in ours:
             reason = f"{path} was edited by hand: move it away" if path in made else f"{path} was {_NOT_OURS}"
             raise FolderError(f"--out {folder}: {reason}")
 
@@ -109,13 +108,13 @@ def check(texts: dict[Path, str], folder: Path) -> int:
     for path in differing:
         old, new = _read(folder / path).splitlines(True), texts[path].splitlines(True)
         sys.stdout.writelines(list(difflib.unified_diff(old, new, str(folder / path), "as derived"))[:40])
-    for path in stray:
-        print(f"derive: {path} is a stray file: neither a template nor the engine makes it", file=sys.stderr)
-    for reason in _reasons(texts, folder, differing):
+    reasons = [f"{path} is a stray file: neither a template nor the engine makes it" for path in stray]
+    reasons += _reasons(texts, folder, differing)
+    if reasons:
+        reasons.append(f"{folder.name}/ is out of date: run `make generate`")
+    for reason in reasons:
         print(f"derive: {reason}", file=sys.stderr)
-    if differing or stray:
-        print(f"derive: {folder.name}/ is out of date: run `make generate`", file=sys.stderr)
-    return 1 if differing or stray else 0
+    return 1 if reasons else 0
 
 
 def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> list[str]:

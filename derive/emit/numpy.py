@@ -29,11 +29,8 @@ class NumPy:
             yield f"{targets} = {', '.join(f'{name}.{symbol}' for symbol in symbols)}"
         yield from aligned((f"{s.symbol} = {self.spelled(s.value)}", f"# {s.source}") for s in function.steps)
         values = ", ".join(map(str, function.returns.symbols))
-        yield (
-            f"return {function.returns.in_python}({values})"
-            if isinstance(function.returns, Record)
-            else f"return {values}"
-        )
+        result = f"{function.returns.in_python}({values})" if isinstance(function.returns, Record) else values
+        yield f"return {result}"
 
     def docstring(self, function: Function) -> Iterator[str]:
         yield f'"""{function.meaning}'

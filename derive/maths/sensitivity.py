@@ -28,14 +28,8 @@ def changes(record: Record) -> Record:
     return Record(f"{record.name}Change", f"Changes: {record.meaning}", tuple(map(_changed, record.quantities)))
 
 
-SLOPES = Record(
-    "Slopes",
-    "Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2.",
-    tuple(
-        _changed(quantity)
-        for constant, rates in zip(DRIVE.quantities, (RATES.quantities[:3], RATES.quantities[5:8]), strict=True)
-        for quantity in (constant, *rates)
-    ),
+SLOPES = Record("Slopes", "Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2.").of(
+    *map(_changed, (DRIVE.quantities[0], *RATES.quantities[:3], DRIVE.quantities[1], *RATES.quantities[5:8]))
 )
 ROBOT_CHANGE = changes(ROBOT)
 STATE_CHANGE = changes(STATE)

@@ -10,11 +10,6 @@ from ..emit.ir import Member, Quantity, Record, Struct
 from .quantities import BASIS, BODY_HEIGHT, CURRENT, ROBOT, STATE, TIME
 
 
-def reals(unit: str, *names: str) -> Iterator[Member]:
-    """Members of one unit, whose names say what they are."""
-    return (Member(name, "real", "", unit) for name in names)
-
-
 def of_quantities(quantities: Iterable[Quantity], type_: str = "real") -> Iterator[Member]:
     """Members that are quantities of the derivation, or columns of them."""
     return (Member(quantity.name, type_, quantity.meaning, quantity.unit) for quantity in quantities)
@@ -47,7 +42,9 @@ PLAN = Struct("Plan", "What is computed once per robot: coefficients of (3), (4)
     Member("node_body", "Node"),
     Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
 )
-STEP = Struct("Step", "A step of the current: u from time t on.").of(*reals("s", "t"), *reals("A", "u"))
+STEP = Struct("Step", "A step of the current: u from time t on.").of(
+    Member("t", "real", "", "s"), Member("u", "real", "", "A")
+)
 PHASE = Struct("Phase", "A phase: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since touchdown", "s"),
     *of_quantities(STATE.quantities),
@@ -73,20 +70,18 @@ TARGET = Struct("Target", "What the controller is asked for.").of(
     Member("horizon", "real", "longest time of a stance", "s"),
 )
 COMMAND = Struct("Command", "The answer of the controller.").of(
-    *reals("A", "u"),
+    Member("u", "real", "", "A"),
     Member("apex", "real", "hop height that follows, as h_des; 0 without take-off", "m"),
     Member("status", "int32", "HOPFORM_COMMAND_..."),
 )
 TRIAL = Struct("Trial", "A current that was tried, and what its stance does.").of(
-    *reals("A", "u"),
+    Member("u", "real", "", "A"),
     Member("apex", "real", "0 without take-off", "m"),
     Member("apex_u", "real", "its derivative by u, as the next ones", "m/A"),
-    Member(
-        "largest_x1", "real", "the largest x_1; where x1_max is hit, beyond it by how far the stance is from that", "m"
-    ),
-    *reals("m/A", "largest_x1_u"),
+    Member("largest_x1", "real", "largest x_1; where x1_max is hit, beyond it by how far the stance is from that", "m"),
+    Member("largest_x1_u", "real", "", "m/A"),
     Member("least_contact", "real", "the least minimum of the contact force over k before the ending", "m"),
-    *reals("m/A", "least_contact_u"),
+    Member("least_contact_u", "real", "", "m/A"),
     Member("events", "uint32", "stands for the order of modes and events"),
     Member("minima", "uint32", "how many minima of it there are"),
     Member("takes_off", "bool"),
@@ -104,8 +99,8 @@ SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("start", "State"),
     Member("apex", "real", "wanted, over the ground", "m"),
     Member("limit", "real", "x_1 stays below", "m"),
-    *reals("s", "horizon"),
-    *reals("m", "datum"),
+    Member("horizon", "real", "", "s"),
+    Member("datum", "real", "", "m"),
     Member("best", "Trial", "the nearest so far; u = 0 until one is admissible"),
     Member("zero", "Trial", "the current 0"),
     Member("intervals", "Interval", "intervals in which a better current may lie", count=SEARCH_INTERVALS),
@@ -120,9 +115,9 @@ SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
 )
 FLIGHT_PHASE = Struct("FlightPhase", "A phase of a flight: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since take-off", "s"),
-    *reals("m", "x1"),
-    *reals("m/s", "v1"),
-    *reals("m/s^2", "acc1"),
+    Member("x1", "real", "", "m"),
+    Member("v1", "real", "", "m/s"),
+    Member("acc1", "real", "", "m/s^2"),
     Member("side", "int8", "sign of v1, 0 if held"),
     Member("limit", "int8", "sign of the motor's pull gamma2 u at its limit, 0 under the law"),
     Member("event", "int8", "HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it"),
@@ -136,7 +131,7 @@ FLIGHT = Struct("Flight", "A flight, solved. In its states y is x_1 - x_2 + L_0 
     Member("end", "State", "state at the ending: before the impact"),
     Member("v2_after", "real", "velocity of the body after the impact", "m/s"),
     Member("apex", "real", "highest hop height of the body over the ground ahead, up to the ending", "m"),
-    *reals("s", "apex_time"),
+    Member("apex_time", "real", "", "s"),
     Member("impact_loss", "real", "energy lost at the impact, negative", "J"),
     Member("start_loss", "real", "energy lost at a stop at t = 0, negative", "J"),
     Member("leg_loss", "real", "energy lost by a damper in the leg, which carries nothing, negative", "J"),

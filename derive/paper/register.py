@@ -16,7 +16,6 @@ import pprint
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Literal
 
 import sympy as sp
 
@@ -26,8 +25,7 @@ from ..model.equations import LAGRANGIAN, ModelError
 from ..model.quantities import *
 from ..models.hopper import HOPPER
 
-Verdict = Literal["agrees", "typographical slip", "wrong", "clash of symbols", "incomplete"]
-VERDICTS: dict[Verdict, str] = {
+VERDICTS = {
     "agrees": "follows from (3), (4) as it is printed",
     "clash of symbols": "right, but one letter stands for two things",
     "typographical slip": "one letter or dot differs from what the neighbouring equations say",
@@ -38,9 +36,11 @@ VERDICTS: dict[Verdict, str] = {
 
 @dataclass(frozen=True)
 class Equation:
-    """One equation of the paper: what is printed, what follows from (3), (4), and which generated steps compute it."""
+    """One equation of the paper: what is printed, what follows from (3), (4), which generated steps compute it, and a
+    verdict, one of VERDICTS.
+    """
 
-    verdict: Verdict
+    verdict: str
     title: str
     printed: str
     derived: str

@@ -189,7 +189,7 @@ typedef struct {
     float y_t;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_at_f32;
 
-/* Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2. */
+/* Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2. */
 typedef struct {
     float d_C_1;    /* [m/s^2] change of the constant acceleration of the actuator */
     float d_a1_y;   /* [1/s^2] change of the acceleration of the actuator per compression */

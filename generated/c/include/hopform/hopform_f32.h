@@ -184,7 +184,7 @@ typedef struct {
     float u; /**< [A] */
     float apex; /**< [m] 0 without take-off */
     float apex_u; /**< [m/A] its derivative by u, as the next ones */
-    float largest_x1; /**< [m] the largest x_1; where x1_max is hit, beyond it by how far the stance is from that */
+    float largest_x1; /**< [m] largest x_1; where x1_max is hit, beyond it by how far the stance is from that */
     float largest_x1_u; /**< [m/A] */
     float least_contact; /**< [m] the least minimum of the contact force over k before the ending */
     float least_contact_u; /**< [m/A] */

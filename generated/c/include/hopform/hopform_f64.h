@@ -184,7 +184,7 @@ typedef struct {
     double u; /**< [A] */
     double apex; /**< [m] 0 without take-off */
     double apex_u; /**< [m/A] its derivative by u, as the next ones */
-    double largest_x1; /**< [m] the largest x_1; where x1_max is hit, beyond it by how far the stance is from that */
+    double largest_x1; /**< [m] largest x_1; where x1_max is hit, beyond it by how far the stance is from that */
     double largest_x1_u; /**< [m/A] */
     double least_contact; /**< [m] the least minimum of the contact force over k before the ending */
     double least_contact_u; /**< [m/A] */
