@@ -128,9 +128,8 @@ def _names_of_the_derivation() -> frozenset[str]:
     for record in derived.records:
         names |= {record.name, record.in_python, snake(record.name), *map(str, record.symbols)}
     for function in derived.functions:
-        names.add(function.name)
         names |= {str(symbol) for part in (*function.takes, function.returns) for symbol in part.symbols}
-        names |= {str(step.symbol) for step in function.steps}
+        names |= {function.name, *(str(step.symbol) for step in function.steps)}
     return frozenset(names | set(ELEMENTARY))
 
 

@@ -27,17 +27,13 @@ class Expressions:
     absolute: str = "fabs"
 
     def __call__(self, value: sp.Expr) -> str:
-        return self._sum(sp.sympify(value))
-
-    def _sum(self, value: sp.Expr) -> str:
-        text = ""
-        for term in sorted(sp.Add.make_args(value), key=self._term_order):
-            negative = term.could_extract_minus_sign()
-            text += f" {'-' if negative else '+'} {self._product(-term if negative else term)}"
+        """A sum: positive terms first, then numbers, then the shorter names."""
+        terms = sorted(map(self._term, sp.Add.make_args(sp.sympify(value))))
+        text = "".join(f" {'-' if negative else '+'} {product}" for negative, _, product in terms)
         return f"-{text.removeprefix(' - ')}" if text.startswith(" - ") else text.removeprefix(" + ")
 
-    def _term_order(self, term: sp.Expr) -> tuple[bool, int, str]:
-        """Positive terms first, then numbers, then the shorter names."""
+    def _term(self, term: sp.Expr) -> tuple[bool, int, str]:
+        """Whether a term is subtracted, how many names it has, and what is added or subtracted."""
         negative = bool(term.could_extract_minus_sign())
         body = -term if negative else term
         return negative, len(body.free_symbols), self._product(body)
@@ -57,7 +53,7 @@ class Expressions:
             else:
                 raise TypeError(f"no spelling for {factor}")
         if root != 1:
-            above.append(f"{self.root}({self._sum(root)})")
+            above.append(f"{self.root}({self(root)})")
         above.sort(key=_factor_order)
         below.sort(key=_factor_order)
         if max(number.p, number.q) > LARGEST_PART or (number != 1 and number.q in (1, 2, 4, 8)):
@@ -77,8 +73,8 @@ class Expressions:
         if base.is_Rational:
             return repr(float(base))
         if isinstance(base, sp.Abs):
-            return f"{self.absolute}({self._sum(base.args[0])})"
-        return f"({self._sum(base)})"
+            return f"{self.absolute}({self(base.args[0])})"
+        return f"({self(base)})"
 
 
 def _factor_order(text: str) -> tuple[bool, str]:

@@ -52,8 +52,8 @@ def _refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
                 raise FolderError(f"--out {folder}: {parent} is not a folder: {_NOT_OURS}")
         if target.exists() and not target.is_file():
             raise FolderError(f"--out {folder}: {path} is not a file: {_NOT_OURS}")
-        ours = (None, made.get(path), hashlib.sha256(text.encode()).hexdigest())
-        if path != MANIFEST and _digest(target) not in ours:
+        allowed = (None, made.get(path), hashlib.sha256(text.encode()).hexdigest())  # None: there is no file
+        if path != MANIFEST and _digest(target) not in allowed:
             reason = f"{path} was edited by hand: move it away" if path in made else f"{path} was {_NOT_OURS}"
             raise FolderError(f"--out {folder}: {reason}")
 

@@ -149,10 +149,9 @@ class Model:
     @cached_property
     def accelerations(self) -> tuple[sp.Expr, sp.Expr]:
         """(3), (4) with sign(v_i) written as side_i, in x1, x2, v1, v2."""
-        masses, coordinates = (m_eff, m_s), (x1, x2)
         return tuple(
             sp.expand((LAGRANGIAN.diff(coordinate) + force) / mass)
-            for mass, coordinate, force in zip(masses, coordinates, self.forces, strict=True)
+            for mass, coordinate, force in zip((m_eff, m_s), (x1, x2), self.forces, strict=True)
         )
 
     @cached_property
