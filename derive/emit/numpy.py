@@ -1,4 +1,4 @@
-"""How a function of the intermediate form is spelled in NumPy."""
+"""How a function of the intermediate form is spelled in NumPy, for scalars and broadcastable arrays alike."""
 
 import json
 import math
@@ -10,74 +10,80 @@ from ..model.kinds import Word
 from .expressions import Expressions, aligned, argument_name, unpacked
 from .ir import Function, Program, Quantity, Record
 
+SPELLED = Expressions()
 
-class NumPy:
-    """Spelling in Python: scalars and broadcastable arrays alike."""
 
-    spelled = Expressions()
+def signature(function: Function) -> str:
+    takes = ", ".join(f"{argument_name(a)}: {a.in_python if isinstance(a, Record) else 'Real'}" for a in function.takes)
+    returns = function.returns.in_python if isinstance(function.returns, Record) else "Real"
+    return f"def {function.name}({takes}) -> {returns}:"
 
-    def signature(self, function: Function) -> str:
-        arguments = ", ".join(
-            f"{argument_name(a)}: {a.in_python if isinstance(a, Record) else 'Real'}" for a in function.takes
-        )
-        returns = function.returns.in_python if isinstance(function.returns, Record) else "Real"
-        return f"def {function.name}({arguments}) -> {returns}:"
 
-    def body(self, function: Function) -> Iterator[str]:
-        for name, symbols in unpacked(function, 5):
-            targets = ", ".join(map(str, symbols))
-            yield f"{targets} = {', '.join(f'{name}.{symbol}' for symbol in symbols)}"
-        yield from aligned((f"{s.symbol} = {self.spelled(s.value)}", f"# {s.source}") for s in function.steps)
-        values = ", ".join(map(str, function.returns.symbols))
-        result = f"{function.returns.in_python}({values})" if isinstance(function.returns, Record) else values
-        yield f"return {result}"
+def body(function: Function) -> Iterator[str]:
+    for name, symbols in unpacked(function, 5):
+        targets = ", ".join(map(str, symbols))
+        yield f"{targets} = {', '.join(f'{name}.{symbol}' for symbol in symbols)}"
+    yield from aligned((f"{s.symbol} = {SPELLED(s.value)}", f"# {s.source}") for s in function.steps)
+    values = ", ".join(map(str, function.returns.symbols))
+    result = f"{function.returns.in_python}({values})" if isinstance(function.returns, Record) else values
+    yield f"return {result}"
 
-    def docstring(self, function: Function) -> Iterator[str]:
-        yield f'"""{function.meaning}'
-        yield ""
-        for argument in function.takes:
-            if isinstance(argument, Quantity):
-                yield f"{argument.name} [{argument.unit}] {argument.meaning}."
-        if isinstance(function.returns, Quantity):
-            yield f"Returns {function.returns.name} [{function.returns.unit}], {function.returns.meaning}."
-        yield '"""'
 
-    def literal(self, value: object) -> str:
-        """A text, a number, an infinity too, or None."""
-        if isinstance(value, str):
-            return json.dumps(value, ensure_ascii=False)
-        return f'float("{value}")' if value in (math.inf, -math.inf) else repr(value)
+def docstring(function: Function) -> Iterator[str]:
+    yield f'"""{function.meaning}'
+    yield ""
+    for argument in function.takes:
+        if isinstance(argument, Quantity):
+            yield f"{argument.name} [{argument.unit}] {argument.meaning}."
+    if isinstance(function.returns, Quantity):
+        yield f"Returns {function.returns.name} [{function.returns.unit}], {function.returns.meaning}."
+    yield '"""'
 
-    def arguments(self, *values: object) -> str:
-        return ", ".join(map(self.literal, values))
 
-    def field(self, q: Quantity) -> str:
-        """The arguments of a `Field`."""
-        return self.arguments(q.name, q.glyph, q.unit, q.domain, q.meaning, q.default)
+def literal(value: object) -> str:
+    """A text, a number, an infinity too, or None."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    return f'float("{value}")' if value in (math.inf, -math.inf) else repr(value)
 
-    def attribute(self, quantity: Quantity) -> str:
-        """A field of a dataclass, with its default if it has one."""
-        default = "" if quantity.default is None else f" = {self.literal(quantity.default)}"
-        return f"{quantity.name}: float{default}"
 
-    def words(self, words: Iterable[Word]) -> str:
-        """A dictionary of words by their numbers, a line each with the meaning."""
-        return "\n".join(("{", *(f'    {word.number}: "{word.text}",  # {word.meaning}' for word in words), "}"))
+def arguments(*values: object) -> str:
+    return ", ".join(map(literal, values))
 
-    def names(self, symbols: Iterable[sp.Symbol]) -> str:
-        """A tuple of names as text."""
-        return "(" + "".join(f'"{symbol}", ' for symbol in symbols).rstrip() + ")"
 
-    def of(self, record: str, value: sp.Expr) -> str:
-        """An expression in the fields of a record of that name; C writes it alike."""
-        return self.spelled(value.subs({symbol: sp.Symbol(f"{record}.{symbol}") for symbol in value.free_symbols}))
+def field(q: Quantity) -> str:
+    """The arguments of a `Field`."""
+    return arguments(q.name, q.glyph, q.unit, q.domain, q.meaning, q.default)
 
-    def record_names(self, program: Program) -> list[str]:
-        """The records that the formulas name, sorted, with the type of a number."""
-        used = {r.in_python for f in program.functions for r in (*f.takes, f.returns) if isinstance(r, Record)}
-        return sorted(used | {"Real"})
 
-    def calls(self, functions: Iterable[Function]) -> str:
-        """The elementary functions that the formulas call, for their import line."""
-        text = " ".join(self.spelled(step.value) for function in functions for step in function.steps)
-        return ", ".join(name for name in ("fabs", "sqrt") if f"{name}(" in text)
+def attribute(quantity: Quantity) -> str:
+    """A field of a dataclass, with its default if it has one."""
+    default = "" if quantity.default is None else f" = {literal(quantity.default)}"
+    return f"{quantity.name}: float{default}"
+
+
+def words(kind: Iterable[Word]) -> str:
+    """A dictionary of words by their numbers, a line each with the meaning."""
+    return "\n".join(("{", *(f'    {word.number}: "{word.text}",  # {word.meaning}' for word in kind), "}"))
+
+
+def names(symbols: Iterable[sp.Symbol]) -> str:
+    """A tuple of names as text."""
+    return "(" + "".join(f'"{symbol}", ' for symbol in symbols).rstrip() + ")"
+
+
+def of(record: str, value: sp.Expr) -> str:
+    """An expression in the fields of a record of that name; C writes it alike."""
+    return SPELLED(value.subs({symbol: sp.Symbol(f"{record}.{symbol}") for symbol in value.free_symbols}))
+
+
+def record_names(program: Program) -> list[str]:
+    """The records that the formulas name, sorted, with the type of a number."""
+    used = {r.in_python for f in program.functions for r in (*f.takes, f.returns) if isinstance(r, Record)}
+    return sorted(used | {"Real"})
+
+
+def calls(functions: Iterable[Function]) -> str:
+    """The elementary functions that the formulas call, for their import line."""
+    text = " ".join(SPELLED(step.value) for function in functions for step in function.steps)
+    return ", ".join(name for name in ("fabs", "sqrt") if f"{name}(" in text)

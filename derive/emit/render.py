@@ -25,11 +25,9 @@ from ..model.equations import FIXED, Model
 from ..model.precisions import F64, PRECISIONS, Precision
 from ..models.hopper import HOPPER
 from ..paper import register
-from . import ir
-from .c import C, documented
+from . import c, ir, numpy
 from .instantiate import instantiate, with_prefix
 from .ir import Program, Quantity
-from .numpy import NumPy
 from .program import program
 
 DERIVE = Path(__file__).resolve().parent.parent
@@ -114,9 +112,9 @@ def _texts(options: Options) -> dict[Path, str]:
     for name, _ in _files(SOURCES["templates"]):
         target = name.removesuffix(".j2")
         for path, precision in _placed(target, options):
-            text = environment.get_template(name).render(context, c=C(precision or F64))
+            text = environment.get_template(name).render(context, precision=precision or F64)
             text = _spelled(target, text, options, precision)
-            text = documented(text) if target.startswith("c/include/") else text
+            text = c.documented(text) if target.startswith("c/include/") else text
             header = HEADER.format(f"templates/{name}")
             if target.endswith(".py"):  # on two lines, for its width
                 header = header.replace(f" {LICENCE_LINE}", f"\n# {LICENCE_LINE}")
@@ -173,11 +171,9 @@ def example_value(quantity: Quantity) -> float:
     """A parameter's value in an example: that of the selftest's first robot; for a further parameter its default or
     next to nothing.
     """
-    if quantity.name in selftest.ROBOTS[0] or quantity in HOPPER.robot.quantities:
-        return float(selftest.ROBOTS[0].get(quantity.name, 0.0))
-    if quantity.default is not None:
-        return quantity.default
-    return 0.0 if 0.0 in quantity.interval else 1e-9
+    known = selftest.ROBOTS[0].get(quantity.name, quantity.default)
+    next_to_nothing = 0.0 if 0.0 in quantity.interval else 1e-9
+    return next_to_nothing if known is None else known
 
 
 LEDGERS = {
@@ -201,8 +197,8 @@ def _declarations() -> dict[str, str]:
     return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
 
 
-FACTS = (energy, ir, kernels, kinds, precisions, quantities, register, selftest, stability, structs)
-"""Modules whose facts templates ask for, by their names."""
+FACTS = (c, energy, ir, kernels, kinds, numpy, precisions, quantities, register, selftest, stability, structs)
+"""Modules whose facts and spelling templates ask for, by their names."""
 
 
 def _context(made: Program, options: Options) -> dict[str, Any]:
@@ -230,5 +226,4 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "units": [name for name in firmware if name.endswith(".c")],
         "answers": answered,
         "schema": json.dumps({"$comment": HEADER_MARK} | schema(answered), indent=2),
-        "numpy": NumPy(),
     }

@@ -1,4 +1,4 @@
-"""Quantities of the energy-based controller, (25)-(27), and the apex.
+"""Quantities of the energy-based controller, (25)-(27), the apex, and the threshold of the current, (5).
 
 Hop heights count from L_0 + c above the ground under the foot. At take-off y = 0, so with x_1(T) = x_1
 
@@ -10,7 +10,6 @@ Hop heights count from L_0 + c above the ground under the foot. At take-off y = 
 import sympy as sp
 
 from ..emit.ir import Step, Steps, function, scalar
-from ..model import equations
 from ..model.equations import Model
 from ..model.quantities import *
 
@@ -83,4 +82,4 @@ def objective() -> Steps:
 @function(takes=(ROBOT,), returns=THRESHOLD)
 def threshold_current() -> Steps:
     """Current at which the unloaded actuator starts to move."""
-    yield Step(u_threshold, equations.threshold_current(), "(5) as a magnitude")
+    yield Step(u_threshold, m_eff * f1 / sp.Abs(gamma2), "(5) as a magnitude")

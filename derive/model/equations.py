@@ -1,4 +1,4 @@
-"""Equations of motion of the hopper in stance, (1)-(5): the only place that has any.
+"""Equations of motion of the hopper in stance, (1)-(4): the only place that has any.
 
 From the Lagrangian of two masses and one spring, with the current, the offset force and friction
 as generalised forces:
@@ -164,11 +164,6 @@ compression = x1 - x2 + L0 + c
 kinetic = (m_eff * v1**2 + m_s * v2**2) / 2
 potential = m_s * g * x2 + k * compression**2 / 2
 LAGRANGIAN = kinetic - potential
-
-
-def threshold_current() -> sp.Expr:
-    """Current at which the unloaded actuator starts to move, from (3): the friction identity (5)."""
-    return m_eff * f1 / sp.Abs(gamma2)
 
 
 def _refuse_what_the_closed_form_cannot_carry(term: Term) -> None:
