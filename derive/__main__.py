@@ -60,10 +60,10 @@ def _options(chosen: argparse.Namespace) -> Options:
         raise ModelError(
             f"--prefix must be a lower-case identifier of C of up to {LONGEST_PREFIX} characters, got {prefix!r}"
         )
-    if chosen.model is None:
-        return Options(HOPPER, chosen.prefix, chosen.precisions or PRECISIONS)
-    model = read_model(chosen.model, chosen.prefix)
-    print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
+    model = HOPPER
+    if chosen.model is not None:
+        model = read_model(chosen.model, chosen.prefix)
+        print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
     return Options(model, chosen.prefix, chosen.precisions or PRECISIONS)
 
 

@@ -13,11 +13,13 @@ import traceback
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from numbers import Rational, Real
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
 import sympy as sp
+from sympy.printing import c as in_c
+from sympy.printing import cxx as in_cpp
 
 from .emit.c import ELEMENTARY
 from .emit.expressions import snake
@@ -34,20 +36,15 @@ FINITE = {name: domain for name, domain in DOMAINS.items() if -math.inf not in d
 SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)
 """Numbers in a force, so that single precision holds what becomes of them."""
 
-KEYWORDS_OF_C = {
-    "alignas", "alignof", "and", "and_eq", "asm", "assert", "auto", "bitand", "bitor", "bool", "break", "case",
-    "catch", "char", "class", "co_await", "co_return", "co_yield", "compl", "complex", "concept", "const",
-    "const_cast", "consteval", "constexpr", "constinit", "continue", "decltype", "default", "delete", "do", "double",
-    "dynamic_cast", "else", "enum", "errno", "explicit", "export", "extern", "false", "far", "final", "float", "for",
-    "friend", "goto", "i386", "if", "imaginary", "import", "inline", "int", "interface", "linux", "long", "module",
-    "mutable", "namespace", "near", "new", "noexcept", "not", "not_eq", "nullptr", "offsetof", "operator", "or",
-    "or_eq", "override", "private", "protected", "public", "register", "reinterpret_cast", "requires", "restrict",
-    "return", "short", "signed", "sizeof", "static", "static_assert", "static_cast", "struct", "switch", "template",
-    "this", "thread_local", "throw", "true", "try", "typedef", "typeid", "typename", "typeof", "typeof_unqual",
-    "union", "unix", "unsigned", "using", "virtual", "void", "volatile", "while", "xor", "xor_eq",
+FURTHER_WORDS = {
+    "catch", "co_await", "co_return", "co_yield", "complex", "concept", "consteval", "constinit", "errno", "far",
+    "final", "i386", "imaginary", "interface", "linux", "module", "near", "offsetof", "override", "requires", "typeof",
+    "typeof_unqual", "unix",
 }  # fmt: skip
-"""Of C and C++, and the macros in small letters that compilers and common headers define."""
+"""Keywords of later standards, and macros in small letters that compilers and common headers define."""
 
+KEYWORDS_OF_C = FURTHER_WORDS.union(in_c.reserved_words, in_c.reserved_words_c99, *in_cpp.reserved.values()) - {"entry"}
+"""Of C and C++, those that sympy knows among them; no standard has `entry`."""
 
 NAMES_OF_THE_PACKAGE = (
     "Field Number Parameters Real cached_property description fields formulas math name parameters real result solver "
@@ -105,11 +102,15 @@ def _shown(value: object) -> str:
     return _one_line(repr(value), 80)
 
 
+def _wrong(what: str, wanted: str, got: object) -> ModelError:
+    return ModelError(f"{what} must be {wanted}, got {_shown(got)}")
+
+
 def _sequence(value: Any, name: str, kind: type) -> tuple[Any, ...]:
     """A tuple or list whose entries are all of a kind."""
     wanted = f"a tuple of {'' if kind is str else 'hopform.model.'}{kind.__name__}"
     if not isinstance(value, tuple | list):
-        raise ModelError(f"`{name}` must be {wanted}, got {_shown(value)}")
+        raise _wrong(f"`{name}`", wanted, value)
     for number, entry in enumerate(value):
         if not isinstance(entry, kind):
             raise ModelError(f"`{name}` must be {wanted}, got {_shown(entry)} as {name}[{number}]")
@@ -127,9 +128,8 @@ def _names_of_the_derivation() -> frozenset[str]:
     for record in derived.records:
         names |= {record.name, record.in_python, snake(record.name), *map(str, record.symbols)}
     for function in derived.functions:
-        names.add(function.name)
         names |= {str(symbol) for part in (*function.takes, function.returns) for symbol in part.symbols}
-        names |= {str(step.symbol) for step in function.steps}
+        names |= {function.name, *(str(step.symbol) for step in function.steps)}
     return frozenset(names | set(ELEMENTARY))
 
 
@@ -180,37 +180,22 @@ def _parameters(value: Any, prefix: str) -> tuple[Quantity, ...]:
 def _default(parameter: Quantity) -> float | None:
     if parameter.domain not in FINITE:
         known = ", ".join(map(repr, FINITE))
-        raise ModelError(
-            f"domain of the parameter {parameter.name} must be one of {known}, got {_shown(parameter.domain)}"
-        )
-    if parameter.default is None:
+        raise _wrong(f"domain of the parameter {parameter.name}", f"one of {known}", parameter.domain)
+    value, domain = parameter.default, FINITE[parameter.domain]
+    if value is None:
         return None
-    domain = FINITE[parameter.domain]
-    value = _number(parameter.default)
-    if value is None or value not in domain:
-        raise ModelError(
-            f"default of the parameter {parameter.name} must be {domain.allowed} or None, got "
-            f"{_shown(parameter.default)}"
-        )
-    return value
-
-
-def _number(value: Any) -> float | None:
-    """A number as a float, None for what is no number or not finite."""
-    if not isinstance(value, Real) or isinstance(value, bool):
-        return None
-    try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number if math.isfinite(number) else None
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    number = float(sp.sympify(value)) if is_number else math.nan  # infinite where Python's float would overflow
+    if number not in domain:
+        raise _wrong(f"default of the parameter {parameter.name}", f"{domain.allowed} or None", value)
+    return number
 
 
 def _check_text(text: object, what: str, *, backslash: bool) -> None:
     """Texts stand in strings, docstrings, comments and tables."""
     barred = ('"', "*/", "/*", "@header@", *(() if backslash else ("\\",)))
     if not isinstance(text, str) or not text.isprintable() or any(part in text for part in barred):
-        raise ModelError(f"{what} must be a printable line without {' '.join(barred)}, got {_shown(text)}")
+        raise _wrong(what, f"a printable line without {' '.join(barred)}", text)
 
 
 # ---- terms ----
@@ -244,13 +229,10 @@ def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...], prefix: st
 
 
 def _force(value: Any, what: str, symbols: set[sp.Symbol]) -> sp.Expr:
-    if not isinstance(value, sp.Expr) and not isinstance(value, bool):
-        if isinstance(value, Rational):
-            value = sp.Rational(int(value.numerator), int(value.denominator))
-        elif isinstance(value, Real):
-            value = sp.sympify(float(value))
+    if isinstance(value, Real) and not isinstance(value, bool):
+        value = sp.sympify(value)
     if not isinstance(value, sp.Expr):
-        raise ModelError(f"{what} must be a number or an expression of sympy, got {_shown(value)}")
+        raise _wrong(what, "a number or an expression of sympy", value)
     what = f"{what} is {_one_line(str(value))}"
     force = _exact(value, what)
     if unknown := force.free_symbols - symbols:

@@ -115,10 +115,9 @@ def _released(path: Path, small: bool) -> Recording:
 
 def main() -> int:
     folder = Path(os.environ.get("HOPFORM_DATA", ""))
-    if not os.environ.get("HOPFORM_DATA") or not folder.is_dir():
-        print("hopform: set HOPFORM_DATA to the folder of the recordings", file=sys.stderr)
-        return 2
     try:
+        if not os.environ.get("HOPFORM_DATA") or not folder.is_dir():
+            raise HopformError("set HOPFORM_DATA to the folder of the recordings")
         lines = [line for part in (decays, pulses, axis, pendulums) for line in part(folder)]
     except HopformError as error:
         print(f"hopform: {error}", file=sys.stderr)

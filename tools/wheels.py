@@ -5,7 +5,7 @@ the very library of a wheel, must print the digests of this computer: under qemu
 Windows, where they are installed. What was not run is said.
 """
 
-import importlib.util
+import importlib.resources
 import json
 import re
 import shutil
@@ -54,9 +54,7 @@ def compiler(target: Target) -> list[str]:
     command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, "-fno-sanitize=undefined", "-s"]
     if target.zig != "aarch64-linux-musl":
         return command
-    zig = importlib.util.find_spec("ziglang")
-    assert zig is not None and zig.origin is not None
-    headers = Path(zig.origin).parent / "lib" / "libc" / "include"
+    headers = importlib.resources.files("ziglang") / "lib" / "libc" / "include"
     folders = (headers / target.zig, headers / "generic-musl")
     return [*command, "-nostdlib", "-Wl,-z,undefs", *(f"-isystem{folder}" for folder in folders)]
 

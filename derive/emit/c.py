@@ -10,103 +10,93 @@ from collections.abc import Iterator, Mapping
 
 from ..model.kinds import Kind, Word
 from ..model.precisions import F32, Precision
-from .expressions import Expressions, aligned, argument_name, chunks, snake
+from .expressions import Expressions, aligned, argument_name, snake, unpacked
 from .ir import SCALARS, Domain, Function, Member, Record, Struct
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 """Functions of the C library that the engine or a formula may call."""
 
+SPELLED = Expressions("sqrt_real", "fabs_real")
 
-class C:
-    """Spelling in C of one precision: in `real`, which `instantiate` turns into float or double."""
 
-    spelled = Expressions("sqrt_real", "fabs_real")
-    elementary = ELEMENTARY
+def of_libm(name: str, precision: Precision) -> str:
+    """The function of the C library that computes in a precision."""
+    return f"{name}f" if precision == F32 else name
 
-    def __init__(self, precision: Precision) -> None:
-        self.precision = precision
 
-    def of_libm(self, name: str) -> str:
-        """The function of the C library that computes in this precision."""
-        return f"{name}f" if self.precision == F32 else name
+def define(kind: Kind, word: Word) -> str:
+    """The macro of a word, with values and comments that align."""
+    value = f"({word.number})" if word.number < 0 else str(word.number)
+    return f"#define HOPFORM_{f'{kind.macro_of(word)} {value}'.ljust(20)} /* {word.meaning} */"
 
-    def define(self, kind: Kind, word: Word) -> str:
-        """The macro of a word, with values and comments that align."""
-        value = f"({word.number})" if word.number < 0 else str(word.number)
-        return f"#define HOPFORM_{f'{kind.macro_of(word)} {value}'.ljust(20)} /* {word.meaning} */"
 
-    def in_domain(self, domain: Domain) -> str:
-        """The condition that `value` lies in a domain. NaN lies in none; where infinity does not, nothing beyond NEVER
-        does.
-        """
-        ends = []
-        if -math.inf not in domain:
-            low = "-HOPFORM_NEVER_real" if domain.low == -math.inf else repr(domain.low)
-            ends.append(f"(value) {'>=' if domain.with_low or domain.low == -math.inf else '>'} {low}")
-        if math.inf not in domain:
-            high = "HOPFORM_NEVER_real" if domain.high == math.inf else repr(domain.high)
-            ends.append(f"(value) {'<=' if domain.with_high or domain.high == math.inf else '<'} {high}")
-        return f"({' && '.join(ends)})"
+def in_domain(domain: Domain) -> str:
+    """The condition that `value` lies in a domain. NaN lies in none; where infinity does not, nothing beyond NEVER
+    does.
+    """
+    ends = []
+    if -math.inf not in domain:
+        low = "-HOPFORM_NEVER_real" if domain.low == -math.inf else repr(domain.low)
+        ends.append(f"(value) {'>=' if domain.with_low or domain.low == -math.inf else '>'} {low}")
+    if math.inf not in domain:
+        high = "HOPFORM_NEVER_real" if domain.high == math.inf else repr(domain.high)
+        ends.append(f"(value) {'<=' if domain.with_high or domain.high == math.inf else '<'} {high}")
+    return f"({' && '.join(ends)})"
 
-    def macro(self, record: Record) -> str:
-        return snake(record.name).upper()
 
-    def for_each_member(self, record: Record) -> str:
-        """X(name, DOMAIN) for each member."""
-        return " ".join(f"X({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
+def for_each_member(record: Record) -> str:
+    """The macro that has X(name, DOMAIN) for each member."""
+    calls = " ".join(f"X({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
+    return f"#define HOPFORM_{snake(record.name).upper()}_MEMBERS(X) {calls}"
 
-    def type(self, name: str) -> str:
-        """A scalar, a struct or a pointer, by its name in the derivation."""
-        bare = name.removeprefix("const ").removesuffix(" *")
-        spelled = "void" if bare == "void" else SCALARS.get(bare, f"hopform_{snake(bare)}_real")
-        return name.replace(bare, spelled, 1)
 
-    def members(self, struct: Struct) -> Iterator[str]:
-        """Declarations with their comments, which align where all are of the type that each precision spells."""
-        lines = [
-            (self._member(member), f"/* {member.comment} */" if member.comment else "") for member in struct.members
-        ]
-        if all(member.type == "real" for member in struct.members):
-            return aligned(lines)
-        return (f"{declared} {comment}".rstrip() for declared, comment in lines)
+def type_of(name: str) -> str:
+    """A scalar, a struct or a pointer, by its name in the derivation."""
+    bare = name.removeprefix("const ").removesuffix(" *")
+    spelled = "void" if bare == "void" else SCALARS.get(bare, f"hopform_{snake(bare)}_real")
+    return name.replace(bare, spelled, 1)
 
-    def _member(self, member: Member) -> str:
-        many = f"[{member.count}]" if member.count > 1 else ""
-        return f"{self.type(member.type)} {member.name}{many};".replace("* ", "*")
 
-    def signature(self, function: Function) -> str:
-        arguments = [
-            f"const {self.type(a.name)} *{argument_name(a)}" if isinstance(a, Record) else f"real {a.name}"
-            for a in function.takes
-        ]
-        returns = self.type(function.returns.name) if isinstance(function.returns, Record) else "real"
-        begins = f"{returns} hopform_{function.name}_real("
-        between = ", " if len(begins + ", ".join(arguments)) < 100 else ",\n    "
-        return f"{begins}{between.join(arguments)})"
+def members(struct: Struct) -> Iterator[str]:
+    """Declarations with their comments, which align where all are of the type that each precision spells."""
+    lines = [(_member(member), f"/* {member.comment} */" if member.comment else "") for member in struct.members]
+    if all(member.type == "real" for member in struct.members):
+        return aligned(lines)
+    return (f"{declared} {comment}".rstrip() for declared, comment in lines)
 
-    def body(self, function: Function) -> Iterator[str]:
-        for argument, symbols in function.arguments():
-            if not symbols:
-                yield f"(void){argument_name(argument)};"
-            elif isinstance(argument, Record):
-                name = argument_name(argument)
-                yield from (
-                    f"const real {', '.join(f'{symbol} = {name}->{symbol}' for symbol in chunk)};"
-                    for chunk in chunks(symbols, 100, len(name) + 7)
-                )
-        yield from aligned(
-            (f"const real {s.symbol} = {self.spelled(s.value)};", f"/* {s.source} */") for s in function.steps
-        )
-        if isinstance(function.returns, Record):
-            values = ", ".join(map(str, function.returns.symbols))
-            yield f"const {self.type(function.returns.name)} result = {{{values}}};"
-            yield "return result;"
-        else:
-            yield f"return {function.returns.symbol};"
 
-    def values(self, record: Record, known: Mapping[str, float]) -> str:
-        """An initialiser of a record with some numbers known and the others 0."""
-        return "{" + ", ".join(repr(float(known.get(q.name, 0.0))) for q in record.quantities) + "}"
+def _member(member: Member) -> str:
+    many = f"[{member.count}]" if member.count > 1 else ""
+    return f"{type_of(member.type)} {member.name}{many};".replace("* ", "*")
+
+
+def signature(function: Function) -> str:
+    arguments = [
+        f"const {type_of(a.name)} *{argument_name(a)}" if isinstance(a, Record) else f"real {a.name}"
+        for a in function.takes
+    ]
+    returns = type_of(function.returns.name) if isinstance(function.returns, Record) else "real"
+    begins = f"{returns} hopform_{function.name}_real("
+    between = ", " if len(begins + ", ".join(arguments)) < 100 else ",\n    "
+    return f"{begins}{between.join(arguments)})"
+
+
+def body(function: Function) -> Iterator[str]:
+    yield from (f"(void){argument_name(argument)};" for argument, symbols in function.arguments() if not symbols)
+    for name, symbols in unpacked(function, 7):
+        yield f"const real {', '.join(f'{symbol} = {name}->{symbol}' for symbol in symbols)};"
+    yield from aligned((f"const real {s.symbol} = {SPELLED(s.value)};", f"/* {s.source} */") for s in function.steps)
+    if isinstance(function.returns, Record):
+        values = ", ".join(map(str, function.returns.symbols))
+        yield f"const {type_of(function.returns.name)} result = {{{values}}};"
+        yield "return result;"
+    else:
+        yield f"return {function.returns.symbol};"
+
+
+def values(record: Record, known: Mapping[str, float]) -> str:
+    """An initialiser of a record with some numbers known and the others 0."""
+    return "{" + ", ".join(repr(float(known.get(q.name, 0.0))) for q in record.quantities) + "}"
 
 
 def documented(text: str) -> str:

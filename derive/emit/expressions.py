@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from .ir import Quantity, Record
+from .ir import Function, Quantity, Record
 
 Line = tuple[str, str]
 LARGEST_PART = 10**36
@@ -27,17 +27,13 @@ class Expressions:
     absolute: str = "fabs"
 
     def __call__(self, value: sp.Expr) -> str:
-        return self._sum(sp.sympify(value))
-
-    def _sum(self, value: sp.Expr) -> str:
-        text = ""
-        for term in sorted(sp.Add.make_args(value), key=self._term_order):
-            negative = term.could_extract_minus_sign()
-            text += f" {'-' if negative else '+'} {self._product(-term if negative else term)}"
+        """A sum: positive terms first, then numbers, then the shorter names."""
+        terms = sorted(map(self._term, sp.Add.make_args(sp.sympify(value))))
+        text = "".join(f" {'-' if negative else '+'} {product}" for negative, _, product in terms)
         return f"-{text.removeprefix(' - ')}" if text.startswith(" - ") else text.removeprefix(" + ")
 
-    def _term_order(self, term: sp.Expr) -> tuple[bool, int, str]:
-        """Positive terms first, then numbers, then the shorter names."""
+    def _term(self, term: sp.Expr) -> tuple[bool, int, str]:
+        """Whether a term is subtracted, how many names it has, and what is added or subtracted."""
         negative = bool(term.could_extract_minus_sign())
         body = -term if negative else term
         return negative, len(body.free_symbols), self._product(body)
@@ -57,7 +53,7 @@ class Expressions:
             else:
                 raise TypeError(f"no spelling for {factor}")
         if root != 1:
-            above.append(f"{self.root}({self._sum(root)})")
+            above.append(f"{self.root}({self(root)})")
         above.sort(key=_factor_order)
         below.sort(key=_factor_order)
         if max(number.p, number.q) > LARGEST_PART or (number != 1 and number.q in (1, 2, 4, 8)):
@@ -77,8 +73,8 @@ class Expressions:
         if base.is_Rational:
             return repr(float(base))
         if isinstance(base, sp.Abs):
-            return f"{self.absolute}({self._sum(base.args[0])})"
-        return f"({self._sum(base)})"
+            return f"{self.absolute}({self(base.args[0])})"
+        return f"({self(base)})"
 
 
 def _factor_order(text: str) -> tuple[bool, str]:
@@ -100,11 +96,12 @@ def snake(name: str) -> str:
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
-def chunks(symbols: tuple[sp.Symbol, ...], width: int, extra: int) -> Iterator[list[sp.Symbol]]:
-    """The symbols in groups whose line, with each name twice and `extra` characters around it, fits in a width."""
-    groups: list[list[sp.Symbol]] = [[]]
-    for symbol in symbols:
-        if groups[-1] and sum(2 * len(str(each)) + extra for each in (*groups[-1], symbol)) > width:
-            groups.append([])
-        groups[-1].append(symbol)
-    return filter(None, groups)
+def unpacked(function: Function, extra: int) -> Iterator[tuple[str, tuple[sp.Symbol, ...]]]:
+    """What a function reads of its records, by the record's name, in groups that a line of 100 characters holds: each
+    symbol twice, with the name and `extra` characters.
+    """
+    for argument, symbols in function.arguments():
+        name, longest = argument_name(argument), max((len(symbol.name) for symbol in symbols), default=0)
+        count = max(1, 100 // (len(name) + extra + 2 * longest))
+        if isinstance(argument, Record):
+            yield from ((name, symbols[n : n + count]) for n in range(0, len(symbols), count))

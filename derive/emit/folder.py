@@ -52,9 +52,8 @@ def _refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
                 raise FolderError(f"--out {folder}: {parent} is not a folder: {_NOT_OURS}")
         if target.exists() and not target.is_file():
             raise FolderError(f"--out {folder}: {path} is not a file: {_NOT_OURS}")
-        if path == MANIFEST or not target.exists():
-            continue
-        if _digest(target) not in (made.get(path), hashlib.sha256(text.encode()).hexdigest()):
+        allowed = (None, made.get(path), hashlib.sha256(text.encode()).hexdigest())  # None: there is no file
+        if path != MANIFEST and _digest(target) not in allowed:
             reason = f"{path} was edited by hand: move it away" if path in made else f"{path} was {_NOT_OURS}"
             raise FolderError(f"--out {folder}: {reason}")
 
@@ -109,13 +108,13 @@ def check(texts: dict[Path, str], folder: Path) -> int:
     for path in differing:
         old, new = _read(folder / path).splitlines(True), texts[path].splitlines(True)
         sys.stdout.writelines(list(difflib.unified_diff(old, new, str(folder / path), "as derived"))[:40])
-    for path in stray:
-        print(f"derive: {path} is a stray file: neither a template nor the engine makes it", file=sys.stderr)
-    for reason in _reasons(texts, folder, differing):
+    reasons = [f"{path} is a stray file: neither a template nor the engine makes it" for path in stray]
+    reasons += _reasons(texts, folder, differing)
+    if reasons:
+        reasons.append(f"{folder.name}/ is out of date: run `make generate`")
+    for reason in reasons:
         print(f"derive: {reason}", file=sys.stderr)
-    if differing or stray:
-        print(f"derive: {folder.name}/ is out of date: run `make generate`", file=sys.stderr)
-    return 1 if differing or stray else 0
+    return 1 if reasons else 0
 
 
 def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> list[str]:
@@ -130,19 +129,15 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
         for path in differing
         if path != MANIFEST and current.get(path) != made.get(path)
     ]
-    for path in sorted(makers.keys() | makers_now.keys()):
-        if makers.get(path) != makers_now.get(path):
-            reasons.append(f"the {_kind(path)} was changed since: {path}")
+    changed = {path for path, _ in makers.items() ^ makers_now.items()}
+    reasons += [f"the {_kind(path)} was changed since: {path}" for path in sorted(changed)]
     return reasons or ["all hashes agree but the text differs: a tool's version did it"]
 
 
 def _kind(path: Path) -> str:
     """The kind of a file among the inputs."""
-    if path.parts[0] == "templates":
-        return "template"
-    if path.parts[0] == "runtime":
-        return "engine"
-    return "generator" if path.parts[1] == "emit" or len(path.parts) == 2 else "model"
+    derived = "generator" if path.parts[1] == "emit" or len(path.parts) == 2 else "model"
+    return {"templates": "template", "runtime": "engine"}.get(path.parts[0], derived)
 
 
 def _read(path: Path) -> str:
@@ -172,10 +167,8 @@ def _read_manifest(folder: Path) -> tuple[dict[Path, str], dict[Path, str]]:
 
 
 def _parse_manifest(text: str) -> tuple[dict[Path, str], dict[Path, str]]:
-    made, _, makers = text.partition("# made from\n")
-    return _hashes(made), _hashes(makers)
-
-
-def _hashes(lines: str) -> dict[Path, str]:
-    parts = (line.partition("  ") for line in lines.split("\n"))
-    return {Path(path): digest for digest, _, path in parts if path}
+    made, makers = (
+        {Path(path): digest for digest, path in re.findall("^(.+?)  (.+)$", part, re.MULTILINE)}
+        for part in text.partition("# made from\n")[::2]
+    )
+    return made, makers

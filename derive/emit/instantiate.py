@@ -45,7 +45,5 @@ def single(value: float) -> str:
     nearest: float = struct.unpack("f", struct.pack("f", value))[0]
     texts = (f"{nearest:.{digits}g}" for digits in range(1, 10))
     text = next(text for text in texts if struct.unpack("f", struct.pack("f", float(text)))[0] == nearest)
-    if "e" in text:
-        mantissa, exponent = text.split("e")
-        text = f"{mantissa}e{int(exponent)}"
+    text = re.sub(r"e\+?(-?)0*", r"e\1", text)
     return (text if "." in text or "e" in text else text + ".0") + "f"

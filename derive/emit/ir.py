@@ -99,14 +99,8 @@ class Record:
         return self.python_name or self.name
 
 
-SCALARS = {
-    "real": "real",
-    "int8": "int8_t",
-    "uint16": "uint16_t",
-    "int32": "int32_t",
-    "uint32": "uint32_t",
-    "bool": "bool",
-    "ptrdiff": "ptrdiff_t",
+SCALARS = {"real": "real", "bool": "bool"} | {
+    name: f"{name}_t" for name in ("int8", "uint16", "int32", "uint32", "ptrdiff")
 }
 """Types of a member that is no struct, as C has them."""
 
@@ -182,10 +176,7 @@ class Function:
     @cached_property
     def used(self) -> frozenset[sp.Symbol]:
         """The symbols that some step or the result reads."""
-        read: set[sp.Symbol] = set(self.returns.symbols)
-        for step in self.steps:
-            read |= step.value.free_symbols
-        return frozenset(read)
+        return frozenset(self.returns.symbols).union(*(step.value.free_symbols for step in self.steps))
 
     def arguments(self) -> Iterator[tuple[Record | Quantity, tuple[sp.Symbol, ...]]]:
         """Each argument with those of its symbols that the function reads."""

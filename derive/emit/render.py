@@ -19,18 +19,15 @@ import jinja2
 
 from .. import VERSION
 from ..maths import contact, energy, kernels, stability
-from ..model import kinds, precisions, selftest
+from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
-from ..model.equations import Model
+from ..model.equations import FIXED, Model
 from ..model.precisions import F64, PRECISIONS, Precision
-from ..model.quantities import TRAVEL
-from ..model.structs import SEARCH_INTERVALS, struct_of, structs
 from ..models.hopper import HOPPER
 from ..paper import register
-from .c import C, documented
+from . import c, ir, numpy
 from .instantiate import instantiate, with_prefix
-from .ir import DOMAINS, Program, Quantity
-from .numpy import NumPy
+from .ir import Program, Quantity
 from .program import program
 
 DERIVE = Path(__file__).resolve().parent.parent
@@ -115,9 +112,9 @@ def _texts(options: Options) -> dict[Path, str]:
     for name, _ in _files(SOURCES["templates"]):
         target = name.removesuffix(".j2")
         for path, precision in _placed(target, options):
-            text = environment.get_template(name).render(context, c=C(precision or F64))
+            text = environment.get_template(name).render(context, precision=precision or F64)
             text = _spelled(target, text, options, precision)
-            text = documented(text) if target.startswith("c/include/") else text
+            text = c.documented(text) if target.startswith("c/include/") else text
             header = HEADER.format(f"templates/{name}")
             if target.endswith(".py"):  # on two lines, for its width
                 header = header.replace(f" {LICENCE_LINE}", f"\n# {LICENCE_LINE}")
@@ -174,11 +171,9 @@ def example_value(quantity: Quantity) -> float:
     """A parameter's value in an example: that of the selftest's first robot; for a further parameter its default or
     next to nothing.
     """
-    if quantity.name in selftest.ROBOTS[0] or quantity in HOPPER.robot.quantities:
-        return float(selftest.ROBOTS[0].get(quantity.name, 0.0))
-    if quantity.default is not None:
-        return quantity.default
-    return 0.0 if 0.0 in quantity.interval else 1e-9
+    known = selftest.ROBOTS[0].get(quantity.name, quantity.default)
+    next_to_nothing = 0.0 if 0.0 in quantity.interval else 1e-9
+    return next_to_nothing if known is None else known
 
 
 LEDGERS = {
@@ -202,13 +197,13 @@ def _declarations() -> dict[str, str]:
     return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
 
 
-FACTS = (energy, kernels, kinds, precisions, register, selftest, stability)
-"""Modules whose facts templates ask for, by their names."""
+FACTS = (c, energy, ir, kernels, kinds, numpy, precisions, quantities, register, selftest, stability, structs)
+"""Modules whose facts and spelling templates ask for, by their names."""
 
 
 def _context(made: Program, options: Options) -> dict[str, Any]:
     ledgers = [energy.with_stop_loss(made.record(name), meaning) for name, meaning in LEDGERS.items()]
-    public = [struct_of(record) for record in made.records if record.name in PUBLIC]
+    public = [structs.struct_of(record) for record in made.records if record.name in PUBLIC]
     firmware = _firmware(options)
     answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS)
     return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
@@ -220,20 +215,15 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "model": options.model,
         "contact_is_compression": int(contact.is_compression(options.model)),
         "leg_has_damper": int(contact.has_damper(options.model)),
-        "foot_is_fixed": int("foot" in options.model.fixed),
-        "body_is_fixed": int("body" in options.model.fixed),
-        "structs": [*public, *structs(options.model.robot)],
-        "internal_structs": [struct_of(record) for record in made.records if record.name not in PUBLIC],
+        "is_fixed": {name: int(name in options.model.fixed) for name in FIXED},
+        "public_structs": [*public, *structs.structs(options.model.robot)],
+        "internal_structs": [structs.struct_of(record) for record in made.records if record.name not in PUBLIC],
         "python_records": (*made.records, *ledgers),
         "walked_records": [made.record(name) for name in WALKED],
         "example": ", ".join(repr(example_value(quantity)) for quantity in made.record("Robot").quantities),
-        "travel": TRAVEL,
-        "domains": DOMAINS.values(),
-        "search_intervals": SEARCH_INTERVALS,
         "declared": _declarations(),
         "firmware": firmware,
         "units": [name for name in firmware if name.endswith(".c")],
         "answers": answered,
         "schema": json.dumps({"$comment": HEADER_MARK} | schema(answered), indent=2),
-        "numpy": NumPy(),
     }

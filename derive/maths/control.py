@@ -1,4 +1,4 @@
-"""Quantities of the energy-based controller, (25)-(27), the apex, and how a phase depends on its inputs.
+"""Quantities of the energy-based controller, (25)-(27), the apex, and the threshold of the current, (5).
 
 Hop heights count from L_0 + c above the ground under the foot. At take-off y = 0, so with x_1(T) = x_1
 
@@ -10,10 +10,8 @@ Hop heights count from L_0 + c above the ground under the foot. At take-off y = 
 import sympy as sp
 
 from ..emit.ir import Step, Steps, function, scalar
-from ..model import equations
 from ..model.equations import Model
 from ..model.quantities import *
-from . import laplace
 
 AED = scalar("aed", "J", "analytical energy delta of the stance")
 APEX = scalar("apex", "m", "hop height of the apex")
@@ -84,36 +82,4 @@ def objective() -> Steps:
 @function(takes=(ROBOT,), returns=THRESHOLD)
 def threshold_current() -> Steps:
     """Current at which the unloaded actuator starts to move."""
-    yield Step(u_threshold, equations.threshold_current(), "(5) as a magnitude")
-
-
-def variations(model: Model) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:
-    """For u and each parameter: the derivatives of the two right sides (3), (4) at a fixed state.
-
-    With z = (y, v_1, v_2) the derivative of the state with respect to theta obeys
-    (dz/dtheta)' = M dz/dtheta + (0, first, second), an equation of the same poles, each twice.
-    """
-    first, second = model.in_compression
-    return {symbol: (first.diff(symbol), second.diff(symbol)) for symbol in (u, *model.robot.symbols)}
-
-
-def transformed_variation(model: Model, parameter: sp.Symbol) -> sp.Matrix:
-    """The Laplace transform of d(y, v_1, v_2)/d parameter: the derivative of (s - M)^-1 (z(0) + d/s)."""
-    matrix, constant = system(model)
-    resolvent = (laplace.s * sp.eye(3) - matrix).adjugate() / (laplace.s * sp.eye(3) - matrix).det()
-    z = resolvent * (laplace.START + constant / laplace.s)
-    return resolvent * (matrix.diff(parameter) * z + constant.diff(parameter) / laplace.s)
-
-
-def transformed_start(model: Model) -> sp.Matrix:
-    """The Laplace transform of d(y, v_1, v_2)/d(y(0), v_1(0), v_2(0))."""
-    matrix, _ = system(model)
-    characteristic = laplace.s * sp.eye(3) - matrix
-    return characteristic.adjugate() / characteristic.det()
-
-
-def system(model: Model) -> tuple[sp.Matrix, sp.Matrix]:
-    """M and d of z' = M z + d with both masses moving, in the robot's parameters."""
-    first, second = model.in_compression
-    right = sp.Matrix([v1 - v2, first, second])
-    return right.jacobian([y, v1, v2]), right.subs({y: 0, v1: 0, v2: 0})
+    yield Step(u_threshold, m_eff * f1 / sp.Abs(gamma2), "(5) as a magnitude")

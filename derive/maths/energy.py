@@ -8,13 +8,13 @@ Every term of the ledger is the integral of a power, a quadratic form in 1, x_1 
 the integrals of the products (`Moments`) have a closed form of their own, so each term is computed by itself.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model import equations
-from ..model.equations import Model, Term
+from ..model.equations import Model
 from ..model.quantities import *
 from .time_domain import AT, v2_t, x1_t, y_t
 
@@ -28,17 +28,8 @@ displacement, length, unloaded = sp.symbols("displacement length unloaded", real
 body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
 total_energy = equations.kinetic + equations.potential
 
-# The products whose integrals are known, by their integral.
-PRODUCTS = {
-    int_v1: v1,
-    int_v2: v2,
-    int_v1v1: v1**2,
-    int_v1v2: v1 * v2,
-    int_v2v2: v2**2,
-    int_yv1: y * v1,
-    int_yv2: y * v2,
-    int_xv2: displacement * v2,
-}
+PRODUCTS = dict(zip(MOMENTS.symbols, (v1, v2, v1**2, v1 * v2, v2**2, y * v1, y * v2, displacement * v2), strict=True))
+"""The products whose integrals are known, by their integral."""
 
 
 def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
@@ -52,18 +43,12 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
         coulomb_2: model.friction[1] * v2,
         spring_work: k * x1 * v2,
     }
-    return entries | {work.entry: work.power for work in works(model)}
+    return entries | {work.entry.symbol: work.power for work in works(model)}
 
 
 def ledger_record(model: Model) -> Record:
     """The fields of the ledger: those of the hopper, then the work of each further term on each mass it acts on."""
-    further = tuple(
-        Quantity(
-            str(work.entry), str(work.entry), "J", f"work of the term '{work.term.name}' on the {_MASSES[work.mass]}"
-        )
-        for work in works(model)
-    )
-    return Record(LEDGER.name, LEDGER.meaning, LEDGER.quantities + further, LEDGER.python_name)
+    return replace(LEDGER, quantities=(*LEDGER.quantities, *(work.entry for work in works(model))))
 
 
 def with_stop_loss(work: Record, meaning: str) -> Record:
@@ -79,7 +64,7 @@ def whole_robot_entries(model: Model) -> tuple[sp.Symbol, ...]:
 
 def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
     """The entries whose sum is the AED, the change of E."""
-    return (spring_work, viscous_2, coulomb_2, *(work.entry for work in works(model) if work.mass == 2))
+    return (spring_work, viscous_2, coulomb_2, *(work.entry.symbol for work in works(model) if work.mass == 2))
 
 
 @function(takes=(ROBOT, MOMENTS, CURRENT, SIDE_1, SIDE_2, X1_0), returns=LEDGER)
@@ -153,22 +138,18 @@ def body_energy_gain() -> Steps:
 class Work:
     """The work of a term on one of the masses: an entry of the ledger and its power."""
 
-    term: Term
     mass: int
-    entry: sp.Symbol
+    entry: Quantity
     power: sp.Expr
-
-
-_MASSES = {1: "actuator", 2: "body"}
 
 
 def works(model: Model) -> tuple[Work, ...]:
     """The work of each further term on each mass that it acts on."""
     return tuple(
-        Work(term, mass, sp.Symbol(f"{field_name(term.name)}_{mass}", real=True), force * velocity)
+        Work(mass, scalar(f"{field_name(term.name)}_{mass}", "J", f"work of the term '{term.name}' on the {on}"), power)
         for term in model.terms
-        for mass, force, velocity in ((1, term.force_1, v1), (2, term.force_2, v2))
-        if force != 0
+        for mass, on, power in ((1, "actuator", term.force_1 * v1), (2, "body", term.force_2 * v2))
+        if power != 0
     )
 
 

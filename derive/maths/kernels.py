@@ -32,29 +32,23 @@ def series(precision: Precision) -> tuple[Table, ...]:
     )
 
 
+@cache
 def tables(precision: Precision) -> tuple[Table, ...]:
-    """Numbers that the engine looks up."""
-    places, weights = gauss_rule(nodes(precision))
+    """Numbers that the engine looks up; those of Gauss's rule, the roots of the Legendre polynomial, have 40 digits
+    before they are rounded.
+    """
+    roots, weights = gauss_legendre(nodes(precision), 40)
     inverses = tuple(1.0 / n for n in range(1, int(TERMS.of(precision)) + 8))
     return (
         Table("INVERSES", inverses, "1/n for n from 1 on"),
-        Table("GAUSS_PLACES", places, "nodes of Gauss's rule over 0 .. 1"),
-        Table("GAUSS_WEIGHTS", weights, "their weights"),
+        Table("GAUSS_PLACES", tuple(float((1 + root) / 2) for root in roots), "nodes of Gauss's rule over 0 .. 1"),
+        Table("GAUSS_WEIGHTS", tuple(float(weight / 2) for weight in weights), "their weights"),
     )
 
 
 def nodes(precision: Precision) -> int:
     """Of Gauss's rule."""
     return 8 if precision == F32 else 12
-
-
-@cache
-def gauss_rule(count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Nodes and weights of Gauss's rule over 0 .. 1: the roots of the Legendre polynomial, to 40 digits before they are
-    rounded.
-    """
-    roots, weights = gauss_legendre(count, 40)
-    return tuple(float((1 + root) / 2) for root in roots), tuple(float(weight / 2) for weight in weights)
 
 
 def _inverse_factorials(degrees: Iterable[int]) -> tuple[float, ...]:

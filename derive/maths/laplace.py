@@ -28,16 +28,15 @@ CONSTANT = sp.Matrix([0, C_1, C_2])
 @function(takes=(ROBOT,), returns=RATES)
 def rates_of(model: Model) -> Steps:
     """Coefficients of the equations of motion and of their characteristic polynomials."""
-    steps = []
     smooth = [acc.subs({side_1: 0, side_2: 0}) for acc in model.in_compression]
-    for number, acc, names in ((1, smooth[0], (a1_y, a1_v1, a1_v2)), (2, smooth[1], (a2_y, a2_v1, a2_v2))):
-        source = f"({number + 2})"
-        steps += [Step(name, acc.diff(v), f"{source} per {v}") for name, v in zip(names, (y, v1, v2), strict=True)]
-    steps += [
-        Step(a1_u, smooth[0].diff(u), "(3) per u"),
-        Step(a1_0, smooth[0].subs({y: 0, v1: 0, v2: 0, u: 0}), "(3) constant"),
-        Step(a2_0, smooth[1].subs({y: 0, v1: 0, v2: 0, u: 0}), "(4) constant"),
+    constant = [acc.subs({y: 0, v1: 0, v2: 0, u: 0}) for acc in smooth]
+    steps = [
+        Step(MATRIX[row, column], smooth[row - 1].diff(v), f"({row + 2}) per {v}")
+        for row in (1, 2)
+        for column, v in enumerate(START)
     ]
+    steps += [Step(a1_u, smooth[0].diff(u), "(3) per u")]
+    steps += [Step(a1_0, constant[0], "(3) constant"), Step(a2_0, constant[1], "(4) constant")]
     entries = {step.symbol: step.value for step in steps}
     modes = (((s_1, s_2, s_3), (0, 1, 2), "(11)"), ((p_1, q_1), (0, 1), "(6)"), ((p_2, q_2), (0, 2), "(7)"))
     for symbols, rows, source in modes:
@@ -60,13 +59,15 @@ def drive_of(model: Model) -> Steps:
     yield Step(C_2, a2_0 - model.levels[1] * side_2, "(4), in (8) -gamma measured from y = 0")
 
 
-# Where a numerator stands in the paper: (13)-(15) for the body, the same of X_1 for (16), (17); one mass alone is (6)
-# or (7).
-SOURCE = {0: "(11) of y = x_1 - x_2 + L_0 + c", 1: "(16), (17) over the cubic", 2: "({}) from x_2(0), v_2(0)"}
-ALONE = {0: "{} of y, the other mass held", 1: "{} with x_2 held", 2: "{} with x_1 held"}
+MODES = {
+    (1, 2): (s_3, "(11) of y = x_1 - x_2 + L_0 + c", "(16), (17) over the cubic", "({}) from x_2(0), v_2(0)"),
+    (1,): (q_1, "(6) of y, the other mass held", "(6) with x_2 held"),
+    (2,): (q_2, "(7) of y, the other mass held", "(7) with x_1 held"),
+}
+"""By the masses that slip: the constant coefficient of the denominator; where the numerators of y and of each of these
+masses stand in the paper, (13)-(15) for the body.
+"""
 NAMES = {0: (H3_y, H2_y, H1_y), 1: (H3_1, H2_1, H1_1), 2: (H3_2, H2_2, H1_2)}
-
-
 WHOLE = (N2_1, N1_1, N0_1)
 
 
@@ -76,27 +77,27 @@ def numerators(moving: tuple[int, ...]) -> Steps:
     H_3 is the initial rate M z(0) + d. With both masses moving H_2 = (M + s_1) H_3 and
     H_1 = adj(-M) d - s_3 z(0). With one mass held the denominator is s^2 + p s + q alone:
     H_2 = adj(-M) d - q z(0), H_1 = 0.
+
+    N_2, N_1, N_0 of V_1 = (v_1 s^3 + N_2 s^2 + N_1 s + N_0)/(s P) are the row of adj(s - M) (s z(0) + d). They are
+    H_3 + s_1 v_1(0), H_2 + s_2 v_1(0), H_1 + s_3 v_1(0), in which nothing cancels where v_1 fades.
     """
     rows = [0, *moving]
-    matrix, constant = MATRIX.extract(rows, rows), CONSTANT.extract(rows, [0])
-    start = START.extract(rows, [0])
-    rate = matrix * start + constant
+    lowest_coefficient, *sources = MODES[moving]
+    matrix, constant, start = MATRIX.extract(rows, rows), CONSTANT.extract(rows, [0]), START.extract(rows, [0])
     adjugate = (s * sp.eye(len(rows)) - matrix).adjugate()
-    lowest = adjugate.subs(s, 0) * constant - (s_3 if len(rows) == 3 else {1: q_1, 2: q_2}[moving[0]]) * start
-    if len(rows) == 3:
-        transform = adjugate * sp.Matrix([NAMES[row][0] for row in rows])
-        middle = [sp.Poly(entry, s).coeff_monomial(s) for entry in transform]
-        columns = [list(rate), middle, list(lowest)]
-    else:
-        columns = [list(rate), list(lowest), [sp.S.Zero] * len(rows)]
-    steps = [
-        Step(NAMES[row][column], sp.expand(values[index]), _source(moving, row, column))
-        for column, values in enumerate(columns)
-        for index, row in enumerate(rows)
+    columns = [matrix * start + constant, adjugate.subs(s, 0) * constant - lowest_coefficient * start]
+    if len(moving) == 2:
+        columns.insert(1, adjugate.diff(s).subs(s, 0) * sp.Matrix([NAMES[row][0] for row in rows]))
+    made = [
+        Step(NAMES[row][n], sp.expand(value), source.format(13 + n))
+        for n, values in enumerate(columns)
+        for row, value, source in zip(rows, values, sources, strict=True)
     ]
-    steps += _whole_numerator(moving, adjugate, start, constant) if 1 in moving else ()
-    held = [name for row in (1, 2) if row not in rows for name in (*NAMES[row], *(WHOLE if row == 1 else ()))]
-    return (*steps, *(Step(name, sp.S.Zero, "held") for name in held))
+    if 1 in moving:
+        whole = sp.Poly(sp.expand((adjugate * (s * start + constant))[1]), s).all_coeffs()[1:]
+        made += [Step(name, sp.expand(value), sources[1]) for name, value in zip(WHOLE, whole, strict=False)]
+    moved = {step.symbol for step in made}
+    return (*made, *(Step(name, sp.S.Zero, "held") for name in MOTION.symbols if name not in moved))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
@@ -117,25 +118,6 @@ def motion_of_body() -> Steps:
     return numerators((2,))
 
 
-def _whole_numerator(moving: tuple[int, ...], adjugate: sp.Matrix, start: sp.Matrix, constant: sp.Matrix) -> list[Step]:
-    """N_2, N_1, N_0 of V_1 = (v_1 s^3 + N_2 s^2 + N_1 s + N_0)/(s P): the row of adj(s - M) (s z(0) + d).
-
-    They are H_3 + s_1 v_1(0), H_2 + s_2 v_1(0), H_1 + s_3 v_1(0), in which nothing cancels where v_1 fades.
-    """
-    row = sp.Poly(sp.expand((adjugate * (s * start + constant))[1]), s)
-    coefficients = [row.coeff_monomial(s**power) for power in range(len(moving), -1, -1)]
-    return [
-        Step(name, sp.expand(value), _source(moving, 1, column))
-        for column, (name, value) in enumerate(zip(WHOLE, [*coefficients, sp.S.Zero][:3], strict=True))
-    ]
-
-
-def _source(moving: tuple[int, ...], row: int, column: int) -> str:
-    if len(moving) == 2:
-        return SOURCE[row].format(13 + column)
-    return ALONE[row].format("(6)" if moving == (1,) else "(7)")
-
-
 def transforms(model: Model) -> tuple[sp.Expr, ...]:
     """The transforms (6), (7) of (3), (4): what is 0 in X_1(s), X_2(s) and the initial values."""
     made = []
@@ -146,17 +128,12 @@ def transforms(model: Model) -> tuple[sp.Expr, ...]:
     return tuple(made)
 
 
-def paper_frame(model: Model) -> dict[str, sp.Expr]:
-    """beta, gamma, lambda_2 and H_4..H_1 of (8)-(15) as they follow from (3), (4), in the paper's frame.
+def paper_frame(model: Model) -> tuple[sp.Poly, ...]:
+    """The numerators of X_1(s), X_2(s) over s^2 P(s) as they follow from (3), (4), in the paper's frame.
 
-    (6), (7) are solved for X_2(s); H_n is the coefficient of s^(n-1) of its numerator over s^2 P(s).
+    (6), (7) are solved for both; H_n of (12)-(15) is the coefficient of s^(n-1) of that of X_2(s).
     """
     solution = sp.solve(transforms(model), (X1, X2), dict=True)[0]
-    polynomial = sp.Poly(sp.expand((s * sp.eye(3) - MATRIX).det()), s).as_expr()
     entries = {step.symbol: step.value for step in rates_of(model) if step.symbol in MATRIX.free_symbols}
-    denominator = s**2 * polynomial.subs(entries)
-    printed: dict[str, sp.Expr] = {}
-    for name, X in (("X1", X1), ("X2", X2)):
-        numerator = sp.Poly(sp.cancel(sp.together(solution[X] * denominator)), s)
-        printed |= {f"{name}_H{power + 1}": sp.expand(numerator.coeff_monomial(s**power)) for power in range(5)}
-    return printed
+    denominator = s**2 * (s * sp.eye(3) - MATRIX.subs(entries)).det()
+    return tuple(sp.Poly(sp.cancel(sp.together(solution[X] * denominator)), s) for X in (X1, X2))

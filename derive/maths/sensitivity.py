@@ -28,14 +28,8 @@ def changes(record: Record) -> Record:
     return Record(f"{record.name}Change", f"Changes: {record.meaning}", tuple(map(_changed, record.quantities)))
 
 
-SLOPES = Record(
-    "Slopes",
-    "Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2.",
-    tuple(
-        _changed(quantity)
-        for constant, rates in zip(DRIVE.quantities, (RATES.quantities[:3], RATES.quantities[5:8]), strict=True)
-        for quantity in (constant, *rates)
-    ),
+SLOPES = Record("Slopes", "Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2.").of(
+    *map(_changed, (DRIVE.quantities[0], *RATES.quantities[:3], DRIVE.quantities[1], *RATES.quantities[5:8]))
 )
 ROBOT_CHANGE = changes(ROBOT)
 STATE_CHANGE = changes(STATE)
@@ -44,10 +38,6 @@ CURRENT_CHANGE = _changed(CURRENT)
 
 def change_of(symbol: sp.Symbol) -> sp.Symbol:
     return sp.Symbol(f"d_{symbol}", real=True)
-
-
-def _change_of(symbol: sp.Symbol, unit: str, meaning: str) -> Quantity:
-    return scalar(str(change_of(symbol)), unit, meaning)
 
 
 def changed(value: sp.Expr, inputs: Iterable[sp.Symbol]) -> sp.Expr:
@@ -76,7 +66,7 @@ def slopes_of(model: Model) -> Steps:
     return changed_steps((*rates, *laplace.drive_of(model)), (*model.robot.symbols, u), SLOPES.symbols)
 
 
-@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=_change_of(body, "J", "change of the energy"))
+@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=scalar("d_body", "J", "change of the energy"))
 def body_energy_change(model: Model) -> Steps:
     """Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c.
 
@@ -95,7 +85,7 @@ def body_energy_change(model: Model) -> Steps:
 
 @function(
     takes=(ROBOT, STATE.quantities[2], ROBOT_CHANGE, STATE_CHANGE),
-    returns=_change_of(control.apex, "m", "change of the hop height of the apex"),
+    returns=scalar("d_apex", "m", "change of the hop height of the apex"),
 )
 def apex_change(model: Model) -> Steps:
     """Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0)."""

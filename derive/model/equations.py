@@ -1,4 +1,4 @@
-"""Equations of motion of the hopper in stance, (1)-(5): the only place that has any.
+"""Equations of motion of the hopper in stance, (1)-(4): the only place that has any.
 
 From the Lagrangian of two masses and one spring, with the current, the offset force and friction
 as generalised forces:
@@ -149,10 +149,9 @@ class Model:
     @cached_property
     def accelerations(self) -> tuple[sp.Expr, sp.Expr]:
         """(3), (4) with sign(v_i) written as side_i, in x1, x2, v1, v2."""
-        masses, coordinates = (m_eff, m_s), (x1, x2)
         return tuple(
             sp.expand((LAGRANGIAN.diff(coordinate) + force) / mass)
-            for mass, coordinate, force in zip(masses, coordinates, self.forces, strict=True)
+            for mass, coordinate, force in zip((m_eff, m_s), (x1, x2), self.forces, strict=True)
         )
 
     @cached_property
@@ -165,12 +164,6 @@ compression = x1 - x2 + L0 + c
 kinetic = (m_eff * v1**2 + m_s * v2**2) / 2
 potential = m_s * g * x2 + k * compression**2 / 2
 LAGRANGIAN = kinetic - potential
-SPRING_FORCE = k * compression
-
-
-def threshold_current() -> sp.Expr:
-    """Current at which the unloaded actuator starts to move, from (3): the friction identity (5)."""
-    return m_eff * f1 / sp.Abs(gamma2)
 
 
 def _refuse_what_the_closed_form_cannot_carry(term: Term) -> None:

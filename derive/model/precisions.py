@@ -8,11 +8,10 @@ from fractions import Fraction
 
 @dataclass(frozen=True)
 class Precision:
-    """A format of IEEE 754: the suffix of its names, its types in C and NumPy, its size, the bits of its fraction."""
+    """A format of IEEE 754: the suffix of its names, its type in C, its size, the bits of its fraction."""
 
     name: str
     type: str
-    dtype: str
     bits: int
     fraction_bits: int
 
@@ -26,8 +25,8 @@ class Precision:
         return 2 ** (self.bits - self.fraction_bits - 2) - 1
 
 
-F32 = Precision("f32", "float", "float32", 32, 23)
-F64 = Precision("f64", "double", "float64", 64, 52)
+F32 = Precision("f32", "float", 32, 23)
+F64 = Precision("f64", "double", 64, 52)
 PRECISIONS = (F32, F64)
 
 

@@ -184,8 +184,7 @@ RESIDUAL_0 = Quantity("residual_0", r"r(0)", "1", "final value of a function of 
 CHI = Quantity("chi", r"\chi", "1/s^2", "s^2 + p s + q at s = -a: what (18) divides by")
 SHIFT = Quantity("sigma", r"\sigma", "1/s", "mean of the three rates, for nearly triple poles")
 HEIGHT = Quantity("height", r"h", "m", "hop height")
-t, u, side_1, side_2, residual_0, chi, sigma, height = (
-    quantity.symbol for quantity in (TIME, CURRENT, SIDE_1, SIDE_2, RESIDUAL_0, CHI, SHIFT, HEIGHT)
-)
 BODY_HEIGHT = Quantity("x2", r"x_2", "m", "height of the body over the ground under the foot")
-x2 = BODY_HEIGHT.symbol
+t, u, side_1, side_2, residual_0, chi, sigma, height, x2 = (
+    quantity.symbol for quantity in (TIME, CURRENT, SIDE_1, SIDE_2, RESIDUAL_0, CHI, SHIFT, HEIGHT, BODY_HEIGHT)
+)

@@ -7,17 +7,12 @@ hold other structs.
 from collections.abc import Iterable, Iterator
 
 from ..emit.ir import Member, Quantity, Record, Struct
-from .quantities import BASIS, ROBOT, STATE, TIME
+from .quantities import BASIS, BODY_HEIGHT, CURRENT, ROBOT, STATE, TIME
 
 
-def reals(unit: str, *names: str) -> Iterator[Member]:
-    """Members of one unit, whose names say what they are."""
-    return (Member(name, "real", "", unit) for name in names)
-
-
-def of_quantities(quantities: Iterable[Quantity]) -> Iterator[Member]:
-    """Members that are quantities of the derivation."""
-    return (Member(quantity.name, "real", quantity.meaning, quantity.unit) for quantity in quantities)
+def of_quantities(quantities: Iterable[Quantity], type_: str = "real") -> Iterator[Member]:
+    """Members that are quantities of the derivation, or columns of them."""
+    return (Member(quantity.name, type_, quantity.meaning, quantity.unit) for quantity in quantities)
 
 
 def struct_of(record: Record) -> Struct:
@@ -47,7 +42,9 @@ PLAN = Struct("Plan", "What is computed once per robot: coefficients of (3), (4)
     Member("node_body", "Node"),
     Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
 )
-STEP = Struct("Step", "A step of the current: u from time t on.").of(*reals("s", "t"), *reals("A", "u"))
+STEP = Struct("Step", "A step of the current: u from time t on.").of(
+    Member("t", "real", "", "s"), Member("u", "real", "", "A")
+)
 PHASE = Struct("Phase", "A phase: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since touchdown", "s"),
     *of_quantities(STATE.quantities),
@@ -73,20 +70,18 @@ TARGET = Struct("Target", "What the controller is asked for.").of(
     Member("horizon", "real", "longest time of a stance", "s"),
 )
 COMMAND = Struct("Command", "The answer of the controller.").of(
-    *reals("A", "u"),
+    Member("u", "real", "", "A"),
     Member("apex", "real", "hop height that follows, as h_des; 0 without take-off", "m"),
     Member("status", "int32", "HOPFORM_COMMAND_..."),
 )
 TRIAL = Struct("Trial", "A current that was tried, and what its stance does.").of(
-    *reals("A", "u"),
+    Member("u", "real", "", "A"),
     Member("apex", "real", "0 without take-off", "m"),
     Member("apex_u", "real", "its derivative by u, as the next ones", "m/A"),
-    Member(
-        "largest_x1", "real", "the largest x_1; where x1_max is hit, beyond it by how far the stance is from that", "m"
-    ),
-    *reals("m/A", "largest_x1_u"),
+    Member("largest_x1", "real", "largest x_1; where x1_max is hit, beyond it by how far the stance is from that", "m"),
+    Member("largest_x1_u", "real", "", "m/A"),
     Member("least_contact", "real", "the least minimum of the contact force over k before the ending", "m"),
-    *reals("m/A", "least_contact_u"),
+    Member("least_contact_u", "real", "", "m/A"),
     Member("events", "uint32", "stands for the order of modes and events"),
     Member("minima", "uint32", "how many minima of it there are"),
     Member("takes_off", "bool"),
@@ -104,8 +99,8 @@ SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("start", "State"),
     Member("apex", "real", "wanted, over the ground", "m"),
     Member("limit", "real", "x_1 stays below", "m"),
-    *reals("s", "horizon"),
-    *reals("m", "datum"),
+    Member("horizon", "real", "", "s"),
+    Member("datum", "real", "", "m"),
     Member("best", "Trial", "the nearest so far; u = 0 until one is admissible"),
     Member("zero", "Trial", "the current 0"),
     Member("intervals", "Interval", "intervals in which a better current may lie", count=SEARCH_INTERVALS),
@@ -120,9 +115,9 @@ SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
 )
 FLIGHT_PHASE = Struct("FlightPhase", "A phase of a flight: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since take-off", "s"),
-    *reals("m", "x1"),
-    *reals("m/s", "v1"),
-    *reals("m/s^2", "acc1"),
+    Member("x1", "real", "", "m"),
+    Member("v1", "real", "", "m/s"),
+    Member("acc1", "real", "", "m/s^2"),
     Member("side", "int8", "sign of v1, 0 if held"),
     Member("limit", "int8", "sign of the motor's pull gamma2 u at its limit, 0 under the law"),
     Member("event", "int8", "HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it"),
@@ -136,7 +131,7 @@ FLIGHT = Struct("Flight", "A flight, solved. In its states y is x_1 - x_2 + L_0 
     Member("end", "State", "state at the ending: before the impact"),
     Member("v2_after", "real", "velocity of the body after the impact", "m/s"),
     Member("apex", "real", "highest hop height of the body over the ground ahead, up to the ending", "m"),
-    *reals("s", "apex_time"),
+    Member("apex_time", "real", "", "s"),
     Member("impact_loss", "real", "energy lost at the impact, negative", "J"),
     Member("start_loss", "real", "energy lost at a stop at t = 0, negative", "J"),
     Member("leg_loss", "real", "energy lost by a damper in the leg, which carries nothing, negative", "J"),
@@ -166,25 +161,18 @@ OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where i
 def stances_in(robot: Record = ROBOT) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
-    return Struct("StancesIn", "Where robots, states at touchdown, currents and longest times of stances are read.").of(
+    return Struct("StancesIn", "Where robots, states after the impact, currents and longest times are read.").of(
         Member("robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields),
-        Member("x1", "Input", "", "m"),
-        Member("v1", "Input", "after the impact", "m/s"),
-        Member("v2", "Input", "after the impact", "m/s"),
-        Member("y", "Input", "compression, 0 at touchdown", "m"),
-        Member("u", "Input", "", "A"),
+        *of_quantities((*STATE.quantities, CURRENT), "Input"),
         Member("horizon", "Input", "", "s"),
         Member("max_phases", "int32"),
     )
 
 
-STANCES_OUT = Struct("StancesOut", "Where results of stances go: of a refused one a negative status and NaN.").of(
+STANCES_OUT = Struct("StancesOut", "Where results and states at the ending go; NaN and a status < 0 where refused.").of(
     Member("status", "Output", "int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_..."),
     Member("duration", "Output", "time of the ending", "s"),
-    Member("x1", "Output", "at the ending, as the next three", "m"),
-    Member("v1", "Output", "", "m/s"),
-    Member("x2", "Output", "height of the body over the ground", "m"),
-    Member("v2", "Output", "", "m/s"),
+    *of_quantities((*STATE.quantities[:2], BODY_HEIGHT, STATE.quantities[2]), "Output"),
     Member("apex", "Output", "hop height of the apex; NaN without take-off, and where g = 0", "m"),
     Member("aed", "Output", "analytical energy delta", "J"),
     Member("event_count", "Output", "int32_t"),

@@ -12,11 +12,10 @@ statement about their difference. In them
 Figures are those of the robot `hopper_c` after a drop from 20 cm unless said otherwise; the tests compute each of them.
 """
 
-import json
+import pprint
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Literal
 
 import sympy as sp
 
@@ -26,8 +25,7 @@ from ..model.equations import LAGRANGIAN, ModelError
 from ..model.quantities import *
 from ..models.hopper import HOPPER
 
-Verdict = Literal["agrees", "typographical slip", "wrong", "clash of symbols", "incomplete"]
-VERDICTS: dict[Verdict, str] = {
+VERDICTS = {
     "agrees": "follows from (3), (4) as it is printed",
     "clash of symbols": "right, but one letter stands for two things",
     "typographical slip": "one letter or dot differs from what the neighbouring equations say",
@@ -38,36 +36,24 @@ VERDICTS: dict[Verdict, str] = {
 
 @dataclass(frozen=True)
 class Equation:
-    """One equation of the paper: what is printed, what follows from (3), (4), and which generated steps compute it."""
+    """One equation of the paper: what is printed, what follows from (3), (4), which generated steps compute it, and a
+    verdict, one of VERDICTS.
+    """
 
-    verdict: Verdict
+    verdict: str
     title: str
     printed: str
     derived: str
     reason: str
-    steps: tuple[str, ...]
-    printed_expr: sp.Expr | None = None
-    derived_expr: sp.Expr | None = None
+    computed_by: tuple[str, ...]
+    printed_expr: sp.Expr | None = field(default=None, repr=False)
+    derived_expr: sp.Expr | None = field(default=None, repr=False)
     number: int = 0
 
     @property
-    def literals(self) -> Iterator[str]:
-        """The fields as lines of Python, plain literals in pieces that fit the line."""
-        yield f"{self.number},"
-        for text in (self.title, self.printed, self.derived, self.verdict, self.reason):
-            yield from _literal(text)
-        yield f"({''.join(f'{json.dumps(step)}, ' for step in self.steps).rstrip()}),"
-
-
-def _literal(text: str, width: int = 96) -> Iterator[str]:
-    """An argument that is a string: adjacent literals, broken at spaces; more than one stand in parentheses."""
-    lines = [""]
-    for word in text.split(" "):
-        if lines[-1] and len(json.dumps(lines[-1] + word)) > width:
-            lines.append("")
-        lines[-1] += f"{word} "
-    first, *more = [*map(json.dumps, lines[:-1]), json.dumps(lines[-1][:-1])]
-    yield from ("(", *(f"    {piece}" for piece in (first, *more)), "),") if more else (f"{first},",)
+    def lines(self) -> list[str]:
+        """The entry without its algebra as lines of Python, texts in pieces that fit the line."""
+        return f"{pprint.pformat(self, width=112)},".splitlines()
 
 
 agrees, clash, slip, incomplete, wrong = (partial(Equation, verdict) for verdict in VERDICTS)
@@ -82,8 +68,7 @@ def as_printed(title: str, printed: str, reason: str, steps: tuple[str, ...], *a
 
 beta, gamma, lambda_2, H_4, H_3, H_2, H_1 = sp.symbols("beta gamma lambda_2 H_4 H_3 H_2 H_1", real=True)
 m_1, m_2, b_eff, u_star, v_td, x2_ground = sp.symbols("m_1 m_2 b_eff u_star v_td x2_ground", real=True)
-E_delta, E_td, E_dist, h_des, x1_T = sp.symbols("E_delta E_td E_dist h_des x1_T", real=True)
-acc2 = sp.Symbol("acc2", real=True)
+E_delta, E_td, E_dist, h_des, x1_T, acc2 = sp.symbols("E_delta E_td E_dist h_des x1_T acc2", real=True)
 pole_a, pole_b, pole_c, pole_d, pole_e = POLES = sp.symbols("a b c_pole d e_pole")
 A, B, C, D, E = sp.symbols("A B C D E")
 HATS = sp.symbols("A_hat B_hat C_hat D_hat E_hat F_hat G_hat")
@@ -120,19 +105,16 @@ def _numerator(number: int, monomial: sp.Expr) -> sp.Expr:
     return sp.Poly(sp.cancel(_transformed(number) * s * quadratic), s, other).coeff_monomial(monomial)
 
 
-_frame = laplace.paper_frame(HOPPER)
+_numerators = laplace.paper_frame(HOPPER)
 
 # What the letters stand for, as it follows from (3), (4).
 LETTERS: dict[sp.Symbol, sp.Expr] = {
     gamma: sp.expand(-_numerator(2, sp.S.One)),
     beta: sp.expand(_numerator(2, s)),
     lambda_2: sp.expand(_numerator(1, sp.S.One)),
-    H_4: _frame["X2_H4"],
-    H_3: _frame["X2_H3"],
-    H_2: _frame["X2_H2"],
-    H_1: _frame["X2_H1"],
+    **dict(zip((H_4, H_3, H_2, H_1), map(sp.expand, _numerators[1].all_coeffs()[1:]), strict=True)),
 }
-_transform_1, _transform_2 = (sum(_frame[f"X{i}_H{n + 1}"] * s**n for n in range(5)) / (s**2 * cubic) for i in (1, 2))
+_transform_1, _transform_2 = (numerator.as_expr() / (s**2 * cubic) for numerator in _numerators)
 
 _spring = sp.diff(LAGRANGIAN, x1)
 start_1 = s**2 * x1_0 + s * (v1_0 + x1_0 * b1 / m_eff) + lambda_2

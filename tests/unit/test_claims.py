@@ -209,7 +209,7 @@ def test_a_taylor_step_without_its_fourth_order_is_noticed(monkeypatch):
 
 
 def test_a_variation_without_the_currents_own_share_is_noticed(monkeypatch):
-    variations = control.variations
+    variations = derivation.variations
     assert not fails(derivation.test_a_variation_is_driven_by_the_derivatives_of_the_right_sides)
-    monkeypatch.setattr(control, "variations", lambda model: variations(model) | {Q.u: (sp.S.Zero, sp.S.Zero)})
+    monkeypatch.setattr(derivation, "variations", lambda model: variations(model) | {Q.u: (sp.S.Zero, sp.S.Zero)})
     assert fails(derivation.test_a_variation_is_driven_by_the_derivatives_of_the_right_sides)

@@ -189,7 +189,7 @@ typedef struct {
     float y_t;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_at_f32;
 
-/* Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2. */
+/* Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2. */
 typedef struct {
     float d_C_1;    /* [m/s^2] change of the constant acceleration of the actuator */
     float d_a1_y;   /* [1/s^2] change of the acceleration of the actuator per compression */
@@ -282,8 +282,8 @@ typedef struct {
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f32 hopform_rates_of_f32(const hopform_robot_f32 *robot)
 {
-    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
-    const float gamma2 = robot->gamma2, g = robot->g;
+    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
+    const float b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2, g = robot->g;
     const float a1_y = -k/m_eff;                            /* (3) per y */
     const float a1_v1 = -b1/m_eff;                          /* (3) per v1 */
     const float a1_v2 = 0.0f;                                /* (3) per v2 */
@@ -356,14 +356,14 @@ static inline hopform_motion_f32 hopform_motion_of_actuator_f32(const hopform_ra
     const float H3_1 = C_1 + a1_v1*v1 + a1_y*y;  /* (6) with x_2 held */
     const float H2_y = C_1 - q_1*y;              /* (6) of y, the other mass held */
     const float H2_1 = -q_1*v1;                  /* (6) with x_2 held */
-    const float H1_y = 0.0f;                      /* (6) of y, the other mass held */
-    const float H1_1 = 0.0f;                      /* (6) with x_2 held */
     const float N2_1 = C_1 + a1_y*y;             /* (6) with x_2 held */
     const float N1_1 = 0.0f;                      /* (6) with x_2 held */
-    const float N0_1 = 0.0f;                      /* (6) with x_2 held */
+    const float H1_1 = 0.0f;                      /* held */
     const float H3_2 = 0.0f;                      /* held */
     const float H2_2 = 0.0f;                      /* held */
     const float H1_2 = 0.0f;                      /* held */
+    const float H1_y = 0.0f;                      /* held */
+    const float N0_1 = 0.0f;                      /* held */
     const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
@@ -380,11 +380,11 @@ static inline hopform_motion_f32 hopform_motion_of_body_f32(const hopform_rates_
     const float H3_2 = C_2 + a2_v2*v2 + a2_y*y;  /* (7) with x_1 held */
     const float H2_y = -C_2 - q_2*y;             /* (7) of y, the other mass held */
     const float H2_2 = -q_2*v2;                  /* (7) with x_1 held */
-    const float H1_y = 0.0f;                      /* (7) of y, the other mass held */
-    const float H1_2 = 0.0f;                      /* (7) with x_1 held */
     const float H3_1 = 0.0f;                      /* held */
     const float H2_1 = 0.0f;                      /* held */
     const float H1_1 = 0.0f;                      /* held */
+    const float H1_2 = 0.0f;                      /* held */
+    const float H1_y = 0.0f;                      /* held */
     const float N2_1 = 0.0f;                      /* held */
     const float N1_1 = 0.0f;                      /* held */
     const float N0_1 = 0.0f;                      /* held */
@@ -662,8 +662,9 @@ static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *
     float side_2,
     float x1_0)
 {
-    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
-    const float f1 = robot->f1, f2 = robot->f2, gamma2 = robot->gamma2;
+    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
+    const float b1 = robot->b1, b2 = robot->b2, f1 = robot->f1, f2 = robot->f2;
+    const float gamma2 = robot->gamma2;
     const float int_v1 = moments->int_v1, int_v2 = moments->int_v2, int_v1v1 = moments->int_v1v1;
     const float int_v2v2 = moments->int_v2v2, int_xv2 = moments->int_xv2;
     const float motor_work = -gamma2*int_v1*u;            /* ledger */
@@ -680,7 +681,8 @@ static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *
 /* Change of the energy of the body by the entries of a ledger. */
 static inline float hopform_aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 {
-    const float viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2, spring_work = ledger->spring_work;
+    const float viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2;
+    const float spring_work = ledger->spring_work;
     const float aed = coulomb_2 + spring_work + viscous_2;  /* (24) */
     return aed;
 }
@@ -709,7 +711,8 @@ static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, co
 static inline hopform_energy_f32 hopform_energies_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state)
 {
-    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0, c = robot->c, g = robot->g;
+    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0;
+    const float c = robot->c, g = robot->g;
     const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
     const float length = x1 - y;                                                                /* x_2 - L_0 - c */
     const float body = 0.5f*k*length*length + 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + length);           /* (22), (23) */
@@ -812,12 +815,13 @@ static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *
     const hopform_robot_change_f32 *robot_change,
     float d_u)
 {
-    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
-    const float gamma2 = robot->gamma2;
-    const float d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s, d_k = robot_change->d_k;
-    const float d_c = robot_change->d_c, d_b1 = robot_change->d_b1, d_b2 = robot_change->d_b2;
-    const float d_f1 = robot_change->d_f1, d_f2 = robot_change->d_f2, d_gamma2 = robot_change->d_gamma2;
-    const float d_g = robot_change->d_g;
+    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
+    const float b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2;
+    const float d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s;
+    const float d_k = robot_change->d_k, d_c = robot_change->d_c;
+    const float d_b1 = robot_change->d_b1, d_b2 = robot_change->d_b2;
+    const float d_f1 = robot_change->d_f1, d_f2 = robot_change->d_f2;
+    const float d_gamma2 = robot_change->d_gamma2, d_g = robot_change->d_g;
     const float d_a1_y = d_m_eff*k/(m_eff*m_eff) - d_k/m_eff;                    /* change of (3) per y */
     const float d_a1_v1 = b1*d_m_eff/(m_eff*m_eff) - d_b1/m_eff;                 /* change of (3) per v1 */
     const float d_a1_v2 = 0.0f;                                                   /* change of (3) per v2 */
@@ -961,7 +965,8 @@ static inline float hopform_acceleration_at_limit_f32(const hopform_robot_f32 *r
     float limit)
 {
     const float f1 = robot->f1;
-    const float p_free = flight_rates->p_free, a_free = flight_rates->a_free, a_largest = flight_rates->a_largest;
+    const float p_free = flight_rates->p_free, a_free = flight_rates->a_free;
+    const float a_largest = flight_rates->a_largest;
     const float acc1 = a_free - a_largest*limit - f1*side_1 - p_free*v1;  /* (3) at the limit */
     return acc1;
 }
@@ -1057,7 +1062,8 @@ static inline hopform_energy_f32 hopform_flight_energies_f32(const hopform_robot
     float v2,
     float hop_height)
 {
-    const float m_eff = robot->m_eff, m_s = robot->m_s, L0 = robot->L0, c = robot->c, g = robot->g;
+    const float m_eff = robot->m_eff, m_s = robot->m_s, L0 = robot->L0, c = robot->c;
+    const float g = robot->g;
     const float body = 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + hop_height);  /* energy of the body in flight */
     const float total = body + 0.5f*m_eff*v1*v1;                      /* energy of the whole robot in flight */
     const hopform_energy_f32 result = {body, total};
@@ -1073,7 +1079,8 @@ static inline hopform_flight_ledger_f32 hopform_flight_ledger_of_f32(const hopfo
     float limit,
     const hopform_way_f32 *way)
 {
-    const float m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1, f1 = robot->f1;
+    const float m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
+    const float f1 = robot->f1;
     const float Kp = gains->Kp, Kd = gains->Kd;
     const float moved = way->moved, int_v1v1 = way->int_v1v1;
     const float motor_work = (Kd*int_v1v1 + Kp*moved*(0.5f*moved + x1))*(limit*limit - 1.0f) - largest*limit*moved;  /* law, or limit */

@@ -189,7 +189,7 @@ typedef struct {
     double y_t;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_at_f64;
 
-/* Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2. */
+/* Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2. */
 typedef struct {
     double d_C_1;    /* [m/s^2] change of the constant acceleration of the actuator */
     double d_a1_y;   /* [1/s^2] change of the acceleration of the actuator per compression */
@@ -282,8 +282,8 @@ typedef struct {
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f64 hopform_rates_of_f64(const hopform_robot_f64 *robot)
 {
-    const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
-    const double gamma2 = robot->gamma2, g = robot->g;
+    const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
+    const double b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2, g = robot->g;
     const double a1_y = -k/m_eff;                            /* (3) per y */
     const double a1_v1 = -b1/m_eff;                          /* (3) per v1 */
     const double a1_v2 = 0.0;                                /* (3) per v2 */
@@ -356,14 +356,14 @@ static inline hopform_motion_f64 hopform_motion_of_actuator_f64(const hopform_ra
     const double H3_1 = C_1 + a1_v1*v1 + a1_y*y;  /* (6) with x_2 held */
     const double H2_y = C_1 - q_1*y;              /* (6) of y, the other mass held */
     const double H2_1 = -q_1*v1;                  /* (6) with x_2 held */
-    const double H1_y = 0.0;                      /* (6) of y, the other mass held */
-    const double H1_1 = 0.0;                      /* (6) with x_2 held */
     const double N2_1 = C_1 + a1_y*y;             /* (6) with x_2 held */
     const double N1_1 = 0.0;                      /* (6) with x_2 held */
-    const double N0_1 = 0.0;                      /* (6) with x_2 held */
+    const double H1_1 = 0.0;                      /* held */
     const double H3_2 = 0.0;                      /* held */
     const double H2_2 = 0.0;                      /* held */
     const double H1_2 = 0.0;                      /* held */
+    const double H1_y = 0.0;                      /* held */
+    const double N0_1 = 0.0;                      /* held */
     const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
@@ -380,11 +380,11 @@ static inline hopform_motion_f64 hopform_motion_of_body_f64(const hopform_rates_
     const double H3_2 = C_2 + a2_v2*v2 + a2_y*y;  /* (7) with x_1 held */
     const double H2_y = -C_2 - q_2*y;             /* (7) of y, the other mass held */
     const double H2_2 = -q_2*v2;                  /* (7) with x_1 held */
-    const double H1_y = 0.0;                      /* (7) of y, the other mass held */
-    const double H1_2 = 0.0;                      /* (7) with x_1 held */
     const double H3_1 = 0.0;                      /* held */
     const double H2_1 = 0.0;                      /* held */
     const double H1_1 = 0.0;                      /* held */
+    const double H1_2 = 0.0;                      /* held */
+    const double H1_y = 0.0;                      /* held */
     const double N2_1 = 0.0;                      /* held */
     const double N1_1 = 0.0;                      /* held */
     const double N0_1 = 0.0;                      /* held */
@@ -662,8 +662,9 @@ static inline hopform_ledger_f64 hopform_ledger_of_f64(const hopform_robot_f64 *
     double side_2,
     double x1_0)
 {
-    const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
-    const double f1 = robot->f1, f2 = robot->f2, gamma2 = robot->gamma2;
+    const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
+    const double b1 = robot->b1, b2 = robot->b2, f1 = robot->f1, f2 = robot->f2;
+    const double gamma2 = robot->gamma2;
     const double int_v1 = moments->int_v1, int_v2 = moments->int_v2, int_v1v1 = moments->int_v1v1;
     const double int_v2v2 = moments->int_v2v2, int_xv2 = moments->int_xv2;
     const double motor_work = -gamma2*int_v1*u;            /* ledger */
@@ -680,7 +681,8 @@ static inline hopform_ledger_f64 hopform_ledger_of_f64(const hopform_robot_f64 *
 /* Change of the energy of the body by the entries of a ledger. */
 static inline double hopform_aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
 {
-    const double viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2, spring_work = ledger->spring_work;
+    const double viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2;
+    const double spring_work = ledger->spring_work;
     const double aed = coulomb_2 + spring_work + viscous_2;  /* (24) */
     return aed;
 }
@@ -709,7 +711,8 @@ static inline double hopform_stored_energy_f64(const hopform_robot_f64 *robot, c
 static inline hopform_energy_f64 hopform_energies_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state)
 {
-    const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0, c = robot->c, g = robot->g;
+    const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0;
+    const double c = robot->c, g = robot->g;
     const double x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
     const double length = x1 - y;                                                                /* x_2 - L_0 - c */
     const double body = 0.5*k*length*length + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length);           /* (22), (23) */
@@ -812,12 +815,13 @@ static inline hopform_slopes_f64 hopform_slopes_of_f64(const hopform_robot_f64 *
     const hopform_robot_change_f64 *robot_change,
     double d_u)
 {
-    const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
-    const double gamma2 = robot->gamma2;
-    const double d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s, d_k = robot_change->d_k;
-    const double d_c = robot_change->d_c, d_b1 = robot_change->d_b1, d_b2 = robot_change->d_b2;
-    const double d_f1 = robot_change->d_f1, d_f2 = robot_change->d_f2, d_gamma2 = robot_change->d_gamma2;
-    const double d_g = robot_change->d_g;
+    const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
+    const double b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2;
+    const double d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s;
+    const double d_k = robot_change->d_k, d_c = robot_change->d_c;
+    const double d_b1 = robot_change->d_b1, d_b2 = robot_change->d_b2;
+    const double d_f1 = robot_change->d_f1, d_f2 = robot_change->d_f2;
+    const double d_gamma2 = robot_change->d_gamma2, d_g = robot_change->d_g;
     const double d_a1_y = d_m_eff*k/(m_eff*m_eff) - d_k/m_eff;                    /* change of (3) per y */
     const double d_a1_v1 = b1*d_m_eff/(m_eff*m_eff) - d_b1/m_eff;                 /* change of (3) per v1 */
     const double d_a1_v2 = 0.0;                                                   /* change of (3) per v2 */
@@ -961,7 +965,8 @@ static inline double hopform_acceleration_at_limit_f64(const hopform_robot_f64 *
     double limit)
 {
     const double f1 = robot->f1;
-    const double p_free = flight_rates->p_free, a_free = flight_rates->a_free, a_largest = flight_rates->a_largest;
+    const double p_free = flight_rates->p_free, a_free = flight_rates->a_free;
+    const double a_largest = flight_rates->a_largest;
     const double acc1 = a_free - a_largest*limit - f1*side_1 - p_free*v1;  /* (3) at the limit */
     return acc1;
 }
@@ -1057,7 +1062,8 @@ static inline hopform_energy_f64 hopform_flight_energies_f64(const hopform_robot
     double v2,
     double hop_height)
 {
-    const double m_eff = robot->m_eff, m_s = robot->m_s, L0 = robot->L0, c = robot->c, g = robot->g;
+    const double m_eff = robot->m_eff, m_s = robot->m_s, L0 = robot->L0, c = robot->c;
+    const double g = robot->g;
     const double body = 0.5*m_s*v2*v2 + g*m_s*(L0 + c + hop_height);  /* energy of the body in flight */
     const double total = body + 0.5*m_eff*v1*v1;                      /* energy of the whole robot in flight */
     const hopform_energy_f64 result = {body, total};
@@ -1073,7 +1079,8 @@ static inline hopform_flight_ledger_f64 hopform_flight_ledger_of_f64(const hopfo
     double limit,
     const hopform_way_f64 *way)
 {
-    const double m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1, f1 = robot->f1;
+    const double m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
+    const double f1 = robot->f1;
     const double Kp = gains->Kp, Kd = gains->Kd;
     const double moved = way->moved, int_v1v1 = way->int_v1v1;
     const double motor_work = (Kd*int_v1v1 + Kp*moved*(0.5*moved + x1))*(limit*limit - 1.0) - largest*limit*moved;  /* law, or limit */

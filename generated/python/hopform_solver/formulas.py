@@ -57,8 +57,8 @@ def rates_of(robot: Robot) -> Rates:
     """Coefficients of the equations of motion and of their characteristic polynomials.
 
     """
-    m_eff, m_s, k, c, b1, b2 = robot.m_eff, robot.m_s, robot.k, robot.c, robot.b1, robot.b2
-    gamma2, g = robot.gamma2, robot.g
+    m_eff, m_s, k, c = robot.m_eff, robot.m_s, robot.k, robot.c
+    b1, b2, gamma2, g = robot.b1, robot.b2, robot.gamma2, robot.g
     a1_y = -k/m_eff                            # (3) per y
     a1_v1 = -b1/m_eff                          # (3) per v1
     a1_v2 = 0.0                                # (3) per v2
@@ -126,14 +126,14 @@ def motion_of_actuator(rates: Rates, drive: Drive, state: LegState) -> Motion:
     H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6) with x_2 held
     H2_y = C_1 - q_1*y              # (6) of y, the other mass held
     H2_1 = -q_1*v1                  # (6) with x_2 held
-    H1_y = 0.0                      # (6) of y, the other mass held
-    H1_1 = 0.0                      # (6) with x_2 held
     N2_1 = C_1 + a1_y*y             # (6) with x_2 held
     N1_1 = 0.0                      # (6) with x_2 held
-    N0_1 = 0.0                      # (6) with x_2 held
+    H1_1 = 0.0                      # held
     H3_2 = 0.0                      # held
     H2_2 = 0.0                      # held
     H1_2 = 0.0                      # held
+    H1_y = 0.0                      # held
+    N0_1 = 0.0                      # held
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
@@ -148,11 +148,11 @@ def motion_of_body(rates: Rates, drive: Drive, state: LegState) -> Motion:
     H3_2 = C_2 + a2_v2*v2 + a2_y*y  # (7) with x_1 held
     H2_y = -C_2 - q_2*y             # (7) of y, the other mass held
     H2_2 = -q_2*v2                  # (7) with x_1 held
-    H1_y = 0.0                      # (7) of y, the other mass held
-    H1_2 = 0.0                      # (7) with x_1 held
     H3_1 = 0.0                      # held
     H2_1 = 0.0                      # held
     H1_1 = 0.0                      # held
+    H1_2 = 0.0                      # held
+    H1_y = 0.0                      # held
     N2_1 = 0.0                      # held
     N1_1 = 0.0                      # held
     N0_1 = 0.0                      # held
@@ -305,7 +305,8 @@ def unshift(sigma: Real, shifted_series: ShiftedSeries) -> Response:
 
     sigma [1/s] mean of the three rates, for nearly triple poles.
     """
-    Vdd, Vd, V, decay = shifted_series.Vdd, shifted_series.Vd, shifted_series.V, shifted_series.decay
+    Vdd, Vd, V = shifted_series.Vdd, shifted_series.Vd, shifted_series.V
+    decay = shifted_series.decay
     W = V*decay                                       # (18) nearly triple pole
     Wd = decay*(Vd - V*sigma)                         # (19) nearly triple pole
     Wdd = decay*(Vdd + V*sigma*sigma - 2.0*Vd*sigma)  # (19) nearly triple pole
@@ -415,8 +416,9 @@ def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Rea
     side_2 [1] sign of v_2 in the phase, 0 if held.
     x1_0 [m] displacement of the actuator at the start of the phase.
     """
-    m_eff, m_s, k, c, b1, b2 = robot.m_eff, robot.m_s, robot.k, robot.c, robot.b1, robot.b2
-    f1, f2, gamma2 = robot.f1, robot.f2, robot.gamma2
+    m_eff, m_s, k, c = robot.m_eff, robot.m_s, robot.k, robot.c
+    b1, b2, f1, f2 = robot.b1, robot.b2, robot.f1, robot.f2
+    gamma2 = robot.gamma2
     int_v1, int_v2, int_v1v1 = moments.int_v1, moments.int_v2, moments.int_v1v1
     int_v2v2, int_xv2 = moments.int_v2v2, moments.int_xv2
     motor_work = -gamma2*int_v1*u            # ledger
@@ -469,7 +471,8 @@ def energies(robot: Robot, state: LegState) -> Energy:
     """Energy of the body and of the robot.
 
     """
-    m_eff, m_s, k, L0, c, g = robot.m_eff, robot.m_s, robot.k, robot.L0, robot.c, robot.g
+    m_eff, m_s, k, L0, c = robot.m_eff, robot.m_s, robot.k, robot.L0, robot.c
+    g = robot.g
     x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
     length = x1 - y                                                                # x_2 - L_0 - c
     body = 0.5*k*length*length + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length)           # (22), (23)
@@ -584,11 +587,12 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     side_2 [1] sign of v_2 in the phase, 0 if held.
     d_u [A] change of the current.
     """
-    m_eff, m_s, k, c, b1, b2 = robot.m_eff, robot.m_s, robot.k, robot.c, robot.b1, robot.b2
-    gamma2 = robot.gamma2
+    m_eff, m_s, k, c = robot.m_eff, robot.m_s, robot.k, robot.c
+    b1, b2, gamma2 = robot.b1, robot.b2, robot.gamma2
     d_m_eff, d_m_s, d_k = robot_change.d_m_eff, robot_change.d_m_s, robot_change.d_k
-    d_c, d_b1, d_b2, d_f1 = robot_change.d_c, robot_change.d_b1, robot_change.d_b2, robot_change.d_f1
-    d_f2, d_gamma2, d_g = robot_change.d_f2, robot_change.d_gamma2, robot_change.d_g
+    d_c, d_b1, d_b2 = robot_change.d_c, robot_change.d_b1, robot_change.d_b2
+    d_f1, d_f2, d_gamma2 = robot_change.d_f1, robot_change.d_f2, robot_change.d_gamma2
+    d_g = robot_change.d_g
     d_a1_y = d_m_eff*k/(m_eff*m_eff) - d_k/m_eff                    # change of (3) per y
     d_a1_v1 = b1*d_m_eff/(m_eff*m_eff) - d_b1/m_eff                 # change of (3) per v1
     d_a1_v2 = 0.0                                                   # change of (3) per v2
@@ -734,7 +738,8 @@ def acceleration_at_limit(robot: Robot, flight_rates: FlightRates, v1: Real, sid
     Returns acc1 [m/s^2], acceleration.
     """
     f1 = robot.f1
-    p_free, a_free, a_largest = flight_rates.p_free, flight_rates.a_free, flight_rates.a_largest
+    p_free, a_free = flight_rates.p_free, flight_rates.a_free
+    a_largest = flight_rates.a_largest
     acc1 = a_free - a_largest*limit - f1*side_1 - p_free*v1  # (3) at the limit
     return acc1
 

@@ -663,7 +663,7 @@ class At(NamedTuple):
 
 
 class Slopes(NamedTuple):
-    """Change of the right sides of (3), (4), by what each share of it goes with: 1, y, v_1, v_2."""
+    """Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2."""
 
     d_C_1: Real
     """[m/s^2] change of the constant acceleration of the actuator"""

@@ -14,7 +14,8 @@
 extern "C" {
 #endif
 
-enum { HOPFORM_SEARCH_INTERVALS_f64 = 24 }; /**< intervals of currents that wait in a search */
+/** Intervals of currents that wait in a search. */
+enum { HOPFORM_SEARCH_INTERVALS_f64 = 24 };
 
 /** What the hopper is made of. */
 typedef struct {
@@ -183,7 +184,7 @@ typedef struct {
     double u; /**< [A] */
     double apex; /**< [m] 0 without take-off */
     double apex_u; /**< [m/A] its derivative by u, as the next ones */
-    double largest_x1; /**< [m] the largest x_1; where x1_max is hit, beyond it by how far the stance is from that */
+    double largest_x1; /**< [m] largest x_1; where x1_max is hit, beyond it by how far the stance is from that */
     double largest_x1_u; /**< [m/A] */
     double least_contact; /**< [m] the least minimum of the contact force over k before the ending */
     double least_contact_u; /**< [m/A] */
@@ -280,14 +281,14 @@ typedef struct {
     ptrdiff_t stride;
 } hopform_output_f64;
 
-/** Where results of stances go: of a refused one a negative status and NaN. */
+/** Where results and states at the ending go; NaN and a status < 0 where refused. */
 typedef struct {
     hopform_output_f64 status; /**< int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_... */
     hopform_output_f64 duration; /**< [s] time of the ending */
-    hopform_output_f64 x1; /**< [m] at the ending, as the next three */
-    hopform_output_f64 v1; /**< [m/s] */
-    hopform_output_f64 x2; /**< [m] height of the body over the ground */
-    hopform_output_f64 v2; /**< [m/s] */
+    hopform_output_f64 x1; /**< [m] displacement of the actuator */
+    hopform_output_f64 v1; /**< [m/s] velocity of the actuator */
+    hopform_output_f64 x2; /**< [m] height of the body over the ground under the foot */
+    hopform_output_f64 v2; /**< [m/s] velocity of the body */
     hopform_output_f64 apex; /**< [m] hop height of the apex; NaN without take-off, and where g = 0 */
     hopform_output_f64 aed; /**< [J] analytical energy delta */
     hopform_output_f64 event_count; /**< int32_t */
@@ -298,14 +299,14 @@ typedef struct {
     int32_t event_capacity;
 } hopform_stances_out_f64;
 
-/** Where robots, states at touchdown, currents and longest times of stances are read. */
+/** Where robots, states after the impact, currents and longest times are read. */
 typedef struct {
     hopform_input_f64 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
-    hopform_input_f64 x1; /**< [m] */
-    hopform_input_f64 v1; /**< [m/s] after the impact */
-    hopform_input_f64 v2; /**< [m/s] after the impact */
-    hopform_input_f64 y; /**< [m] compression, 0 at touchdown */
-    hopform_input_f64 u; /**< [A] */
+    hopform_input_f64 x1; /**< [m] displacement of the actuator */
+    hopform_input_f64 v1; /**< [m/s] velocity of the actuator */
+    hopform_input_f64 v2; /**< [m/s] velocity of the body */
+    hopform_input_f64 y; /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    hopform_input_f64 u; /**< [A] current */
     hopform_input_f64 horizon; /**< [s] */
     int32_t max_phases;
 } hopform_stances_in_f64;
