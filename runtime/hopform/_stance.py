@@ -101,7 +101,7 @@ class Stance(Motion):
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """The events in their order."""
-        return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in self._solved.event_rows()])
+        return tuple(Event(t, EVENTS[event]) for t, _, _, event, _ in self._solved.phase_rows() if event)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:

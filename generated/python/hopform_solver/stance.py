@@ -365,11 +365,10 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End
 
 def _record(log: list[Phases], chain: _Chain, lanes: Numbers, event: NDArray[np.int8]) -> None:
     """Phases in the order in which they are found."""
-    if lanes.size:
-        lane, t, step, state = take((chain.lane, chain.t, chain.step, chain.state), lanes)
-        mode = 3.0 * (chain.side[0, lanes] + 1.0) + chain.side[1, lanes] + 1.0
-        log.append(Phases(lane, t, *state, mode.astype(np.int8), event[lanes], step))
-        chain.counted[lanes] += 1
+    lane, t, step, state = take((chain.lane, chain.t, chain.step, chain.state), lanes)
+    mode = 3.0 * (chain.side[0, lanes] + 1.0) + chain.side[1, lanes] + 1.0
+    log.append(Phases(lane, t, *state, mode.astype(np.int8), event[lanes], step))
+    chain.counted[lanes] += 1
 
 
 def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:

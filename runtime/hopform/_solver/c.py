@@ -83,9 +83,6 @@ class Types:
         self.stance_at = library.function("stance_at", self)
         self.stance, self.phase = layout(self.Stance), layout(self.Phase)
         self.state = layout(self.State)
-        event, letter = self.Phase.event.offset, self.dtype.char
-        self.event = struct.Struct(f"{letter}{event - self.dtype.itemsize}xb{self.phase.size - event - 1}x")
-        """Of a phase only when it starts, and the event that starts it."""
         self.pack_state: Callable[..., bytes] = self.state.pack if double else self.pack
         self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else self.pack
         self.one_state = ctypes.c_char * self.state.size
@@ -167,10 +164,6 @@ class Solved(_Motion):
         """Ending, duration, state at the ending, apex, AED."""
         duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
         return ending, duration, tuple_of(LegState, (x1, v1, v2, y)), apex, aed
-
-    def event_rows(self) -> list[tuple[float, int]]:
-        """Time and number of each event."""
-        return [row for row in self.types.event.iter_unpack(self.structs[2]) if row[1]]
 
     def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
