@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._batch import solve_stances
+from hopform._batch import Progress, solve_stances
 from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
@@ -138,7 +138,6 @@ def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: obje
 
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], object]
 ROWS = 16
 """Heights that are solved between two calls of the progress callback."""
 MOST_CELLS = MEMORY // 256

@@ -430,18 +430,15 @@ def _solve(library: Library, columns: Columns, results: Columns, max_phases: int
 
 
 def _read(library: Library, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:
-    """A reading of stances, with more room for phases where they were not kept."""
-    lanes, room = np.arange(len(results)), FIRST_CAPACITY
-    while lanes.size:
-        chosen = [column if column.shape == () else column[lanes] for column in columns]
-        found = np.empty((lanes.size, *results.shape[1:]), results.dtype)
-        state = np.empty(lanes.size, np.int32)
-        types = library.types(results.dtype)
-        phases = (types.Phase * room)()
-        asked, count = ctypes.byref(_arguments(types, chosen, max_phases)), ctypes.c_int64(lanes.size)
-        library.call(f"stances_{name}", types, count, asked, phases, room, pointer(found), pointer(state))
-        results[lanes] = found
-        lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
+    """A reading of stances."""
+    types, state = library.types(results.dtype), np.empty(len(results), np.int32)
+    asked = ctypes.c_int64(state.size), ctypes.byref(_arguments(types, columns, max_phases))
+
+    def solve(*room: Any) -> int:
+        library.call(f"stances_{name}", types, *asked, *room, pointer(results), pointer(state))
+        return PHASES_NOT_KEPT if PHASES_NOT_KEPT in state else 0
+
+    with_room(types.Phase, max_phases + 1, solve)
 
 
 def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:
