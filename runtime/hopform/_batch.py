@@ -156,15 +156,11 @@ class _Job(NamedTuple):
     readings: dict[str, NDArray[Any]]
 
     def chunk(self, part: slice) -> list[NDArray[Any]]:
-        """The columns of some stances: numbers stay numbers, a column in one piece is not copied."""
-        return [np.asarray(self._part(column, part), dtype=self.real) for column in self.columns]
-
-    def _part(self, column: NDArray[Any], part: slice) -> Any:
-        if column.size == 1:
-            return column.reshape(())
-        if column.shape == self.shape and column.ndim == 1:
-            return column[part]
-        return np.broadcast_to(column, self.shape).flat[part]
+        """The columns of some stances: numbers stay numbers."""
+        return [
+            np.asarray(x.reshape(()) if x.size == 1 else np.broadcast_to(x, self.shape).flat[part], dtype=self.real)
+            for x in self.columns
+        ]
 
 
 def solve_stances(

@@ -1,7 +1,6 @@
 """One stance: from touchdown to take-off, solved exactly, then evaluated at any time."""
 
 import math
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -151,8 +150,8 @@ class Stance(Motion):
         >>> print(round(float(stance.at(0.05).x2), 6))
         0.312109
         """
-        if type(t) is float and self.dtype is DOUBLE:
-            return with_height(self.robot, self.dtype, self._solved.state(self._time(t)))
+        if type(t) is float and self.dtype is DOUBLE and 0.0 <= t <= self.duration:
+            return with_height(self.robot, self.dtype, self._solved.state(t))
         return State(*(shaped(value, t) for value in with_height(self.robot, self.dtype, self._solver_state(t))))
 
     def grid(
@@ -269,11 +268,6 @@ class Stance(Motion):
 
     def _solver_state(self, t: ArrayLike) -> records.LegState:
         return self._solved.state_at(self._times(t))
-
-    def _time(self, t: float) -> float:
-        if not 0.0 <= t <= (sys.float_info.max if self.status == "rest" else self.duration):
-            self._times(t)
-        return t
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
         return times_within(t, self.dtype, self.duration, endless=self.status == "rest")

@@ -17,8 +17,8 @@ from hopform_solver.limits import BODY_IS_FIXED, CONTACT_IS_COMPRESSION, EPS, FO
 from hopform_solver.phases import Phase, Plan, arrive, contact_numerator, motion_of, plan_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, At, LegState, Motion, Poles, Robot
 
-ENDING = {text: number for number, text in ENDINGS.items()}
-EVENT = {text: number for number, text in EVENTS.items()}
+ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
+EVENT: dict[str, int] = {text: number for number, text in EVENTS.items()}
 """The numbers of endings and events."""
 _REVERSES, _STICKS, _SLIPS = (
     np.array([[EVENT[f"x1_{word}"]], [EVENT[f"x2_{word}"]]]) for word in ("reverses", "sticks", "slips")

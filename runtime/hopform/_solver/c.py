@@ -283,12 +283,13 @@ def plan_of(types: Types, parameters: tuple[Any, ...]) -> bytes:
     return bytes(plan)
 
 
-def with_room(phase: Any, most: int, solve: Callable[..., int]) -> Any:
-    """Solve with memory for phases and its capacity, with more of it where it was too little; the memory."""
+def with_room(types: Types, name: str, phase: Any, most: int, given: tuple[Any, ...], *answer: Any) -> Any:
+    """The phases of a function that solves, called again with more memory for them where it was too little."""
     capacity = min(FIRST_CAPACITY, most)
     while True:
         phases = (phase * capacity)()
-        if solve(phases, ctypes.c_int32(capacity)) != PHASES_NOT_KEPT or capacity == most:
+        status = types.library.call(name, types, *given, phases, ctypes.c_int32(capacity), *answer)
+        if status != PHASES_NOT_KEPT or capacity == most:
             return phases
         capacity = min(8 * capacity, most)
 
@@ -338,11 +339,7 @@ class C:
         law = None if gains is None else ctypes.byref(types.Gains(*gains))
         begin = ctypes.byref(types.State(*start)), types.real(ground), law
         asked = plan, *begin, types.real(horizon), ctypes.c_int32(max_phases)
-
-        def solve(*room: Any) -> int:
-            return types.library.call("solve_flight", types, *asked, *room, ctypes.byref(flight))
-
-        phases = with_room(types.FlightPhase, max_phases + 1, solve)
+        phases = with_room(types, "solve_flight", types.FlightPhase, max_phases + 1, asked, ctypes.byref(flight))
         kept = ctypes.sizeof(types.FlightPhase) * flight.phases_kept
         return SolvedFlight(types, plan, bytes(phases)[:kept], bytes(flight))
 
@@ -357,11 +354,7 @@ class C:
         search, command = types.Search(), types.Command()
         begin, wanted = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target))
         asked = ctypes.byref(search), plan_of(types, parameters), begin, wanted
-
-        def solve(*room: Any) -> int:
-            return types.library.call("choose_current", types, *asked, *room, ctypes.byref(command))
-
-        with_room(types.Phase, max_phases, solve)
+        with_room(types, "choose_current", types.Phase, max_phases, asked, ctypes.byref(command))
         return command.u, command.apex, command.status, search.trials
 
     def try_currents(
@@ -374,12 +367,9 @@ class C:
         trials = np.zeros((len(starts), currents.size), np.dtype(types.Trial))
         states = (types.State * len(starts))(*(types.State(*start) for start in starts))
         values = np.ascontiguousarray(currents, dtype=np.float64)
-        given = states, ctypes.c_int32(len(starts)), pointer(values), ctypes.c_int32(values.size), types.real(horizon)
-
-        def solve(*room: Any) -> int:
-            return types.library.call("try_currents", types, plan_of(types, parameters), *given, *room, pointer(trials))
-
-        with_room(types.Phase, max_phases, solve)
+        sizes = ctypes.c_int32(len(starts)), ctypes.c_int32(values.size)
+        asked = plan_of(types, parameters), states, sizes[0], pointer(values), sizes[1], types.real(horizon)
+        with_room(types, "try_currents", types.Phase, max_phases, asked, pointer(trials))
         return trials
 
     def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
@@ -433,12 +423,7 @@ def _read(library: Library, name: str, columns: Columns, results: NDArray[Any], 
     """A reading of stances."""
     types, state = library.types(results.dtype), np.empty(len(results), np.int32)
     asked = ctypes.c_int64(state.size), ctypes.byref(_arguments(types, columns, max_phases))
-
-    def solve(*room: Any) -> int:
-        library.call(f"stances_{name}", types, *asked, *room, pointer(results), pointer(state))
-        return PHASES_NOT_KEPT if PHASES_NOT_KEPT in state else 0
-
-    with_room(types.Phase, max_phases + 1, solve)
+    with_room(types, f"stances_{name}", types.Phase, max_phases + 1, asked, pointer(results), pointer(state))
 
 
 def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:
