@@ -383,7 +383,6 @@ def _hop(robot: Robot, limit: float, how: dict[str, Any], u: float, height: floa
 
 # ---- the controller as the paper prints it ----
 
-_TAKEOFF = 1
 MOST = 1_000_000
 """Largest number of currents of a grid on either side of 0."""
 
@@ -442,7 +441,7 @@ def choose_current_as_printed(
     u = u[np.argsort(np.abs(u), kind="stable")]
     height = None if x2 is None else finite("x2", x2, "m")
     batch = solve_stances(robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=height, u=u, horizon=limit, backend=backend)
-    lifts = np.flatnonzero(batch.status == _TAKEOFF)
+    lifts = np.flatnonzero(batch.words == "takeoff")
     if not lifts.size:
         return PrintedCommand(0.0, math.nan, math.nan, "no_takeoff")
     rise = (-level if with_sign else abs(level)) * (0.5 if halved else 1.0)

@@ -281,8 +281,6 @@ def _grazing_tolerance(stop: events.EventSet, propagator: Array) -> Array:
 def _cross_at_the_limit(guards: _Guards, on: events.Interval, certified: Flags) -> None:
     """At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does."""
     lanes = np.flatnonzero(certified & ~on.is_quiet & (on.found < 0) & ~(on.high < on.limit))
-    if not lanes.size:
-        return
     own = on.lane[lanes]
     rests_2 = (guards.rests[own] == VELOCITY[1]) & ~(guards.rest_time[own] > on.limit[lanes])
     is_first = (guards.kind[:, own] == TAKEOFF) | ((guards.kind[:, own] == THRESHOLD[0]) & rests_2)

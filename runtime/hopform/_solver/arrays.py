@@ -1,6 +1,5 @@
 """The NumPy back end: the vectorised solver of a package, seen as the C back end shows it."""
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple, cast
 
@@ -119,8 +118,8 @@ class OnArrays:
         self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
-        choose: Callable[..., tuple[float, float, int, int]] = self.package.control.choose
-        return choose(parameters, start, target, max_phases, dtype.type)
+        found = self.package.control.choose(parameters, start, target, max_phases, dtype.type)
+        return cast("tuple[float, float, int, int]", found)
 
     def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
