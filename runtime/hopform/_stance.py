@@ -270,6 +270,8 @@ class Stance(Motion):
         return self._solved.state_at(self._times(t))
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
+        if type(t) is float and 0.0 <= t <= self.duration:  # the common case
+            return np.array([t], self.dtype)
         return times_within(t, self.dtype, self.duration, endless=self.status == "rest")
 
 
