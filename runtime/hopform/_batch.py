@@ -6,8 +6,8 @@ is heard.
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
@@ -156,15 +156,11 @@ class _Job(NamedTuple):
     readings: dict[str, NDArray[Any]]
 
     def chunk(self, part: slice) -> list[NDArray[Any]]:
-        """The columns of some stances: numbers stay numbers, a column in one piece is not copied."""
-        return [np.asarray(self._part(column, part), dtype=self.real) for column in self.columns]
-
-    def _part(self, column: NDArray[Any], part: slice) -> Any:
-        if column.size == 1:
-            return column.reshape(())
-        if column.shape == self.shape and column.ndim == 1:
-            return column[part]
-        return np.broadcast_to(column, self.shape).flat[part]
+        """The columns of some stances: numbers stay numbers."""
+        return [
+            np.asarray(x.reshape(()) if x.size == 1 else np.broadcast_to(x, self.shape).flat[part], dtype=self.real)
+            for x in self.columns
+        ]
 
 
 def solve_stances(
@@ -258,21 +254,15 @@ def _run(
 
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]
     done = 0
-    for solved in map(solve, parts) if threads == 1 else _in_threads(solve, parts, threads):
-        done += solved
-        if progress is not None:
-            progress(done, job.size)
-    return _joined(job, lists) if events else (None, None)
-
-
-def _in_threads(solve: Callable[[slice], int], parts: list[slice], threads: int) -> Iterator[int]:
-    """The results of `solve` as the parts are done; closing the iterator cancels the rest."""
     with ThreadPoolExecutor(threads) as pool:
-        waiting = [pool.submit(solve, part) for part in parts]
         try:
-            yield from (each.result() for each in as_completed(waiting))
+            for solved in map(solve, parts) if threads == 1 else pool.map(solve, parts):
+                done += solved
+                if progress is not None:
+                    progress(done, job.size)
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
+    return _joined(job, lists) if events else (None, None)
 
 
 def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.int8]]:

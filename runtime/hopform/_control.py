@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._batch import solve_stances
+from hopform._batch import Progress, solve_stances
 from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
@@ -138,7 +138,6 @@ def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: obje
 
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int], object]
 ROWS = 16
 """Heights that are solved between two calls of the progress callback."""
 MOST_CELLS = MEMORY // 256
@@ -384,7 +383,6 @@ def _hop(robot: Robot, limit: float, how: dict[str, Any], u: float, height: floa
 
 # ---- the controller as the paper prints it ----
 
-_TAKEOFF = 1
 MOST = 1_000_000
 """Largest number of currents of a grid on either side of 0."""
 
@@ -443,7 +441,7 @@ def choose_current_as_printed(
     u = u[np.argsort(np.abs(u), kind="stable")]
     height = None if x2 is None else finite("x2", x2, "m")
     batch = solve_stances(robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=height, u=u, horizon=limit, backend=backend)
-    lifts = np.flatnonzero(batch.status == _TAKEOFF)
+    lifts = np.flatnonzero(batch.words == "takeoff")
     if not lifts.size:
         return PrintedCommand(0.0, math.nan, math.nan, "no_takeoff")
     rise = (-level if with_sign else abs(level)) * (0.5 if halved else 1.0)

@@ -22,7 +22,7 @@ from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
 from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, formulas, records
-from hopform._stance import DOUBLE, TOUCHING_ULP, Event, Real, State, body_height, in_order, placed, precision_of
+from hopform._stance import DOUBLE, TOUCHING_ULP, Event, Real, State, in_order, placed, precision_of, with_height
 
 
 class FlightPhase(NamedTuple):
@@ -91,9 +91,8 @@ class Flight(Motion):
         >>> print(round(float(flight.at(0.2).x2), 6), round(float(flight.at(0.2).x1), 6))
         0.6338 0.010312
         """
-        state = self._solved.state_at(self._times(t))
-        x2 = body_height(self.robot, self.dtype, state.x1, state.y)
-        return State(*(shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
+        state = with_height(self.robot, self.dtype, self._solved.state_at(self._times(t)))
+        return State(*(shaped(value, t) for value in state))
 
     def foot(self, t: ArrayLike) -> Real:
         """Height of the foot over the ground ahead [m] at times t [s], in t's shape."""
@@ -183,8 +182,7 @@ def solve_flight(
     solved = back_end.solve_flight(robot.parameters, start, ground, law, longest, most, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
-    x1_end, v1_end, v2_end, y_end = (float(getattr(flight.end, name)) for name in records.LegState._fields)
-    end = State(x1_end, v1_end, float(body_height(robot, precision, x1_end, y_end)), v2_end)
+    end = State(*map(float, with_height(robot, precision, flight.end)))
     after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
     duration, followed = float(flight.duration), Gains(float(flight.gains.Kp), float(flight.gains.Kd))
     apex, losses = (float(flight.apex), float(flight.apex_time)), (float(flight.impact_loss), float(flight.leg_loss))

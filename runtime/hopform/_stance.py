@@ -1,7 +1,6 @@
 """One stance: from touchdown to take-off, solved exactly, then evaluated at any time."""
 
 import math
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -101,15 +100,17 @@ class Stance(Motion):
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """The events in their order."""
-        return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in self._solved.event_rows()])
+        return tuple(Event(t, EVENTS[event]) for t, _, _, event, _ in self._solved.phase_rows() if event)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """The phases in their order."""
         rows = self._solved.phase_rows()
+        ends = [*(row[0] for row in rows[1:]), self.duration]
+        states = [State(*map(float, with_height(self.robot, self.dtype, row[1]))) for row in rows]
         return tuple(
-            Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], _with_height(self, state))
-            for (t, state, mode, _, step), end in zip(rows, [row[0] for row in rows[1:]] + [self.duration], strict=True)
+            Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], state)
+            for (t, _, mode, _, step), end, state in zip(rows, ends, states, strict=True)
         )
 
     @cached_property
@@ -125,27 +126,21 @@ class Stance(Motion):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What the model does not say of a real robot: a current above u_max, a spring beyond its travel, and so on."""
-        found = list[str]()
-        robot, start = self.robot, self._solved.phase_rows()[0][1]
-        largest = max((u for _, u in self.u), key=abs)
-        if abs(largest) > robot.u_max:
-            found.append(f"u = {largest!r} A is above u_max = {robot.u_max!r} A")
-        if start.y == 0.0 and start.v2 > 0.0:
-            found.append(f"the body moves up at touchdown, v2 = {float(start.v2)!r} m/s")
-        force = -robot.gamma2 * self.u[0][1]
-        for stop, way in (("x1_min", -1.0), ("x1_max", 1.0)):
-            rests = start.x1 == getattr(robot, stop) and start.v1 == 0.0 and robot.x1_min < robot.x1_max
-            if rests and way * force > 0.0:
-                found.append(f"u = {self.u[0][1]!r} A pushes the actuator onto the stop {stop} on which it rests")
-        if robot.travel < math.inf and self.compression_max > robot.travel:
-            most = f"coil_bound: the spring is compressed by {self.compression_max:.6g} m"
-            found.append(f"{most}, its travel is {robot.travel!r} m")
+        robot, start, u, travel = self.robot, self._solved.phase_rows()[0][1], self.u[0][1], self.robot.travel
+        largest, force = max((u for _, u in self.u), key=abs), -robot.gamma2 * u
+        stop = "x1_max" if force > 0.0 else "x1_min"
+        rests = start.x1 == getattr(robot, stop) and start.v1 == 0.0 and robot.x1_min < robot.x1_max
+        most = self.compression_max if travel < math.inf else 0.0
         lowest = min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
-        if lowest < 0.0:
-            found.append(f"the body passes below the ground, down to x2 = {lowest:.6g} m")
-        if self.status == "takeoff" and robot.g == 0.0:
-            found.append("g = 0: there is no apex")
-        return tuple(found)
+        cases = (
+            (abs(largest) > robot.u_max, f"u = {largest!r} A is above u_max = {robot.u_max!r} A"),
+            (start.y == 0.0 and start.v2 > 0.0, f"the body moves up at touchdown, v2 = {float(start.v2)!r} m/s"),
+            (rests and force != 0.0, f"u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"),
+            (most > travel, f"coil_bound: the spring is compressed by {most:.6g} m, its travel is {travel!r} m"),
+            (lowest < 0.0, f"the body passes below the ground, down to x2 = {lowest:.6g} m"),
+            (self.status == "takeoff" and robot.g == 0.0, "g = 0: there is no apex"),
+        )
+        return tuple(text for holds, text in cases if holds)
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
@@ -155,11 +150,9 @@ class Stance(Motion):
         >>> print(round(float(stance.at(0.05).x2), 6))
         0.312109
         """
-        if type(t) is float and self.dtype is DOUBLE:
-            return _with_height(self, self._solved.state(self._time(t)))
-        state = self._solver_state(t)
-        x2 = body_height(self.robot, self.dtype, state.x1, state.y)
-        return State(*(shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
+        if type(t) is float and self.dtype is DOUBLE and 0.0 <= t <= self.duration:
+            return with_height(self.robot, self.dtype, self._solved.state(t))
+        return State(*(shaped(value, t) for value in with_height(self.robot, self.dtype, self._solver_state(t))))
 
     def grid(
         self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
@@ -177,17 +170,15 @@ class Stance(Motion):
         """
         t, step = uniform_times(self.duration, count, dt, self.dtype)
         into = list(np.empty((4, t.size), self.dtype)) if out is None else fitting(out, t)
-        whole = all(column.flags.c_contiguous for column in into)
-        x1, v1, x2, v2 = into if whole else np.empty((4, t.size), self.dtype)
+        x1, v1, x2, v2 = whole = [np.ascontiguousarray(column) for column in into]
         if self.duration > 0.0:
             self._solved.grid(step, records.LegState(x1, v1, v2, x2))
         else:
             for column, values in zip((x1, v1, v2, x2), self._solver_state(t), strict=True):
                 column[...] = values
         x2[...] = body_height(self.robot, self.dtype, x1, x2)
-        if not whole:
-            for column, values in zip(into, (x1, v1, x2, v2), strict=True):
-                column[...] = values
+        for column, values in zip(into, whole, strict=True):
+            column[...] = values  # itself where it is in one piece
         return t, State(*into)
 
     def current(self, t: ArrayLike) -> Real:
@@ -278,12 +269,9 @@ class Stance(Motion):
     def _solver_state(self, t: ArrayLike) -> records.LegState:
         return self._solved.state_at(self._times(t))
 
-    def _time(self, t: float) -> float:
-        if not 0.0 <= t <= (sys.float_info.max if self.status == "rest" else self.duration):
-            self._times(t)
-        return t
-
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
+        if type(t) is float and 0.0 <= t <= self.duration:  # the common case
+            return np.array([t], self.dtype)
         return times_within(t, self.dtype, self.duration, endless=self.status == "rest")
 
 
@@ -398,8 +386,9 @@ def _stance(robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: 
     return stance
 
 
-def _with_height(stance: Stance, state: records.LegState) -> State:
-    return State(state.x1, state.v1, float(body_height(stance.robot, stance.dtype, state.x1, state.y)), state.v2)
+def with_height(robot: Robot, dtype: np.dtype[Any], state: Any) -> State:
+    """A state x1, v1, v2, y, or states, with the height of the body in place of the compression."""
+    return State(state.x1, state.v1, body_height(robot, dtype, state.x1, state.y), state.v2)
 
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:

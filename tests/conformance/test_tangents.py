@@ -53,14 +53,14 @@ def solved(backend: str, name: str, **moved: float) -> tuple[Any, float]:
 def times_of(name: str) -> np.ndarray:
     """Times up to the end, none of them within a step of the differences of an event."""
     found, duration = solved("c", name)
-    events = np.array([t for t, _ in found.event_rows()])
+    events = np.array([t for t, _, _, event, _ in found.phase_rows() if event])
     times = np.linspace(0.0, duration, 83)[:-1]
     return times[np.abs(times[:, None] - events).min(axis=1, initial=1.0) > 1e-3]
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_events_that_a_case_is_about_happen(name):
-    kinds = {hopform._stance.EVENTS[number] for _, number in solved("c", name)[0].event_rows()}
+    kinds = {hopform._stance.EVENTS[row[3]] for row in solved("c", name)[0].phase_rows() if row[3]}
     assert CASES[name][4] <= kinds
 
 

@@ -8,10 +8,8 @@ from hopform_solver import formulas
 from hopform_solver.lanes import take
 from hopform_solver.ledgers import ledger_over, sums_before
 from hopform_solver.phases import state_in_phase
-from hopform_solver.records import EVENTS, Energy, Ledger, Work
-from hopform_solver.stance import Solution, locate, state_at
-
-_HITS = next(number for number, text in EVENTS.items() if text == "x1_hits_stop")
+from hopform_solver.records import Energy, Ledger, Work
+from hopform_solver.stance import EVENT, Solution, locate, state_at
 
 
 def ledger_at(solution: Solution, lane: int, t: ArrayLike) -> Ledger:
@@ -20,7 +18,7 @@ def ledger_at(solution: Solution, lane: int, t: ArrayLike) -> Ledger:
     own = np.flatnonzero(solution.phases.lane == lane)
     whole, lengths = solution.phase(own), solution.lengths[own]
     v1 = state_in_phase(whole, lengths).v1
-    hits = np.append(solution.phases.event[own[1:]] == _HITS, False)
+    hits = np.append(solution.phases.event[own[1:]] == EVENT["x1_hits_stop"], False)
     lost = np.where(hits, -0.5 * whole.plan.robot.m_eff * v1 * v1, 0.0)
     sums = sums_before([*ledger_over(whole, lengths), lost], solution.start_loss.reshape(-1)[lane])[:, index - own[0]]
     sums[:-1] += ledger_over(solution.phase(index), within)

@@ -550,8 +550,7 @@ def find_first_root(on: Interval) -> Flags:
     d, d_then = deflated(on, on.start, on.low), deflated(on, on.end, on.high)
     slot, lane = uncertified(on, open_, d, d_then)
     certified = ~cut_inside(on, slot, lane, d, d_then)
-    if (later := np.flatnonzero(certified & (on.found > 0))).size:
-        settle_ties(on, later)
+    settle_ties(on, np.flatnonzero(certified & (on.found > 0)))
     return certified
 
 

@@ -84,8 +84,6 @@ def compressions(solution: Solution) -> Array:
     np.maximum.at(most, phases.lane, phases.y)
     every, lengths = solution.phase(np.arange(phases.t.size)), solution.lengths
     index = np.flatnonzero((every.side[0] != 0.0) & (every.side[0] == every.side[1]) & (lengths > 0.0))
-    if not index.size:
-        return most
     phase = take(every, index)
     motion, poles = motion_of(phase), poles_of(phase.plan, phase.side)
     found, t = minima(poles, Numerator(*(-row for row in motion[6:9])), lengths[index])

@@ -85,7 +85,7 @@ Status: TypeAlias = Literal[
 ]
 """Status: 0 ok, negative an error, positive an answer with a warning."""
 
-STATUSES = {
+STATUSES: dict[int, Status] = {
     0: "ok",  # the answer, without a warning
     1: "phases_not_kept",  # the phase buffer was too small; everything else is exact
     2: "no_derivative",  # no take-off, an event that grazes, or derivatives out of range
@@ -114,7 +114,7 @@ CommandStatus: TypeAlias = Literal[
 ]
 """What the controller found."""
 
-COMMANDS = {
+COMMANDS: dict[int, CommandStatus] = {
     1: "reached",  # the next apex is the desired one
     2: "nearest",  # no admissible current reaches it; this one comes nearest
     3: "no_takeoff",  # no current is admissible
@@ -130,7 +130,7 @@ Ending: TypeAlias = Literal[
 ]
 """How a stance ended."""
 
-ENDINGS = {
+ENDINGS: dict[int, Ending] = {
     1: "takeoff",  # the spring force returned to zero with the leg extending
     2: "rest",  # both masses are held and nothing can change
     3: "horizon",  # the longest time was reached
@@ -150,7 +150,7 @@ EventKind: TypeAlias = Literal[
 ]
 """What starts a phase; 0 is the start of the stance or a step of the current."""
 
-EVENTS = {
+EVENTS: dict[int, EventKind] = {
     1: "x1_reverses",  # the actuator reverses
     2: "x1_sticks",  # the actuator comes to rest
     3: "x1_slips",  # the actuator starts to move, or leaves a stop
@@ -169,7 +169,7 @@ FlightEnding: TypeAlias = Literal[
 ]
 """How a flight ended."""
 
-FLIGHT_ENDINGS = {
+FLIGHT_ENDINGS: dict[int, FlightEnding] = {
     1: "touchdown",  # the foot has met the ground from above
     2: "tripped",  # the foot never got above the ground ahead
     3: "horizon",  # the longest time was reached
@@ -183,7 +183,7 @@ CurrentEventKind: TypeAlias = Literal[
 ]
 """What starts a phase of a flight beside the actuator."""
 
-CURRENT_EVENTS = {
+CURRENT_EVENTS: dict[int, CurrentEventKind] = {
     8: "u_saturates",  # the current reaches its limit
     9: "u_desaturates",  # the current leaves its limit
 }
@@ -195,7 +195,7 @@ Contact: TypeAlias = Literal[
 ]
 """What touchdown detection returns for a sample."""
 
-CONTACTS = {
+CONTACTS: dict[int, Contact] = {
     1: "touchdown",  # the foot touches
     2: "takeoff",  # the foot has left the ground
 }
@@ -225,7 +225,7 @@ MOST_STEPS = 65535
 LONGEST_PREFIX = 31
 """Characters of a prefix of every public name of the C library."""
 
-FLIGHT_EVENTS = {
+FLIGHT_EVENTS: dict[int, EventKind | CurrentEventKind | Contact] = {
     1: "x1_reverses",  # the actuator reverses
     2: "x1_sticks",  # the actuator comes to rest
     3: "x1_slips",  # the actuator starts to move, or leaves a stop

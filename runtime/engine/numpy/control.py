@@ -151,13 +151,8 @@ class _Cells:
         range_, starts, whole = search.robot.u_max, search.admits(from_), gap.least
         rise = np.abs(either(starts, largest.from_rise, largest.to_rise))
         weight = 2.0 * (np.abs(gap.from_rise) + np.abs(gap.to_rise)) / rise  # the multiplier of the limit
-        both = _Curve(
-            gap.from_ + weight * largest.from_,
-            gap.from_rise + weight * largest.from_rise,
-            gap.to + weight * largest.to,
-            gap.to_rise + weight * largest.to_rise,
-            self.smooth,
-        )
+        sums = (of_gap + weight * of_x1 for of_gap, of_x1 in zip(gap[:4], largest[:4], strict=True))
+        both = _Curve._make([*sums, self.smooth])
         turns = largest.least < np.minimum(largest.from_, largest.to)
         alike = (starts == search.admits(to)) | (turns & (self.width > EDGE * range_))
         judged = np.where(alike, whole, np.fmax(whole, both.least))

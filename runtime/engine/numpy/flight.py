@@ -41,7 +41,7 @@ from hopform_solver.records import (
 Real: TypeAlias = Any
 """A number in the precision of the flight."""
 
-_ENDING = {text: number for number, text in FLIGHT_ENDINGS.items()}
+_ENDING: dict[str, int] = {text: number for number, text in FLIGHT_ENDINGS.items()}
 _EVENT = {text: number for number, text in FLIGHT_EVENTS.items()} | {"": 0}
 _LARGEST = {np.dtype(np.float32): 1e38, np.dtype(np.float64): 1e300}
 SETTLED_BEFORE, SHORTEST = 0.05, 0.02

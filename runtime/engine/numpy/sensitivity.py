@@ -21,8 +21,8 @@ from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
 from hopform_solver.linear import GAUSS, ONE, V1, V2, X, Y, columns_of, doublings_of, transition
 from hopform_solver.phases import Phase, drive_of, motion_of, poles_of, state_in_phase
-from hopform_solver.records import ENDINGS, EVENTS, LegState, Robot, RobotChange, StateChange
-from hopform_solver.stance import Solution, locate
+from hopform_solver.records import LegState, Robot, RobotChange, StateChange
+from hopform_solver.stance import ENDING, EVENT, Solution, locate
 
 ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed")
 """Time and state of the take-off, hop height of the apex, AED."""
@@ -32,8 +32,6 @@ COLUMNS = ("x1", "v1", "y", "v2", "u", *Robot._fields)
 
 CHUNK = 4096
 """Phases that are computed at a time: the responses of one take 2 kB."""
-_TAKEOFF = next(number for number, text in ENDINGS.items() if text == "takeoff")
-_EVENT = {text: number for number, text in EVENTS.items()}
 _BY = {name: number for number, name in enumerate(COLUMNS)}
 _SHARES = tuple((row, column) for row in (V1, V2) for column in (ONE, Y, V1, V2))
 _JUMPS = ("x1_hits_stop",), ("x1_reverses", "x1_sticks"), ("x2_reverses", "x2_sticks")
@@ -116,7 +114,7 @@ def cross(solution: Solution, now: Numbers, v1: Array, change: Array, bound: Arr
     columns). graze: how late what has no speed is.
     """
     event, old, new = solution.phases.event[now], solution.phase(now - 1), solution.phase(now)
-    hits, rests_1, rests_2 = (np.isin(event, [_EVENT[word] for word in words]) for words in _JUMPS)
+    hits, rests_1, rests_2 = (np.isin(event, [EVENT[word] for word in words]) for words in _JUMPS)
     each, row = np.arange(now.size), np.select([hits, rests_1, rests_2], [X, V1, V2], -1)
     arriving = old._replace(start=new.start._replace(v1=choose(hits, v1, new.start.v1)))
     before, after = (speeds_of(phase)[:, : change.shape[1]] for phase in (arriving, new))
@@ -147,7 +145,7 @@ def _pass(solution: Solution, now: Numbers, lengths: Array, change: Array) -> Ar
     old = solution.phase(now - 1)
     event, (up, _) = solution.phases.event[now], old.side > 0.0
     bound = np.zeros((now.size, len(COLUMNS)), change.dtype)
-    hits = np.flatnonzero(event == _EVENT["x1_hits_stop"])
+    hits = np.flatnonzero(event == EVENT["x1_hits_stop"])
     bound[hits, np.where(up, _BY["x1_max"], _BY["x1_min"])[hits]] = 1.0
     return cross(solution, now, state_in_phase(old, lengths).v1, change, bound, np.nan).change
 
@@ -184,7 +182,7 @@ def sensitivities_of(solution: Solution) -> Array:
     """
     ending, counts = solution.ending.reshape(-1), solution.phase_count.reshape(-1)
     matrix = np.full((ending.size, len(ROWS), len(COLUMNS)), np.nan, solution.duration.dtype)
-    lanes, lengths = np.flatnonzero(ending == _TAKEOFF), solution.lengths
+    lanes, lengths = np.flatnonzero(ending == ENDING["takeoff"]), solution.lengths
     change, first, count = _begin(solution, lanes), solution.first[lanes], counts[lanes]
     for n in range(int(count.max(initial=0))):
         going = np.flatnonzero(count > n)

@@ -17,10 +17,11 @@ from hopform_solver.limits import BODY_IS_FIXED, CONTACT_IS_COMPRESSION, EPS, FO
 from hopform_solver.phases import Phase, Plan, arrive, contact_numerator, motion_of, plan_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, At, LegState, Motion, Poles, Robot
 
-_ENDING = {text: number for number, text in ENDINGS.items()}
-_EVENT = {text: number for number, text in EVENTS.items()}
+ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
+EVENT: dict[str, int] = {text: number for number, text in EVENTS.items()}
+"""The numbers of endings and events."""
 _REVERSES, _STICKS, _SLIPS = (
-    np.array([[_EVENT[f"x1_{word}"]], [_EVENT[f"x2_{word}"]]]) for word in ("reverses", "sticks", "slips")
+    np.array([[EVENT[f"x1_{word}"]], [EVENT[f"x2_{word}"]]]) for word in ("reverses", "sticks", "slips")
 )
 LIMIT, TAKEOFF, STOP, UNCERTIFIED = range(4)
 VELOCITY, THRESHOLD = np.array([[4], [5]]), np.array([[6], [7]])
@@ -280,8 +281,6 @@ def _grazing_tolerance(stop: events.EventSet, propagator: Array) -> Array:
 def _cross_at_the_limit(guards: _Guards, on: events.Interval, certified: Flags) -> None:
     """At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does."""
     lanes = np.flatnonzero(certified & ~on.is_quiet & (on.found < 0) & ~(on.high < on.limit))
-    if not lanes.size:
-        return
     own = on.lane[lanes]
     rests_2 = (guards.rests[own] == VELOCITY[1]) & ~(guards.rest_time[own] > on.limit[lanes])
     is_first = (guards.kind[:, own] == TAKEOFF) | ((guards.kind[:, own] == THRESHOLD[0]) & rests_2)
@@ -365,11 +364,10 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End
 
 def _record(log: list[Phases], chain: _Chain, lanes: Numbers, event: NDArray[np.int8]) -> None:
     """Phases in the order in which they are found."""
-    if lanes.size:
-        lane, t, step, state = take((chain.lane, chain.t, chain.step, chain.state), lanes)
-        mode = 3.0 * (chain.side[0, lanes] + 1.0) + chain.side[1, lanes] + 1.0
-        log.append(Phases(lane, t, *state, mode.astype(np.int8), event[lanes], step))
-        chain.counted[lanes] += 1
+    lane, t, step, state = take((chain.lane, chain.t, chain.step, chain.state), lanes)
+    mode = 3.0 * (chain.side[0, lanes] + 1.0) + chain.side[1, lanes] + 1.0
+    log.append(Phases(lane, t, *state, mode.astype(np.int8), event[lanes], step))
+    chain.counted[lanes] += 1
 
 
 def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:
@@ -429,7 +427,7 @@ def _pass(chain: _Chain, log: list[Phases], end: _End) -> None:
     changed = chain.side != before
     moves = np.where(changed, np.where(rests, _REVERSES, _SLIPS), 0)
     event: NDArray[np.int8] = np.where(rests & (chain.side == 0.0), _STICKS, moves).astype(np.int8)
-    event[0, hits] = _EVENT["x1_hits_stop"]
+    event[0, hits] = EVENT["x1_hits_stop"]
     both = (event != 0).all(axis=0)
     _record(log, chain, np.flatnonzero(goes_on), np.asarray(np.where(both, event[0], event[0] + event[1]), np.int8))
     _record(log, chain, np.flatnonzero(goes_on & both), event[1])
@@ -466,7 +464,7 @@ class _Result(NamedTuple):
 
     def close(self, chain: _Chain, lanes: Flags, ending: str) -> None:
         where = chain.lane[lanes]
-        self.ending[where] = _ENDING[ending]
+        self.ending[where] = ENDING[ending]
         put((self.duration, self.counted, *self.end), where, take((chain.t, chain.counted, *chain.state), lanes))
 
 
@@ -562,7 +560,7 @@ def solve(
     phases = Phases(*(np.concatenate(column) for column in zip(*log, strict=True)))
     phases, end = take(phases, np.argsort(phases.lane, kind="stable")), result.end
     aed = formulas.body_energy_gain(robots, first, At(*end))
-    lifts = (result.ending == _ENDING["takeoff"]) & (formulas.fall_of(robots) > 0.0)
+    lifts = (result.ending == ENDING["takeoff"]) & (formulas.fall_of(robots) > 0.0)
     apex = choose(lifts, formulas.apex_of_takeoff(robots, end.x1, end.y, np.maximum(end.v2, 0.0)), np.nan)
     kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < result.counted[phases.lane]
     solution = Solution(

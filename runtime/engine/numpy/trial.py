@@ -18,11 +18,10 @@ from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, put, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
 from hopform_solver.phases import Phase, arrive, contact_numerator, motion_of, motion_under, poles_of
-from hopform_solver.records import ENDINGS, Basis, Drive, LegState, Motion, Poles, Robot
+from hopform_solver.records import Basis, Drive, LegState, Motion, Poles, Robot
 from hopform_solver.sensitivity import cross, speeds_of
-from hopform_solver.stance import Solution, solve
+from hopform_solver.stance import ENDING, Solution, solve
 
-_TAKEOFF = next(number for number, text in ENDINGS.items() if text == "takeoff")
 _PRIME = 1_000_003
 
 
@@ -69,7 +68,7 @@ def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_ph
     zeros, yes = np.zeros((4, u.size), u.dtype), np.ones(u.shape, np.bool_)
     trials = Trials(
         u, zeros[0], zeros[1], phases.x1[first], zeros[2], np.full_like(u, np.inf), zeros[3],
-        np.zeros(u.shape, np.int64), solution.ending == _TAKEOFF, yes, yes.copy(),
+        np.zeros(u.shape, np.int64), solution.ending == ENDING["takeoff"], yes, yes.copy(),
     )  # fmt: skip
     change, arrived = (LegState(*np.zeros((4, u.size), u.dtype)) for _ in range(2))
     rate = np.zeros_like(u)
@@ -108,8 +107,6 @@ def _find_minima(trials: Trials, lanes: Numbers, moving: _Moving, length: Array)
     """Minima of the contact force inside phases; y' keeps its sign unless both masses move in the same direction."""
     side = moving.phase.side
     may = np.flatnonzero(((side[0] != 0.0) & (side[0] == side[1])) | (not CONTACT_IS_COMPRESSION))
-    if not may.size:
-        return
     some = take(moving, may)
     row, t = minima(some.poles, contact_numerator(some.phase.plan.robot, some.motion), length[may])
     found = take(some, row)

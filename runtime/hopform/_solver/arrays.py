@@ -1,10 +1,9 @@
 """The NumPy back end: the vectorised solver of a package, seen as the C back end shows it."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hopform._errors import HopformError
 from hopform._solver import package
@@ -23,10 +22,6 @@ class Solved(NamedTuple):
         of = self.solution
         end = LegState(*(float(field) for field in of.end))
         return int(of.ending), float(of.duration), end, float(of.apex), float(of.aed)
-
-    def event_rows(self) -> list[tuple[float, int]]:
-        """Time and number of each event."""
-        return [(t, event) for t, _, _, event, _ in self.phase_rows() if event]
 
     def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
@@ -123,8 +118,8 @@ class OnArrays:
         self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
-        choose: Callable[..., tuple[float, float, int, int]] = self.package.control.choose
-        return choose(parameters, start, target, max_phases, dtype.type)
+        found = self.package.control.choose(parameters, start, target, max_phases, dtype.type)
+        return cast("tuple[float, float, int, int]", found)
 
     def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
@@ -140,56 +135,44 @@ class OnArrays:
         self, columns: Columns, results: Columns, readings: package.Readings, max_phases: int, events: bool
     ) -> package.Events:
         """Put the results and readings of stances into arrays; their events."""
-        real, size = results[1].dtype, results[0].size
-        x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size) for column in columns)
-        status = self._refusals(LegState(x1, v1, v2, y), u, horizon, fields, max_phases)
-        for name, result in zip(package.RESULTS, results, strict=True):
-            result[...] = 0 if name in package.CODES else np.nan
-        for into in readings.values():
+        of, real, size = self.package, results[1].dtype, results[0].size
+        inputs = np.array([np.broadcast_to(column, size) for column in columns])
+        results[0][...] = status = self._refusals(*inputs)
+        for into in (*results[1:-1], *readings.values()):
             into[...] = np.nan
-        results[0][...] = status
         sound = np.flatnonzero(status == 0)
-        if not sound.size:
-            return [(np.zeros(0, np.intp), np.zeros(0, real), np.zeros(0, np.int8))]
-        x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size)[sound] for column in columns)
-        robot, start = self.package.records.Robot(*fields), LegState(x1, v1, v2, y)
+        x1, v1, v2, y, u, horizon, *fields = inputs[:, sound]
+        robot, start = of.records.Robot(*fields), LegState(x1, v1, v2, y)
+        read = {"sensitivities": of.sensitivity.sensitivities_of, "compressions": of.extrema.compressions}
         with np.errstate(all="ignore"):
-            solution = self.package.stance.solve(robot, start, u, 0.0, horizon, max_phases, real.type)
-            x2 = self.package.formulas.body_height(solution.plan.robot, solution.end.x1, solution.end.y)
+            solution = of.stance.solve(robot, start, u, 0.0, horizon, max_phases, real.type)
+            x2 = of.formulas.body_height(solution.plan.robot, solution.end.x1, solution.end.y)
+            found_readings = {name: read[name](solution) for name in readings}
         end, phases = solution.end, solution.phases
         found = (solution.ending, solution.duration, end.x1, end.v1, x2, end.v2, solution.apex, solution.aed)
         finite = np.all([np.isfinite(value) for value in (*found[1:6], solution.aed)], axis=0)
-        for result, values in zip(results, found, strict=False):
-            result[sound[finite]] = values[finite]
         results[0][sound[~finite]] = -8
-        of = self.package
-        read = {"sensitivities": of.sensitivity.sensitivities_of, "compressions": of.extrema.compressions}
-        for name, into in readings.items():
-            with np.errstate(all="ignore"):
-                into[sound[finite]] = read[name](solution)[finite]
+        for into, values in zip((*results[:-1], *readings.values()), (*found, *found_readings.values()), strict=True):
+            into[sound[finite]] = values[finite]
         happens = (phases.event != 0) & finite[phases.lane]
         lane, t, kind = sound[phases.lane[happens]], phases.t[happens], phases.event[happens]
         results[-1][...] = np.bincount(lane, minlength=size)
         return [(lane, t, kind)]
 
-    def _refusals(
-        self, start: LegState, u: NDArray[Any], horizon: NDArray[Any], fields: list[NDArray[Any]], max_phases: int
-    ) -> NDArray[np.intc]:
+    def _refusals(self, x1: Array, v1: Array, v2: Array, y: Array, u: Array, horizon: Array, *fields: Array) -> Any:
         """The negative status of what the C library refuses, 0 for what it solves."""
-        limit, robot = self.package.limits.NEVER[u.dtype], self.package.records.Robot(*fields)
-
-        def beyond(*values: NDArray[Any]) -> NDArray[np.bool_]:
-            return np.asarray(~np.all([np.abs(value) <= limit for value in values], axis=0))
-
-        outside = ~(robot.x1_min <= robot.x1_max)
-        for field in self.package.records.ROBOT_FIELDS:
-            outside |= ~self.package.checked.inside(field.domain, getattr(robot, field.name), limit)
-        misplaced = beyond(*start) | ~((start.x1 >= robot.x1_min) & (start.x1 <= robot.x1_max))
-        endless = ~((horizon > 0.0) & (horizon <= limit)) | (max_phases < 1)
-        if self.package.limits.BODY_IS_FIXED:
-            misplaced |= start.v2 != 0.0
-        pulls = (start.y < 0.0) & (not self.package.limits.FOOT_IS_FIXED)
-        return np.select([outside, misplaced, pulls, beyond(u), endless], [-2, -3, -4, -5, -6], 0).astype(np.intc)
+        of = self.package
+        inside = partial(of.checked.inside, largest=of.limits.NEVER[u.dtype])
+        robot, domains = of.records.Robot(*fields), [field.domain for field in of.records.ROBOT_FIELDS]
+        state = [*map(inside, ["real"] * 4, (x1, v1, v2, y)), robot.x1_min <= x1, x1 <= robot.x1_max]
+        allowed = {
+            -2: np.all([*map(inside, domains, robot), robot.x1_min <= robot.x1_max], axis=0),
+            -3: np.all([*state, (v2 == 0.0) | (not of.limits.BODY_IS_FIXED)], axis=0),
+            -4: (y >= 0.0) | of.limits.FOOT_IS_FIXED,
+            -5: inside("real", u),
+            -6: inside("positive", horizon),
+        }
+        return np.select([~each for each in allowed.values()], list(allowed), 0)
 
 
 def _check_range(*numbers: Any) -> None:

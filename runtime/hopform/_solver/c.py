@@ -83,9 +83,6 @@ class Types:
         self.stance_at = library.function("stance_at", self)
         self.stance, self.phase = layout(self.Stance), layout(self.Phase)
         self.state = layout(self.State)
-        event, letter = self.Phase.event.offset, self.dtype.char
-        self.event = struct.Struct(f"{letter}{event - self.dtype.itemsize}xb{self.phase.size - event - 1}x")
-        """Of a phase only when it starts, and the event that starts it."""
         self.pack_state: Callable[..., bytes] = self.state.pack if double else self.pack
         self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else self.pack
         self.one_state = ctypes.c_char * self.state.size
@@ -167,10 +164,6 @@ class Solved(_Motion):
         """Ending, duration, state at the ending, apex, AED."""
         duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
         return ending, duration, tuple_of(LegState, (x1, v1, v2, y)), apex, aed
-
-    def event_rows(self) -> list[tuple[float, int]]:
-        """Time and number of each event."""
-        return [row for row in self.types.event.iter_unpack(self.structs[2]) if row[1]]
 
     def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
@@ -290,12 +283,13 @@ def plan_of(types: Types, parameters: tuple[Any, ...]) -> bytes:
     return bytes(plan)
 
 
-def with_room(phase: Any, most: int, solve: Callable[..., int]) -> Any:
-    """Solve with memory for phases and its capacity, with more of it where it was too little; the memory."""
+def with_room(types: Types, name: str, phase: Any, most: int, given: tuple[Any, ...], *answer: Any) -> Any:
+    """The phases of a function that solves, called again with more memory for them where it was too little."""
     capacity = min(FIRST_CAPACITY, most)
     while True:
         phases = (phase * capacity)()
-        if solve(phases, ctypes.c_int32(capacity)) != PHASES_NOT_KEPT or capacity == most:
+        status = types.library.call(name, types, *given, phases, ctypes.c_int32(capacity), *answer)
+        if status != PHASES_NOT_KEPT or capacity == most:
             return phases
         capacity = min(8 * capacity, most)
 
@@ -345,11 +339,7 @@ class C:
         law = None if gains is None else ctypes.byref(types.Gains(*gains))
         begin = ctypes.byref(types.State(*start)), types.real(ground), law
         asked = plan, *begin, types.real(horizon), ctypes.c_int32(max_phases)
-
-        def solve(*room: Any) -> int:
-            return types.library.call("solve_flight", types, *asked, *room, ctypes.byref(flight))
-
-        phases = with_room(types.FlightPhase, max_phases + 1, solve)
+        phases = with_room(types, "solve_flight", types.FlightPhase, max_phases + 1, asked, ctypes.byref(flight))
         kept = ctypes.sizeof(types.FlightPhase) * flight.phases_kept
         return SolvedFlight(types, plan, bytes(phases)[:kept], bytes(flight))
 
@@ -364,11 +354,7 @@ class C:
         search, command = types.Search(), types.Command()
         begin, wanted = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target))
         asked = ctypes.byref(search), plan_of(types, parameters), begin, wanted
-
-        def solve(*room: Any) -> int:
-            return types.library.call("choose_current", types, *asked, *room, ctypes.byref(command))
-
-        with_room(types.Phase, max_phases, solve)
+        with_room(types, "choose_current", types.Phase, max_phases, asked, ctypes.byref(command))
         return command.u, command.apex, command.status, search.trials
 
     def try_currents(
@@ -381,12 +367,9 @@ class C:
         trials = np.zeros((len(starts), currents.size), np.dtype(types.Trial))
         states = (types.State * len(starts))(*(types.State(*start) for start in starts))
         values = np.ascontiguousarray(currents, dtype=np.float64)
-        given = states, ctypes.c_int32(len(starts)), pointer(values), ctypes.c_int32(values.size), types.real(horizon)
-
-        def solve(*room: Any) -> int:
-            return types.library.call("try_currents", types, plan_of(types, parameters), *given, *room, pointer(trials))
-
-        with_room(types.Phase, max_phases, solve)
+        sizes = ctypes.c_int32(len(starts)), ctypes.c_int32(values.size)
+        asked = plan_of(types, parameters), states, sizes[0], pointer(values), sizes[1], types.real(horizon)
+        with_room(types, "try_currents", types.Phase, max_phases, asked, pointer(trials))
         return trials
 
     def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
@@ -437,18 +420,10 @@ def _solve(library: Library, columns: Columns, results: Columns, max_phases: int
 
 
 def _read(library: Library, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:
-    """A reading of stances, with more room for phases where they were not kept."""
-    lanes, room = np.arange(len(results)), FIRST_CAPACITY
-    while lanes.size:
-        chosen = [column if column.shape == () else column[lanes] for column in columns]
-        found = np.empty((lanes.size, *results.shape[1:]), results.dtype)
-        state = np.empty(lanes.size, np.int32)
-        types = library.types(results.dtype)
-        phases = (types.Phase * room)()
-        asked, count = ctypes.byref(_arguments(types, chosen, max_phases)), ctypes.c_int64(lanes.size)
-        library.call(f"stances_{name}", types, count, asked, phases, room, pointer(found), pointer(state))
-        results[lanes] = found
-        lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
+    """A reading of stances."""
+    types, state = library.types(results.dtype), np.empty(len(results), np.int32)
+    asked = ctypes.c_int64(state.size), ctypes.byref(_arguments(types, columns, max_phases))
+    with_room(types, f"stances_{name}", types.Phase, max_phases + 1, asked, pointer(results), pointer(state))
 
 
 def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:

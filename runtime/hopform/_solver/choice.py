@@ -2,53 +2,23 @@
 
 import warnings
 from collections.abc import Callable
-from typing import Any, Protocol, TypeAlias
+from typing import TypeAlias
 
 from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
-from hopform._solver import c, package
+from hopform._solver import c
 from hopform._solver.arrays import ArrayFlight, OnArrays, Solved
 from hopform._solver.c import C
-from hopform._solver.library import Backend
-from hopform._solver.package import OURS, Array, Columns, LegState, Package, Precision, Steps, Target, records
+from hopform._solver.package import OURS, Package
 
+BackEnd: TypeAlias = C | OnArrays
+"""A back end over any generated package, by its compiled library or by NumPy; both have the same methods.
+
+A state is x1, v1, v2 and the compression y. HopformError where numbers leave the range of the precision.
+"""
 SolvedStance: TypeAlias = c.Solved | Solved
 SolvedFlight: TypeAlias = c.SolvedFlight | ArrayFlight
 """A stance and a flight as their back end keeps them; arrays of times have one dimension."""
-
-
-class BackEnd(Protocol):
-    """The interface of a back end over any generated package: `C` by its compiled library, `OnArrays` by NumPy.
-
-    A state is x1, v1, v2 and the compression y. HopformError where numbers leave the range of the precision.
-    """
-
-    name: Backend
-
-    def solve_stance(
-        self, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision, /
-    ) -> SolvedStance: ...
-
-    def solve_flight(
-        self, parameters: Any, start: LegState, ground: float, gains: records.Gains | None, horizon: float,
-        max_phases: int, dtype: Precision, /,
-    ) -> SolvedFlight: ...  # fmt: skip
-
-    def choose_current(
-        self, parameters: Any, start: LegState, target: Target, max_phases: int, dtype: Precision, /
-    ) -> tuple[float, float, int, int]:
-        """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
-        ...
-
-    def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
-        """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
-        ...
-
-    def solve_columns(
-        self, columns: Columns, results: Columns, readings: package.Readings, max_phases: int, events: bool, /
-    ) -> package.Events:
-        """Put the results and readings of stances into arrays; the events, if they are asked for."""
-        ...
 
 
 class Solver:

@@ -5,7 +5,7 @@ Stances in columns: an array or a number for each input, an array for each resul
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import Any, TypeAlias, cast
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,8 @@ from hopform_solver.robot import Robot as CheckedRobot
 from hopform_solver.sensitivity import COLUMNS, ROWS
 
 AnyEvent: TypeAlias = records.EventKind | records.CurrentEventKind | records.Contact
-COMMANDS = cast("dict[int, records.CommandStatus]", records.COMMANDS)
-ENDINGS = cast("dict[int, records.Ending]", records.ENDINGS)
-EVENTS = cast("dict[int, records.EventKind]", records.EVENTS)
-FLIGHT_ENDINGS = cast("dict[int, records.FlightEnding]", records.FLIGHT_ENDINGS)
-FLIGHT_EVENTS = cast("dict[int, AnyEvent]", records.FLIGHT_EVENTS)
+COMMANDS, ENDINGS, EVENTS = records.COMMANDS, records.ENDINGS, records.EVENTS
+FLIGHT_ENDINGS, FLIGHT_EVENTS = records.FLIGHT_ENDINGS, records.FLIGHT_EVENTS
 
 __all__ = [
     "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "OURS", "ROWS",
