@@ -62,26 +62,6 @@ ACTUATOR_AT = Record("ActuatorAt", "The actuator at time t of a phase of the fli
 )
 moved, v1_t, acc1_t, jerk1_t = ACTUATOR_AT.symbols
 
-PULL = Record("Pull", "What the law asks of the motor, and how that changes.").of(
-    Quantity("pull", r"K_p x_1 + K_d v_1", "N", "force"),
-    Quantity("pull_rate", r"", "N/s", "its rate"),
-    Quantity("pull_curvature", r"", "N/s^2", "the rate of that"),
-)
-pull, pull_rate, pull_curvature = PULL.symbols
-
-BALLISTIC = Record("Ballistic", "Body and foot where a phase of the flight begins.").of(
-    Quantity("foot", r"h", "m", "height of the foot over the ground ahead"),
-    Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
-)
-foot = BALLISTIC.symbols[0]
-
-FOOT_AT = Record("FootAt", "The foot at time t of a phase of the flight.").of(
-    Quantity("foot_t", r"h(t)", "m", "height over the ground ahead"),
-    Quantity("foot_rate", r"\dot{h}(t)", "m/s", "its rate"),
-    Quantity("foot_curvature", r"\ddot{h}(t)", "m/s^2", "the rate of that"),
-)
-foot_t, foot_rate, foot_curvature = FOOT_AT.symbols
-
 FLIGHT_LEDGER = Record(
     "FlightLedger",
     "Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart.",
@@ -192,25 +172,6 @@ def actuator_in_flight() -> Steps:
     yield Step(v1_t, v1 * (Rd + p * R) + acc1 * R, "(3) in flight")
     yield Step(acc1_t, acc1 * Rd - q * v1 * R, "(3) in flight, derivative")
     yield Step(jerk1_t, -p * acc1_t - q * v1_t, "(3) in flight, differentiated")
-
-
-@function(takes=(GAINS, ACTUATOR, ACTUATOR_AT), returns=PULL)
-def pull_of_law() -> Steps:
-    """Force that the law demands of the motor at time t of a phase of the flight."""
-    yield Step(pull, Kp * (x1 + moved) + Kd * v1_t, "PD law")
-    yield Step(pull_rate, Kp * v1_t + Kd * acc1_t, "derivative of the law")
-    yield Step(pull_curvature, Kp * acc1_t + Kd * jerk1_t, "second derivative of the law")
-
-
-@function(takes=(ROBOT, BALLISTIC, ACTUATOR_AT, TIME), returns=FOOT_AT)
-def foot_in_flight(model: Model) -> Steps:
-    """The foot at time t of a phase of the flight.
-
-    The body's parabola less what the actuator has moved.
-    """
-    yield Step(foot_t, foot + (v2 * t - model.fall * t**2 / 2 - moved), "x_2 - L_0 - c - x_1")
-    yield Step(foot_rate, v2 - model.fall * t - v1_t, "its derivative")
-    yield Step(foot_curvature, -model.fall - acc1_t, "its second derivative")
 
 
 @function(takes=(ROBOT, SETTLING), returns=GAINS)

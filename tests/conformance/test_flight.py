@@ -84,15 +84,6 @@ def test_the_motion_obeys_the_equation_of_motion(limited):
     assert sp.simplify(residual.subs(F.acc1, begins).subs(rates)) == 0
 
 
-def test_the_pull_and_the_foot_have_the_derivatives_that_they_say():
-    pulls = {step.symbol: unfold(step.value.subs(MOTION), ()) for step in F.pull_of_law()}
-    assert sp.expand(over_time(pulls[F.pull]) - pulls[F.pull_rate]) == 0
-    assert sp.expand(over_time(pulls[F.pull_rate]) - pulls[F.pull_curvature]) == 0
-    feet = {step.symbol: step.value.subs(MOTION) for step in F.foot_in_flight(HOPPER)}
-    for before, after in ((F.foot_t, F.foot_rate), (F.foot_rate, F.foot_curvature)):
-        assert sp.expand(feet[before].diff(Q.t) + over_time(feet[before]) - feet[after]) == 0
-
-
 def test_the_ledger_adds_up_to_the_power_of_the_equation_of_motion():
     """d/dt (m_eff v_1^2/2) = m_eff v_1 a: each entry's rate, with that of the integral of v_1^2 and of the way."""
     entries = [step.value for step in F.flight_ledger_of(HOPPER)]

@@ -13,9 +13,10 @@
  */
 #include "facts.h"
 #include "first_event_f32.h"
+#include "linear_f32.h"
 #include "overlap_f32.h"
 
-enum { MOST_POINTS_f32 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, MOST_TURNS_f32 = 3 };
+enum { MOST_POINTS_f32 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, DERIVATIVES_f32 = HOPFORM_LEG_HAS_DAMPER ? 9 : 8 };
 
 /* How a phase ends. */
 typedef enum {
@@ -26,30 +27,28 @@ typedef enum {
     END_TOUCHDOWN_f32
 } flight_end_kind_f32;
 
-/* What has a root; the foot's derivatives by their order. */
-typedef enum {
-    FOOT_f32,
-    FOOT_RATE_f32,
-    FOOT_CURVATURE_f32,
-    FOOT_THIRD_f32,
-    WAY_f32,
-    PULL_f32
-} function_of_time_f32;
-
-/* Everything at one time of a phase. */
+/* One time of a phase. */
 typedef struct {
-    float t; /* since the phase began */
-    hopform_actuator_at_f32 actuator;
-    hopform_pull_f32 pull;
-    hopform_foot_at_f32 foot;
+    float t;                     /* since the phase began */
+    float leg;                   /* what a damper leaves of the leg's compression */
+    float way[DERIVATIVES_f32]; /* how far the actuator has moved, and the derivatives of that */
 } instant_f32;
 
-/* What is kept of an instant where there are many: the foot there. The whole of it is looked up again by its time. */
+/* An event function of a phase, or its derivative of an order: start + rate t + curvature t^2/2, and shares of those of
+ * the way, of its velocity, and of what is left in the leg. Its start is a sum of terms of that size. */
 typedef struct {
-    float t;
-    jet_f32 foot;
-    float moved;
-} foot_point_f32;
+    float start, rate, curvature;
+    float of_way, of_velocity, of_leg;
+    float size;
+    int order;
+} flight_function_f32;
+
+/* Times of a phase: its start, what lies inside, and its end. */
+typedef struct {
+    int count;
+    const instant_f32 *at[MOST_POINTS_f32];
+    instant_f32 inside[MOST_POINTS_f32 - 2];
+} points_f32;
 
 typedef struct {
     instant_f32 at;
@@ -63,6 +62,7 @@ typedef struct {
     hopform_gains_f32 gains;
     hopform_flight_rates_f32 rates;
     float largest;
+    float fall;
     float horizon;
     float x1; /* at take-off, as the next two */
     float y;
@@ -71,7 +71,7 @@ typedef struct {
     float relaxes;
     float t;
     hopform_actuator_f32 actuator;
-    hopform_ballistic_f32 ballistic;
+    flight_function_f32 foot; /* its height over the ground ahead */
     hopform_poles_f32 poles;
     instant_f32 first; /* of the phase */
     int side;
@@ -158,135 +158,142 @@ static float leg_at_f32(const flight_chain_f32 *chain, float t)
 
 static instant_f32 look_f32(const flight_chain_f32 *chain, float t)
 {
-    instant_f32 now;
-    now.t = t;
-    now.actuator = move_f32(&chain->actuator, &chain->poles, chain->side, t);
-    now.pull = hopform_pull_of_law_f32(&chain->gains, &chain->actuator, &now.actuator);
-    now.foot = hopform_foot_in_flight_f32(chain->robot, &chain->ballistic, &now.actuator, t);
-    if (HOPFORM_LEG_HAS_DAMPER) {
-        const float leg = leg_at_f32(chain, t);
-        now.foot.foot_t += leg;
-        now.foot.foot_rate -= chain->relaxes * leg;
-        now.foot.foot_curvature += chain->relaxes * chain->relaxes * leg;
+    const hopform_actuator_at_f32 x = move_f32(&chain->actuator, &chain->poles, chain->side, t);
+    instant_f32 now = {t, leg_at_f32(chain, t), {x.moved, x.v1_t, x.acc1_t, x.jerk1_t}};
+    for (int n = 4; n < DERIVATIVES_f32; n++) {
+        now.way[n] = -chain->poles.p * now.way[n - 1] - chain->poles.q * now.way[n - 2];
     }
     return now;
 }
 
-/* A function at an instant, with its derivatives up to the fourth. */
-static approach_f32 sample_of_f32(const flight_chain_f32 *chain, const instant_f32 *at,
-                                    function_of_time_f32 function)
+/* ---- event functions ---- */
+
+static inline float flight_value_f32(const flight_function_f32 *g, const instant_f32 *at)
 {
-    const hopform_actuator_at_f32 *x = &at->actuator;
-    const hopform_foot_at_f32 *foot = &at->foot;
-    const hopform_pull_f32 *pull = &at->pull;
-    const float p = chain->poles.p;
-    const float q = chain->poles.q;
-    const float snap = -p * x->jerk1_t - q * x->acc1_t;
-    if (function == WAY_f32) {
-        const approach_f32 way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
-        return way;
-    }
-    if (function == PULL_f32) {
-        const float third = -p * pull->pull_curvature - q * pull->pull_rate;
-        const approach_f32 force = {{pull->pull, pull->pull_rate, pull->pull_curvature, third},
-                                     -p * third - q * pull->pull_curvature};
-        return force;
-    }
-    const float crackle = -p * snap - q * x->jerk1_t;
-    float of[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
-                 -snap,        -crackle,        p * crackle + q * snap};
+    const float *way = &at->way[g->order];
+    const float moved = g->of_way * way[0] + g->of_velocity * way[1];
+    return g->start + ((g->rate + 0.5f * g->curvature * at->t) * at->t + moved)
+           + (HOPFORM_LEG_HAS_DAMPER ? g->of_leg * at->leg : 0.0f);
+}
+
+static inline flight_function_f32 derivative_of_f32(const flight_chain_f32 *chain, const flight_function_f32 *g)
+{
+    const flight_function_f32 of = {g->rate, g->curvature, 0.0f, g->of_way, g->of_velocity, -chain->relaxes * g->of_leg,
+                                     g->size, g->order + 1};
+    return of;
+}
+
+static flight_function_f32 times_f32(float sign, const flight_function_f32 *g)
+{
+    const flight_function_f32 of = {
+        sign * g->start, sign * g->rate, sign * g->curvature, sign * g->of_way, sign * g->of_velocity, sign * g->of_leg,
+        g->size,         g->order};
+    return of;
+}
+
+static jet_f32 flight_jet_f32(const flight_chain_f32 *chain, const flight_function_f32 *g, const instant_f32 *at)
+{
+    const float *way = &at->way[g->order];
+    jet_f32 jet = {
+        flight_value_f32(g, at), g->rate + g->curvature * at->t + g->of_way * way[1] + g->of_velocity * way[2],
+        g->curvature + g->of_way * way[2] + g->of_velocity * way[3], g->of_way * way[3] + g->of_velocity * way[4]};
     if (HOPFORM_LEG_HAS_DAMPER) {
-        float share = -chain->relaxes * chain->relaxes * chain->relaxes * leg_at_f32(chain, at->t);
-        for (int n = 3; n < 7; n++) { /* the first three have theirs */
-            of[n] += share;
-            share *= -chain->relaxes;
-        }
+        const float rate = -chain->relaxes * g->of_leg * at->leg;
+        jet.rate += rate;
+        jet.curvature -= chain->relaxes * rate;
+        jet.third += chain->relaxes * chain->relaxes * rate;
     }
-    const float *from = &of[function];
-    const approach_f32 of_foot = {{from[0], from[1], from[2], from[3]},
-                                   HOPFORM_LEG_HAS_DAMPER ? HOPFORM_NEVER_f32 : from[4]};
-    return of_foot;
+    return jet;
+}
+
+/* What rounding may have done to its value. */
+static float flight_rounding_f32(const flight_function_f32 *g, const instant_f32 *at)
+{
+    return 16.0f * HOPFORM_EPS_f32
+           * (g->size + fabs_f32(g->rate * at->t) + fabs_f32(0.5f * g->curvature * at->t * at->t)
+              + fabs_f32(g->of_way * at->way[0]) + fabs_f32(g->of_velocity * at->way[1]));
 }
 
 /* ---- roots ---- */
 
-/* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from
- * `last` on. */
-static instant_f32 root_from_f32(const flight_chain_f32 *chain, function_of_time_f32 function, float sign,
-                                   float level, float low, float high, instant_f32 last)
+/* The one root between an instant at which a function is above zero, and one at which it is below. */
+static instant_f32 root_between_f32(const flight_chain_f32 *chain, const flight_function_f32 *g,
+                                      const instant_f32 *from, const instant_f32 *to)
 {
+    float low = from->t;
+    float high = to->t;
+    instant_f32 last = *to;
     for (int n = 0; n < 100; n++) {
-        const approach_f32 at = sample_of_f32(chain, &last, function);
-        const jet_f32 jet = {sign * (at.at.value - level), sign * at.at.rate, sign * at.at.curvature,
-                              sign * at.at.third};
-        const root_step_f32 step = step_between_f32(&chain->poles, &jet, at.fourth, last.t, low, high);
+        const jet_f32 jet = flight_jet_f32(chain, g, &last);
+        const float fourth = g->of_way * last.way[g->order + 4] + g->of_velocity * last.way[g->order + 5];
+        const bool fades = HOPFORM_LEG_HAS_DAMPER && fabs_f32(g->of_leg) > 0.0f; /* at a rate that is no pole */
+        const root_step_f32 step =
+            step_between_f32(&chain->poles, &jet, fades ? HOPFORM_NEVER_f32 : fourth, last.t, low, high);
         low = step.low;
         high = step.high;
         const bool follows = step.inside && !(n > 8 && n % 2 == 1);
         const float next = follows ? step.next : low + 0.5f * (high - low);
         if (step.arrives || !(next > low && next < high)) {
-            return last;
+            break;
         }
         last = look_f32(chain, next);
         if (follows && step.lands) {
-            return last;
+            break;
         }
     }
     return last;
 }
 
-/* The same from its end on. */
-static instant_f32 root_between_f32(const flight_chain_f32 *chain, function_of_time_f32 function, float sign,
-                                      float level, float low, const instant_f32 *end)
+/* Put a time between the point n and the next one. */
+static void insert_f32(points_f32 *points, int n, const instant_f32 *root)
 {
-    return root_from_f32(chain, function, sign, level, low, end->t, *end);
-}
-
-static foot_point_f32 foot_point_of_f32(const flight_chain_f32 *chain, const instant_f32 *at)
-{
-    const foot_point_f32 point = {at->t, sample_of_f32(chain, at, FOOT_f32).at, at->actuator.moved};
-    return point;
-}
-
-static float derivative_of_f32(const foot_point_f32 *point, function_of_time_f32 function)
-{
-    const float of[] = {point->foot.value, point->foot.rate, point->foot.curvature, point->foot.third};
-    return of[function];
-}
-
-/* Where a derivative of the foot changes sign between two points, between which it does so at most once;
- * false if it does not. */
-static bool changes_between_f32(const flight_chain_f32 *chain, function_of_time_f32 function,
-                                 const foot_point_f32 *from, const foot_point_f32 *to, foot_point_f32 *root)
-{
-    const float before = derivative_of_f32(from, function);
-    const float after = derivative_of_f32(to, function);
-    if (!((before > 0.0f && after < 0.0f) || (before < 0.0f && after > 0.0f))) {
-        return false;
+    for (int m = points->count; m > n + 1; m--) {
+        points->at[m] = points->at[m - 1];
     }
-    const instant_f32 end = look_f32(chain, to->t);
-    const instant_f32 found = root_between_f32(chain, function, before > 0.0f ? 1.0f : -1.0f, 0.0f, from->t, &end);
-    *root = foot_point_of_f32(chain, &found);
-    return root->t > from->t && root->t < to->t;
+    points->inside[points->count - 2] = *root;
+    points->at[n + 1] = &points->inside[points->count - 2];
+    points->count++;
 }
 
-/* Put the roots of a function, monotone between the points, among them; the new number of points. */
-static int split_f32(const flight_chain_f32 *chain, function_of_time_f32 function, foot_point_f32 *points,
-                      int count)
+/* Put the roots of a function that is monotone between the points among them. */
+static void split_f32(const flight_chain_f32 *chain, flight_function_f32 g, points_f32 *points)
 {
-    for (int n = 0; n < count - 1 && count < MOST_POINTS_f32; n++) {
-        foot_point_f32 root = points[n];
-        if (changes_between_f32(chain, function, &points[n], &points[n + 1], &root)) {
-            for (int m = count; m > n + 1; m--) {
-                const foot_point_f32 before = points[m - 1];
-                points[m] = before;
+    for (int n = 0; n < points->count - 1 && points->count < MOST_POINTS_f32; n++) {
+        const instant_f32 *from = points->at[n];
+        const instant_f32 *to = points->at[n + 1];
+        const float before = flight_value_f32(&g, from);
+        const float after = flight_value_f32(&g, to);
+        if ((before > 0.0f && after < 0.0f) || (before < 0.0f && after > 0.0f)) {
+            const flight_function_f32 falls = times_f32(before > 0.0f ? 1.0f : -1.0f, &g);
+            const instant_f32 root = root_between_f32(chain, &falls, from, to);
+            if (root.t > from->t && root.t < to->t) {
+                insert_f32(points, n, &root);
+                n++; /* between its root and the next point it keeps its sign */
             }
-            points[n + 1] = root;
-            count++;
-            n++; /* between its root and the next point it keeps its sign */
         }
     }
-    return count;
+}
+
+/* Where a function that is monotone between the points falls below zero, by more than rounding or so steeply that the
+ * root is near; a touch is none. */
+static bool crosses_f32(const flight_chain_f32 *chain, const flight_function_f32 *g,
+                         const instant_f32 *const *points, int count, instant_f32 *root)
+{
+    for (int n = 1; n < count; n++) {
+        const instant_f32 *from = points[n - 1];
+        const instant_f32 *to = points[n];
+        const float after = flight_value_f32(g, to);
+        if (after < 0.0f) {
+            const float before = flight_value_f32(g, from);
+            const float rounding = flight_rounding_f32(g, to);
+            const flight_function_f32 rate = derivative_of_f32(chain, g);
+            if (after < -rounding || (after < before && flight_value_f32(&rate, to) * to->t < -rounding)) {
+                *root = before > 0.0f ? root_between_f32(chain, g, from, to) : *from;
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 /* When a motion of the pair, which begins with a value and a rate, first vanishes behind the start of the phase; NEVER
@@ -300,123 +307,73 @@ static float zero_of_pair_f32(const hopform_poles_f32 *poles, float value, float
 /* When the jerk changes its sign, or what (D + l) leaves of it where the leg relaxes. */
 static float turn_of_jerk_f32(const flight_chain_f32 *chain)
 {
-    const hopform_actuator_at_f32 *x = &chain->first.actuator;
-    const float p = chain->poles.p;
-    const float q = chain->poles.q;
-    const float snap = -p * x->jerk1_t - q * x->acc1_t;
-    if (HOPFORM_LEG_HAS_DAMPER) {
-        const float crackle = -p * snap - q * x->jerk1_t;
-        return zero_of_pair_f32(&chain->poles, snap + chain->relaxes * x->jerk1_t, crackle + chain->relaxes * snap);
-    }
-    return zero_of_pair_f32(&chain->poles, x->jerk1_t, snap);
+    const float *way = chain->first.way;
+    return HOPFORM_LEG_HAS_DAMPER
+               ? zero_of_pair_f32(&chain->poles, way[4] + chain->relaxes * way[3], way[5] + chain->relaxes * way[4])
+               : zero_of_pair_f32(&chain->poles, way[3], way[4]);
 }
 
 /* ---- the end of a phase ---- */
 
-/* Whether x_1 is at the stop ahead within rounding. */
-static bool is_at_stop_f32(const flight_chain_f32 *chain, const instant_f32 *at)
+/* The start of a phase, a time in it at which something turns, and its end. */
+static void points_of_f32(const flight_chain_f32 *chain, float turn, const instant_f32 *end, points_f32 *points)
 {
-    const float stop = stop_ahead_f32(chain->robot, chain->side);
-    const float beyond = at->actuator.moved - (stop - chain->actuator.x1);
-    return hopform_is_finite_f32(stop)
-           && fabs_f32(beyond)
-                  <= 16.0f * HOPFORM_EPS_f32
-                         * (fabs_f32(stop) + fabs_f32(chain->actuator.x1) + fabs_f32(at->actuator.moved));
+    points->count = 2;
+    points->at[0] = &chain->first;
+    points->at[1] = end;
+    if (turn < end->t) {
+        const instant_f32 inside = look_f32(chain, turn);
+        insert_f32(points, 0, &inside);
+    }
 }
 
-/* The stop ahead; x_1 is monotone in a phase, so it has met it if it is beyond it at the end. One that comes to rest
- * there is at it when its velocity says so. */
-static void watch_stop_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *end)
+/* The stop ahead, if x_1, monotone in a phase, is beyond it at the end, or comes to rest there within rounding. */
+static void end_at_stop_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *end)
 {
     const float stop = stop_ahead_f32(chain->robot, chain->side);
-    const float sign = (float)chain->side;
-    const float way = stop - chain->actuator.x1;
-    if (end->kind == END_VELOCITY_f32 && is_at_stop_f32(chain, &end->at)) {
+    const float side = (float)chain->side;
+    const float size = fabs_f32(stop) + fabs_f32(chain->actuator.x1);
+    const flight_function_f32 gap = {side * (stop - chain->actuator.x1), 0.0f, 0.0f, -side, 0.0f, 0.0f, size, 0};
+    const instant_f32 *const points[] = {&chain->first, &end->at};
+    if (hopform_is_finite_f32(stop)
+        && ((end->kind == END_VELOCITY_f32
+             && fabs_f32(flight_value_f32(&gap, &end->at)) <= flight_rounding_f32(&gap, &end->at))
+            || crosses_f32(chain, &gap, points, 2, &end->at))) {
         end->kind = FLIGHT_END_STOP_f32;
+    }
+}
+
+/* Where the current reaches its limit, or leaves it. */
+static void end_at_limit_of_pull_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *end)
+{
+    const hopform_gains_f32 *gains = &chain->gains;
+    const hopform_actuator_f32 *x = &chain->actuator;
+    if (!(gains->Kp > 0.0f || gains->Kd > 0.0f)) {
         return;
     }
-    if (hopform_is_finite_f32(stop) && sign * (end->at.actuator.moved - way) > 0.0f) {
-        end->at = root_between_f32(chain, WAY_f32, -sign, way, 0.0f, &end->at);
-        end->kind = FLIGHT_END_STOP_f32;
-    }
-}
-
-static float noise_of_pull_f32(const flight_chain_f32 *chain, const instant_f32 *at)
-{
-    return 16.0f * HOPFORM_EPS_f32
-           * (chain->largest + chain->gains.Kp * (fabs_f32(chain->actuator.x1) + fabs_f32(at->actuator.moved))
-              + chain->gains.Kd * (fabs_f32(chain->actuator.v1) + fabs_f32(at->actuator.v1_t)));
-}
-
-/* Where the pull passes the motor's limit of a side, outwards if that is the limit from there on, on pieces on which
- * the pull is monotone; a touch is none. */
-static void watch_level_f32(const flight_chain_f32 *chain, const instant_f32 *points, int count, int side, int limit,
-                             flight_phase_end_f32 *end)
-{
-    const float sign = (float)(limit != 0 ? side : -side);
-    const float level = (float)side * chain->largest;
-    for (int n = 1; n < count; n++) {
-        const instant_f32 *from = &points[n - 1];
-        const bool crosses = sign * (level - from->pull.pull) > 0.0f;
-        const float after = sign * (level - points[n].pull.pull);
-        if (after < -noise_of_pull_f32(chain, &points[n])) {
-            const instant_f32 root =
-                crosses ? root_between_f32(chain, PULL_f32, -sign, level, from->t, &points[n]) : *from;
-            if (root.t < end->at.t) {
-                end->at = root;
-                end->kind = END_PULL_f32;
-                end->limit = limit;
-            }
-            return;
+    const float size = chain->largest + gains->Kp * fabs_f32(x->x1) + gains->Kd * fabs_f32(x->v1);
+    const flight_function_f32 pull = {gains->Kp * x->x1, 0.0f, 0.0f, gains->Kp, gains->Kd, 0.0f, size, 0};
+    const jet_f32 first = flight_jet_f32(chain, &pull, &chain->first);
+    points_f32 points;
+    points_of_f32(chain, zero_of_pair_f32(&chain->poles, first.rate, first.curvature), &end->at, &points);
+    for (int side = -1; side <= 1; side += 2) {
+        flight_function_f32 beyond = pull;
+        beyond.start -= (float)side * chain->largest;
+        const flight_function_f32 left = times_f32((float)(chain->limit == 0 ? -side : side), &beyond);
+        instant_f32 root;
+        if (side != -chain->limit && crosses_f32(chain, &left, points.at, points.count, &root) && root.t < end->at.t) {
+            end->at = root;
+            end->kind = END_PULL_f32;
+            end->limit = chain->limit == 0 ? side : 0;
         }
     }
 }
 
-/* Where the current reaches its limit or leaves it. */
-static void watch_pull_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *end)
-{
-    if (!(chain->gains.Kp > 0.0f || chain->gains.Kd > 0.0f)) {
-        return;
-    }
-    instant_f32 points[MOST_TURNS_f32];
-    int count = 0;
-    points[count++] = chain->first;
-    const hopform_pull_f32 *pull = &chain->first.pull;
-    const float turn = zero_of_pair_f32(&chain->poles, pull->pull_rate, pull->pull_curvature);
-    if (turn < end->at.t) {
-        points[count++] = look_f32(chain, turn);
-    }
-    points[count++] = end->at;
-    if (chain->limit == 0) {
-        watch_level_f32(chain, points, count, 1, 1, end);
-        watch_level_f32(chain, points, count, -1, -1, end);
-    } else {
-        watch_level_f32(chain, points, count, chain->limit, 0, end);
-    }
-}
-
-static float noise_of_foot_f32(const flight_chain_f32 *chain, float t, float moved)
-{
-    const float way = fabs_f32(chain->ballistic.foot) + fabs_f32(chain->ballistic.v2 * t)
-                     + 0.5f * hopform_fall_of_f32(chain->robot) * t * t + fabs_f32(moved);
-    return 16.0f * HOPFORM_EPS_f32 * (HOPFORM_LEG_HAS_DAMPER ? way + fabs_f32(chain->leg) : way);
-}
-
-/* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
- */
-static bool stays_above_f32(const flight_chain_f32 *chain, const instant_f32 *last)
-{
-    const float moved = last->actuator.moved;
-    const float fallen = last->foot.foot_t + moved;
-    return hopform_lesser_f32(chain->ballistic.foot, fallen) - hopform_greater_f32(moved, 0.0f) > 0.0f;
-}
-
 static hopform_state_f32 state_of_f32(const flight_chain_f32 *chain, const instant_f32 *at)
 {
-    const float x1 = within_stroke_f32(chain->robot, chain->actuator.x1 + at->actuator.moved);
-    const hopform_state_f32 state = {
-        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_f32(chain->robot) * (chain->t + at->t),
-        HOPFORM_LEG_HAS_DAMPER ? leg_at_f32(chain, at->t) - at->foot.foot_t : -at->foot.foot_t};
+    const float x1 = within_stroke_f32(chain->robot, chain->actuator.x1 + at->way[0]);
+    const hopform_state_f32 state = {x1, at->way[1], chain->v2 - chain->fall * (chain->t + at->t),
+                                      at->leg - flight_value_f32(&chain->foot, at)};
     return state;
 }
 
@@ -428,8 +385,9 @@ static float time_of_f32(const flight_chain_f32 *chain, const instant_f32 *at)
 
 static void remember_highest_f32(flight_chain_f32 *chain, const instant_f32 *at)
 {
-    if (at->foot.foot_t > chain->highest) {
-        chain->highest = at->foot.foot_t;
+    const float height = flight_value_f32(&chain->foot, at);
+    if (height > chain->highest) {
+        chain->highest = height;
         chain->highest_t = time_of_f32(chain, at);
         chain->highest_state = state_of_f32(chain, at);
         chain->highest_count = chain->count;
@@ -437,92 +395,41 @@ static void remember_highest_f32(flight_chain_f32 *chain, const instant_f32 *at)
     }
 }
 
-/* True if the foot's way is certainly concave: its acceleration, monotone because the jerk keeps its sign, is negative
- * at both ends. */
-static bool is_concave_f32(const flight_chain_f32 *chain, const instant_f32 *last)
+/* The foot's first downward crossing of the ground after it has been above it. */
+static void end_at_touchdown_f32(flight_chain_f32 *chain, flight_phase_end_f32 *end)
 {
-    if (!(chain->first.foot.foot_curvature < 0.0f && last->foot.foot_curvature < 0.0f)) {
-        return false;
-    }
-    return chain->side == 0 || !(turn_of_jerk_f32(chain) < last->t);
-}
-
-/* A concave way of the foot has one root behind its start; it is looked for from where the body alone would come down.
- */
-static void land_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *end)
-{
-    const float v2 = chain->ballistic.v2;
-    const float g = hopform_fall_of_f32(chain->robot);
-    const float square = v2 * v2 + 2.0f * g * (chain->ballistic.foot - end->at.actuator.moved);
-    const float guess = square > 0.0f ? (v2 + sqrt_f32(square)) / g : 0.0f;
-    const instant_f32 from = guess > 0.0f && guess < end->at.t ? look_f32(chain, guess) : end->at;
-    end->at = root_from_f32(chain, FOOT_f32, 1.0f, 0.0f, 0.0f, end->at.t, from);
-    end->kind = END_TOUCHDOWN_f32;
-}
-
-/* The foot's first downward crossing of the ground, or where it gets above it, on pieces on which it is monotone. */
-static void search_foot_f32(flight_chain_f32 *chain, flight_phase_end_f32 *end)
-{
-    foot_point_f32 points[MOST_POINTS_f32] = {0};
-    int count = 0;
-    points[count++] = foot_point_of_f32(chain, &chain->first);
+    const flight_function_f32 *foot = &chain->foot;
+    const flight_function_f32 rate = derivative_of_f32(chain, foot);
+    const flight_function_f32 curvature = derivative_of_f32(chain, &rate);
     const float turn = chain->side == 0 ? HOPFORM_NEVER_f32 : turn_of_jerk_f32(chain);
-    if (turn < end->at.t) {
-        const instant_f32 there = look_f32(chain, turn);
-        points[count++] = foot_point_of_f32(chain, &there);
+    points_f32 points;
+    points_of_f32(chain, turn, &end->at, &points);
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        split_f32(chain, derivative_of_f32(chain, &curvature), &points);
     }
-    points[count++] = foot_point_of_f32(chain, &end->at);
-    count = HOPFORM_LEG_HAS_DAMPER ? split_f32(chain, FOOT_THIRD_f32, points, count) : count;
-    count = split_f32(chain, FOOT_CURVATURE_f32, points, count);
-    count = split_f32(chain, FOOT_RATE_f32, points, count);
-    for (int n = 1; n < count; n++) {
-        const foot_point_f32 *from = &points[n - 1];
-        const foot_point_f32 *to = &points[n];
-        const float noise = noise_of_foot_f32(chain, to->t, to->moved);
-        const bool falls = to->foot.value < from->foot.value;
-        if (chain->airborne && falls && to->foot.value < 0.0f
-            && (to->foot.value < -noise || to->foot.rate * to->t < -noise)) {
-            const instant_f32 last = look_f32(chain, from->foot.value > 0.0f ? to->t : from->t);
-            end->at = from->foot.value > 0.0f ? root_between_f32(chain, FOOT_f32, 1.0f, 0.0f, from->t, &last) : last;
-            end->kind = END_TOUCHDOWN_f32;
-            return;
-        }
-        if (!chain->airborne) {
-            const instant_f32 there = look_f32(chain, to->t);
-            remember_highest_f32(chain, &there);
-            chain->airborne = to->foot.value > noise;
-        }
+    split_f32(chain, curvature, &points);
+    /* A concave way has no more than one root behind its start. */
+    const bool is_concave = points.count == 2 && flight_value_f32(&curvature, &chain->first) < 0.0f;
+    const float start = flight_value_f32(foot, &chain->first);
+    const bool stays = start >= 0.0f && flight_value_f32(foot, &end->at) > flight_rounding_f32(foot, &end->at);
+    if (!is_concave || !(start > 0.0f || stays)) {
+        split_f32(chain, rate, &points);
     }
-}
-
-/* The foot's first downward crossing of the ground after it has been above it: the usual cases first. */
-static void watch_foot_f32(flight_chain_f32 *chain, flight_phase_end_f32 *end)
-{
-    const hopform_foot_at_f32 *first = &chain->first.foot;
-    const float last = end->at.foot.foot_t;
-    if (!HOPFORM_LEG_HAS_DAMPER && chain->airborne && stays_above_f32(chain, &end->at)) {
-        return;
+    int from = 0;
+    while (!chain->airborne && from < points.count - 1) {
+        from++;
+        remember_highest_f32(chain, points.at[from]);
+        chain->airborne = flight_value_f32(foot, points.at[from]) > flight_rounding_f32(foot, points.at[from]);
     }
-    const bool rises = !(first->foot_t < 0.0f) && first->foot_rate > 0.0f;
-    const bool starts = chain->airborne ? first->foot_t > 0.0f : rises;
-    if (!HOPFORM_LEG_HAS_DAMPER && starts && is_concave_f32(chain, &end->at)) {
-        const float noise = noise_of_foot_f32(chain, end->at.t, end->at.actuator.moved);
-        if (last > noise) {
-            chain->airborne = true;
-            return;
-        }
-        if (last < -noise && first->foot_t > 0.0f) {
-            land_f32(chain, end);
-            return;
-        }
+    if (chain->airborne && crosses_f32(chain, foot, &points.at[from], points.count - from, &end->at)) {
+        end->kind = END_TOUCHDOWN_f32;
     }
-    search_foot_f32(chain, end);
 }
 
 /* Height of the foot if the leg were the shortest. */
 static float height_of_shortest_f32(const flight_chain_f32 *chain)
 {
-    const float height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    const float height = chain->foot.start + (chain->actuator.x1 - chain->robot->x1_min);
     return HOPFORM_LEG_HAS_DAMPER ? height + hopform_greater_f32(leg_at_f32(chain, 0.0f), 0.0f) : height;
 }
 
@@ -534,7 +441,7 @@ static float longest_phase_f32(const flight_chain_f32 *chain)
     if (!chain->airborne || !(height >= 0.0f && height <= HOPFORM_NEVER_f32)) {
         return until;
     }
-    const float fallen = 1.01f * hopform_time_of_fall_f32(chain->robot, chain->ballistic.v2, height);
+    const float fallen = 1.01f * hopform_time_of_fall_f32(chain->robot, chain->foot.rate, height);
     return fallen < until && fallen > 0.0f ? fallen : until;
 }
 
@@ -550,18 +457,18 @@ static float acceleration_of_f32(const flight_chain_f32 *chain, float v1, int si
 static flight_phase_end_f32 flight_find_end_f32(flight_chain_f32 *chain)
 {
     const float until = longest_phase_f32(chain);
-    const hopform_actuator_at_f32 *x = &chain->first.actuator;
+    const float *way = chain->first.way;
     /* Where nothing grows with x_1, and nothing would turn it back at rest, its velocity fades and never vanishes. */
     const bool fades =
         !(chain->poles.q > 0.0f) && (float)chain->side * acceleration_of_f32(chain, 0.0f, chain->side) >= 0.0f;
-    const float rest = fades ? HOPFORM_NEVER_f32 : zero_of_pair_f32(&chain->poles, x->v1_t, x->acc1_t);
+    const float rest = fades ? HOPFORM_NEVER_f32 : zero_of_pair_f32(&chain->poles, way[1], way[2]);
     flight_phase_end_f32 end = {look_f32(chain, rest < until ? rest : until),
                                  rest <= until ? END_VELOCITY_f32 : FLIGHT_END_LIMIT_f32, chain->limit};
     if (chain->side != 0) {
-        watch_stop_f32(chain, &end);
-        watch_pull_f32(chain, &end);
+        end_at_stop_f32(chain, &end);
+        end_at_limit_of_pull_f32(chain, &end);
     }
-    watch_foot_f32(chain, &end);
+    end_at_touchdown_f32(chain, &end);
     return end;
 }
 
@@ -644,9 +551,11 @@ static void rest_f32(flight_chain_f32 *chain, flight_end_kind_f32 kind)
 /* Body and foot where the next phase begins: from the take-off, so that nothing adds up. */
 static void place_body_f32(flight_chain_f32 *chain)
 {
-    const float g = hopform_fall_of_f32(chain->robot);
-    chain->ballistic.v2 = chain->v2 - g * chain->t;
-    chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5f * g * chain->t) * chain->t - chain->y;
+    const float g = chain->fall;
+    const float foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5f * g * chain->t) * chain->t - chain->y;
+    const flight_function_f32 over_ground = {
+        foot, chain->v2 - g * chain->t, -g, -1.0f, 0.0f, 1.0f, fabs_f32(foot) + fabs_f32(chain->leg), 0};
+    chain->foot = over_ground;
     chain->poles = poles_in_flight_f32(&chain->rates, chain->limit);
     chain->first = look_f32(chain, 0.0f);
 }
@@ -673,7 +582,7 @@ static void flight_begin_f32(flight_chain_f32 *chain)
 /* True if the foot cannot come as high again as it was: the body falls, and is too low for the shortest leg. */
 static bool too_low_f32(const flight_chain_f32 *chain)
 {
-    return !chain->airborne && chain->ballistic.v2 < 0.0f && height_of_shortest_f32(chain) < chain->highest;
+    return !chain->airborne && chain->foot.rate < 0.0f && height_of_shortest_f32(chain) < chain->highest;
 }
 
 static int32_t trip_f32(flight_chain_f32 *chain, hopform_state_f32 *end)
@@ -709,9 +618,9 @@ static int32_t flight_run_f32(flight_chain_f32 *chain, hopform_state_f32 *end_st
         if (end.kind == FLIGHT_END_LIMIT_f32) {
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : trip_f32(chain, end_state);
         }
-        chain->actuator.x1 = within_stroke_f32(chain->robot, chain->actuator.x1 + last.actuator.moved);
-        chain->actuator.v1 = last.actuator.v1_t;
-        chain->actuator.acc1 = last.actuator.acc1_t;
+        chain->actuator.x1 = within_stroke_f32(chain->robot, chain->actuator.x1 + last.way[0]);
+        chain->actuator.v1 = last.way[1];
+        chain->actuator.acc1 = last.way[2];
         if (end.kind == END_PULL_f32) {
             chain->limit = end.limit;
             flight_record_f32(chain,
@@ -744,7 +653,7 @@ static hopform_gains_f32 gains_for_f32(const hopform_robot_f32 *robot, const hop
 static void flight_report_f32(const flight_chain_f32 *chain, int32_t ending, const hopform_state_f32 *end,
                                hopform_flight_f32 *flight)
 {
-    const float g = hopform_fall_of_f32(chain->robot);
+    const float g = chain->fall;
     const float top = hopform_lesser_f32(hopform_greater_f32(chain->v2, 0.0f) / g, chain->t);
     flight->gains = chain->gains;
     flight->duration = chain->t;
@@ -846,6 +755,7 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     }
     chain.rates = hopform_flight_rates_of_f32(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
+    chain.fall = hopform_fall_of_f32(robot);
     chain.x1 = from.x1;
     chain.y = (from.y - rest) + ground;
     if (HOPFORM_LEG_HAS_DAMPER) {
@@ -957,19 +867,17 @@ typedef struct {
     float aa;
 } squares_f32;
 
-/* Over a short time: the power series of (v^2, v a, a^2), each the derivative of the one before. */
-static squares_f32 short_squares_f32(const hopform_poles_f32 *poles, float v, float a, float h)
+/* Over a short time, by Gauss's rule. */
+static squares_f32 short_squares_f32(const hopform_poles_f32 *poles, const hopform_actuator_f32 *start, int side,
+                                       float h)
 {
-    squares_f32 term = {v * v * h, v * a * h, a * a * h};
-    squares_f32 sum = term;
-    for (int n = 2; n < 26; n++) {
-        const float share = h / (float)n;
-        const squares_f32 next = {2.0f * term.va * share, (term.aa - poles->p * term.va - poles->q * term.vv) * share,
-                                   -2.0f * (poles->p * term.aa + poles->q * term.va) * share};
-        term = next;
-        sum.vv += term.vv;
-        sum.va += term.va;
-        sum.aa += term.aa;
+    squares_f32 sum = {0.0f, 0.0f, 0.0f};
+    for (int node = 0; node < HOPFORM_NODES_f32; node++) {
+        const hopform_actuator_at_f32 at = move_f32(start, poles, side, hopform_place_f32[node] * h);
+        const float weight = hopform_weight_f32[node] * h;
+        sum.vv += weight * at.v1_t * at.v1_t;
+        sum.va += weight * at.v1_t * at.acc1_t;
+        sum.aa += weight * at.acc1_t * at.acc1_t;
     }
     return sum;
 }
@@ -981,14 +889,10 @@ static float square_of_velocity_f32(const hopform_poles_f32 *poles, const hopfor
     if (phase->side == 0) {
         return 0.0f;
     }
-    const float fastest = poles->p + sqrt_f32(poles->q);
-    int doublings = 0;
+    const hopform_actuator_f32 start = {phase->x1, phase->v1, phase->acc1};
     float h = t;
-    while (fastest * h > 0.5f && doublings < 200) {
-        h *= 0.5f;
-        doublings++;
-    }
-    squares_f32 sum = short_squares_f32(poles, phase->v1, phase->acc1, h);
+    int doublings = hopform_halve_f32(poles, &h);
+    squares_f32 sum = short_squares_f32(poles, &start, phase->side, h);
     for (; doublings > 0; doublings--) {
         const hopform_pair_f32 pair = response_at_f32(poles, h);
         const float vv = pair.Rd + poles->p * pair.R;

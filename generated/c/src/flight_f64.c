@@ -13,9 +13,10 @@
  */
 #include "facts.h"
 #include "first_event_f64.h"
+#include "linear_f64.h"
 #include "overlap_f64.h"
 
-enum { MOST_POINTS_f64 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, MOST_TURNS_f64 = 3 };
+enum { MOST_POINTS_f64 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, DERIVATIVES_f64 = HOPFORM_LEG_HAS_DAMPER ? 9 : 8 };
 
 /* How a phase ends. */
 typedef enum {
@@ -26,30 +27,28 @@ typedef enum {
     END_TOUCHDOWN_f64
 } flight_end_kind_f64;
 
-/* What has a root; the foot's derivatives by their order. */
-typedef enum {
-    FOOT_f64,
-    FOOT_RATE_f64,
-    FOOT_CURVATURE_f64,
-    FOOT_THIRD_f64,
-    WAY_f64,
-    PULL_f64
-} function_of_time_f64;
-
-/* Everything at one time of a phase. */
+/* One time of a phase. */
 typedef struct {
-    double t; /* since the phase began */
-    hopform_actuator_at_f64 actuator;
-    hopform_pull_f64 pull;
-    hopform_foot_at_f64 foot;
+    double t;                     /* since the phase began */
+    double leg;                   /* what a damper leaves of the leg's compression */
+    double way[DERIVATIVES_f64]; /* how far the actuator has moved, and the derivatives of that */
 } instant_f64;
 
-/* What is kept of an instant where there are many: the foot there. The whole of it is looked up again by its time. */
+/* An event function of a phase, or its derivative of an order: start + rate t + curvature t^2/2, and shares of those of
+ * the way, of its velocity, and of what is left in the leg. Its start is a sum of terms of that size. */
 typedef struct {
-    double t;
-    jet_f64 foot;
-    double moved;
-} foot_point_f64;
+    double start, rate, curvature;
+    double of_way, of_velocity, of_leg;
+    double size;
+    int order;
+} flight_function_f64;
+
+/* Times of a phase: its start, what lies inside, and its end. */
+typedef struct {
+    int count;
+    const instant_f64 *at[MOST_POINTS_f64];
+    instant_f64 inside[MOST_POINTS_f64 - 2];
+} points_f64;
 
 typedef struct {
     instant_f64 at;
@@ -63,6 +62,7 @@ typedef struct {
     hopform_gains_f64 gains;
     hopform_flight_rates_f64 rates;
     double largest;
+    double fall;
     double horizon;
     double x1; /* at take-off, as the next two */
     double y;
@@ -71,7 +71,7 @@ typedef struct {
     double relaxes;
     double t;
     hopform_actuator_f64 actuator;
-    hopform_ballistic_f64 ballistic;
+    flight_function_f64 foot; /* its height over the ground ahead */
     hopform_poles_f64 poles;
     instant_f64 first; /* of the phase */
     int side;
@@ -158,135 +158,142 @@ static double leg_at_f64(const flight_chain_f64 *chain, double t)
 
 static instant_f64 look_f64(const flight_chain_f64 *chain, double t)
 {
-    instant_f64 now;
-    now.t = t;
-    now.actuator = move_f64(&chain->actuator, &chain->poles, chain->side, t);
-    now.pull = hopform_pull_of_law_f64(&chain->gains, &chain->actuator, &now.actuator);
-    now.foot = hopform_foot_in_flight_f64(chain->robot, &chain->ballistic, &now.actuator, t);
-    if (HOPFORM_LEG_HAS_DAMPER) {
-        const double leg = leg_at_f64(chain, t);
-        now.foot.foot_t += leg;
-        now.foot.foot_rate -= chain->relaxes * leg;
-        now.foot.foot_curvature += chain->relaxes * chain->relaxes * leg;
+    const hopform_actuator_at_f64 x = move_f64(&chain->actuator, &chain->poles, chain->side, t);
+    instant_f64 now = {t, leg_at_f64(chain, t), {x.moved, x.v1_t, x.acc1_t, x.jerk1_t}};
+    for (int n = 4; n < DERIVATIVES_f64; n++) {
+        now.way[n] = -chain->poles.p * now.way[n - 1] - chain->poles.q * now.way[n - 2];
     }
     return now;
 }
 
-/* A function at an instant, with its derivatives up to the fourth. */
-static approach_f64 sample_of_f64(const flight_chain_f64 *chain, const instant_f64 *at,
-                                    function_of_time_f64 function)
+/* ---- event functions ---- */
+
+static inline double flight_value_f64(const flight_function_f64 *g, const instant_f64 *at)
 {
-    const hopform_actuator_at_f64 *x = &at->actuator;
-    const hopform_foot_at_f64 *foot = &at->foot;
-    const hopform_pull_f64 *pull = &at->pull;
-    const double p = chain->poles.p;
-    const double q = chain->poles.q;
-    const double snap = -p * x->jerk1_t - q * x->acc1_t;
-    if (function == WAY_f64) {
-        const approach_f64 way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
-        return way;
-    }
-    if (function == PULL_f64) {
-        const double third = -p * pull->pull_curvature - q * pull->pull_rate;
-        const approach_f64 force = {{pull->pull, pull->pull_rate, pull->pull_curvature, third},
-                                     -p * third - q * pull->pull_curvature};
-        return force;
-    }
-    const double crackle = -p * snap - q * x->jerk1_t;
-    double of[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
-                 -snap,        -crackle,        p * crackle + q * snap};
+    const double *way = &at->way[g->order];
+    const double moved = g->of_way * way[0] + g->of_velocity * way[1];
+    return g->start + ((g->rate + 0.5 * g->curvature * at->t) * at->t + moved)
+           + (HOPFORM_LEG_HAS_DAMPER ? g->of_leg * at->leg : 0.0);
+}
+
+static inline flight_function_f64 derivative_of_f64(const flight_chain_f64 *chain, const flight_function_f64 *g)
+{
+    const flight_function_f64 of = {g->rate, g->curvature, 0.0, g->of_way, g->of_velocity, -chain->relaxes * g->of_leg,
+                                     g->size, g->order + 1};
+    return of;
+}
+
+static flight_function_f64 times_f64(double sign, const flight_function_f64 *g)
+{
+    const flight_function_f64 of = {
+        sign * g->start, sign * g->rate, sign * g->curvature, sign * g->of_way, sign * g->of_velocity, sign * g->of_leg,
+        g->size,         g->order};
+    return of;
+}
+
+static jet_f64 flight_jet_f64(const flight_chain_f64 *chain, const flight_function_f64 *g, const instant_f64 *at)
+{
+    const double *way = &at->way[g->order];
+    jet_f64 jet = {
+        flight_value_f64(g, at), g->rate + g->curvature * at->t + g->of_way * way[1] + g->of_velocity * way[2],
+        g->curvature + g->of_way * way[2] + g->of_velocity * way[3], g->of_way * way[3] + g->of_velocity * way[4]};
     if (HOPFORM_LEG_HAS_DAMPER) {
-        double share = -chain->relaxes * chain->relaxes * chain->relaxes * leg_at_f64(chain, at->t);
-        for (int n = 3; n < 7; n++) { /* the first three have theirs */
-            of[n] += share;
-            share *= -chain->relaxes;
-        }
+        const double rate = -chain->relaxes * g->of_leg * at->leg;
+        jet.rate += rate;
+        jet.curvature -= chain->relaxes * rate;
+        jet.third += chain->relaxes * chain->relaxes * rate;
     }
-    const double *from = &of[function];
-    const approach_f64 of_foot = {{from[0], from[1], from[2], from[3]},
-                                   HOPFORM_LEG_HAS_DAMPER ? HOPFORM_NEVER_f64 : from[4]};
-    return of_foot;
+    return jet;
+}
+
+/* What rounding may have done to its value. */
+static double flight_rounding_f64(const flight_function_f64 *g, const instant_f64 *at)
+{
+    return 16.0 * HOPFORM_EPS_f64
+           * (g->size + fabs_f64(g->rate * at->t) + fabs_f64(0.5 * g->curvature * at->t * at->t)
+              + fabs_f64(g->of_way * at->way[0]) + fabs_f64(g->of_velocity * at->way[1]));
 }
 
 /* ---- roots ---- */
 
-/* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from
- * `last` on. */
-static instant_f64 root_from_f64(const flight_chain_f64 *chain, function_of_time_f64 function, double sign,
-                                   double level, double low, double high, instant_f64 last)
+/* The one root between an instant at which a function is above zero, and one at which it is below. */
+static instant_f64 root_between_f64(const flight_chain_f64 *chain, const flight_function_f64 *g,
+                                      const instant_f64 *from, const instant_f64 *to)
 {
+    double low = from->t;
+    double high = to->t;
+    instant_f64 last = *to;
     for (int n = 0; n < 100; n++) {
-        const approach_f64 at = sample_of_f64(chain, &last, function);
-        const jet_f64 jet = {sign * (at.at.value - level), sign * at.at.rate, sign * at.at.curvature,
-                              sign * at.at.third};
-        const root_step_f64 step = step_between_f64(&chain->poles, &jet, at.fourth, last.t, low, high);
+        const jet_f64 jet = flight_jet_f64(chain, g, &last);
+        const double fourth = g->of_way * last.way[g->order + 4] + g->of_velocity * last.way[g->order + 5];
+        const bool fades = HOPFORM_LEG_HAS_DAMPER && fabs_f64(g->of_leg) > 0.0; /* at a rate that is no pole */
+        const root_step_f64 step =
+            step_between_f64(&chain->poles, &jet, fades ? HOPFORM_NEVER_f64 : fourth, last.t, low, high);
         low = step.low;
         high = step.high;
         const bool follows = step.inside && !(n > 8 && n % 2 == 1);
         const double next = follows ? step.next : low + 0.5 * (high - low);
         if (step.arrives || !(next > low && next < high)) {
-            return last;
+            break;
         }
         last = look_f64(chain, next);
         if (follows && step.lands) {
-            return last;
+            break;
         }
     }
     return last;
 }
 
-/* The same from its end on. */
-static instant_f64 root_between_f64(const flight_chain_f64 *chain, function_of_time_f64 function, double sign,
-                                      double level, double low, const instant_f64 *end)
+/* Put a time between the point n and the next one. */
+static void insert_f64(points_f64 *points, int n, const instant_f64 *root)
 {
-    return root_from_f64(chain, function, sign, level, low, end->t, *end);
-}
-
-static foot_point_f64 foot_point_of_f64(const flight_chain_f64 *chain, const instant_f64 *at)
-{
-    const foot_point_f64 point = {at->t, sample_of_f64(chain, at, FOOT_f64).at, at->actuator.moved};
-    return point;
-}
-
-static double derivative_of_f64(const foot_point_f64 *point, function_of_time_f64 function)
-{
-    const double of[] = {point->foot.value, point->foot.rate, point->foot.curvature, point->foot.third};
-    return of[function];
-}
-
-/* Where a derivative of the foot changes sign between two points, between which it does so at most once;
- * false if it does not. */
-static bool changes_between_f64(const flight_chain_f64 *chain, function_of_time_f64 function,
-                                 const foot_point_f64 *from, const foot_point_f64 *to, foot_point_f64 *root)
-{
-    const double before = derivative_of_f64(from, function);
-    const double after = derivative_of_f64(to, function);
-    if (!((before > 0.0 && after < 0.0) || (before < 0.0 && after > 0.0))) {
-        return false;
+    for (int m = points->count; m > n + 1; m--) {
+        points->at[m] = points->at[m - 1];
     }
-    const instant_f64 end = look_f64(chain, to->t);
-    const instant_f64 found = root_between_f64(chain, function, before > 0.0 ? 1.0 : -1.0, 0.0, from->t, &end);
-    *root = foot_point_of_f64(chain, &found);
-    return root->t > from->t && root->t < to->t;
+    points->inside[points->count - 2] = *root;
+    points->at[n + 1] = &points->inside[points->count - 2];
+    points->count++;
 }
 
-/* Put the roots of a function, monotone between the points, among them; the new number of points. */
-static int split_f64(const flight_chain_f64 *chain, function_of_time_f64 function, foot_point_f64 *points,
-                      int count)
+/* Put the roots of a function that is monotone between the points among them. */
+static void split_f64(const flight_chain_f64 *chain, flight_function_f64 g, points_f64 *points)
 {
-    for (int n = 0; n < count - 1 && count < MOST_POINTS_f64; n++) {
-        foot_point_f64 root = points[n];
-        if (changes_between_f64(chain, function, &points[n], &points[n + 1], &root)) {
-            for (int m = count; m > n + 1; m--) {
-                const foot_point_f64 before = points[m - 1];
-                points[m] = before;
+    for (int n = 0; n < points->count - 1 && points->count < MOST_POINTS_f64; n++) {
+        const instant_f64 *from = points->at[n];
+        const instant_f64 *to = points->at[n + 1];
+        const double before = flight_value_f64(&g, from);
+        const double after = flight_value_f64(&g, to);
+        if ((before > 0.0 && after < 0.0) || (before < 0.0 && after > 0.0)) {
+            const flight_function_f64 falls = times_f64(before > 0.0 ? 1.0 : -1.0, &g);
+            const instant_f64 root = root_between_f64(chain, &falls, from, to);
+            if (root.t > from->t && root.t < to->t) {
+                insert_f64(points, n, &root);
+                n++; /* between its root and the next point it keeps its sign */
             }
-            points[n + 1] = root;
-            count++;
-            n++; /* between its root and the next point it keeps its sign */
         }
     }
-    return count;
+}
+
+/* Where a function that is monotone between the points falls below zero, by more than rounding or so steeply that the
+ * root is near; a touch is none. */
+static bool crosses_f64(const flight_chain_f64 *chain, const flight_function_f64 *g,
+                         const instant_f64 *const *points, int count, instant_f64 *root)
+{
+    for (int n = 1; n < count; n++) {
+        const instant_f64 *from = points[n - 1];
+        const instant_f64 *to = points[n];
+        const double after = flight_value_f64(g, to);
+        if (after < 0.0) {
+            const double before = flight_value_f64(g, from);
+            const double rounding = flight_rounding_f64(g, to);
+            const flight_function_f64 rate = derivative_of_f64(chain, g);
+            if (after < -rounding || (after < before && flight_value_f64(&rate, to) * to->t < -rounding)) {
+                *root = before > 0.0 ? root_between_f64(chain, g, from, to) : *from;
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 /* When a motion of the pair, which begins with a value and a rate, first vanishes behind the start of the phase; NEVER
@@ -300,123 +307,73 @@ static double zero_of_pair_f64(const hopform_poles_f64 *poles, double value, dou
 /* When the jerk changes its sign, or what (D + l) leaves of it where the leg relaxes. */
 static double turn_of_jerk_f64(const flight_chain_f64 *chain)
 {
-    const hopform_actuator_at_f64 *x = &chain->first.actuator;
-    const double p = chain->poles.p;
-    const double q = chain->poles.q;
-    const double snap = -p * x->jerk1_t - q * x->acc1_t;
-    if (HOPFORM_LEG_HAS_DAMPER) {
-        const double crackle = -p * snap - q * x->jerk1_t;
-        return zero_of_pair_f64(&chain->poles, snap + chain->relaxes * x->jerk1_t, crackle + chain->relaxes * snap);
-    }
-    return zero_of_pair_f64(&chain->poles, x->jerk1_t, snap);
+    const double *way = chain->first.way;
+    return HOPFORM_LEG_HAS_DAMPER
+               ? zero_of_pair_f64(&chain->poles, way[4] + chain->relaxes * way[3], way[5] + chain->relaxes * way[4])
+               : zero_of_pair_f64(&chain->poles, way[3], way[4]);
 }
 
 /* ---- the end of a phase ---- */
 
-/* Whether x_1 is at the stop ahead within rounding. */
-static bool is_at_stop_f64(const flight_chain_f64 *chain, const instant_f64 *at)
+/* The start of a phase, a time in it at which something turns, and its end. */
+static void points_of_f64(const flight_chain_f64 *chain, double turn, const instant_f64 *end, points_f64 *points)
 {
-    const double stop = stop_ahead_f64(chain->robot, chain->side);
-    const double beyond = at->actuator.moved - (stop - chain->actuator.x1);
-    return hopform_is_finite_f64(stop)
-           && fabs_f64(beyond)
-                  <= 16.0 * HOPFORM_EPS_f64
-                         * (fabs_f64(stop) + fabs_f64(chain->actuator.x1) + fabs_f64(at->actuator.moved));
+    points->count = 2;
+    points->at[0] = &chain->first;
+    points->at[1] = end;
+    if (turn < end->t) {
+        const instant_f64 inside = look_f64(chain, turn);
+        insert_f64(points, 0, &inside);
+    }
 }
 
-/* The stop ahead; x_1 is monotone in a phase, so it has met it if it is beyond it at the end. One that comes to rest
- * there is at it when its velocity says so. */
-static void watch_stop_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *end)
+/* The stop ahead, if x_1, monotone in a phase, is beyond it at the end, or comes to rest there within rounding. */
+static void end_at_stop_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *end)
 {
     const double stop = stop_ahead_f64(chain->robot, chain->side);
-    const double sign = (double)chain->side;
-    const double way = stop - chain->actuator.x1;
-    if (end->kind == END_VELOCITY_f64 && is_at_stop_f64(chain, &end->at)) {
+    const double side = (double)chain->side;
+    const double size = fabs_f64(stop) + fabs_f64(chain->actuator.x1);
+    const flight_function_f64 gap = {side * (stop - chain->actuator.x1), 0.0, 0.0, -side, 0.0, 0.0, size, 0};
+    const instant_f64 *const points[] = {&chain->first, &end->at};
+    if (hopform_is_finite_f64(stop)
+        && ((end->kind == END_VELOCITY_f64
+             && fabs_f64(flight_value_f64(&gap, &end->at)) <= flight_rounding_f64(&gap, &end->at))
+            || crosses_f64(chain, &gap, points, 2, &end->at))) {
         end->kind = FLIGHT_END_STOP_f64;
+    }
+}
+
+/* Where the current reaches its limit, or leaves it. */
+static void end_at_limit_of_pull_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *end)
+{
+    const hopform_gains_f64 *gains = &chain->gains;
+    const hopform_actuator_f64 *x = &chain->actuator;
+    if (!(gains->Kp > 0.0 || gains->Kd > 0.0)) {
         return;
     }
-    if (hopform_is_finite_f64(stop) && sign * (end->at.actuator.moved - way) > 0.0) {
-        end->at = root_between_f64(chain, WAY_f64, -sign, way, 0.0, &end->at);
-        end->kind = FLIGHT_END_STOP_f64;
-    }
-}
-
-static double noise_of_pull_f64(const flight_chain_f64 *chain, const instant_f64 *at)
-{
-    return 16.0 * HOPFORM_EPS_f64
-           * (chain->largest + chain->gains.Kp * (fabs_f64(chain->actuator.x1) + fabs_f64(at->actuator.moved))
-              + chain->gains.Kd * (fabs_f64(chain->actuator.v1) + fabs_f64(at->actuator.v1_t)));
-}
-
-/* Where the pull passes the motor's limit of a side, outwards if that is the limit from there on, on pieces on which
- * the pull is monotone; a touch is none. */
-static void watch_level_f64(const flight_chain_f64 *chain, const instant_f64 *points, int count, int side, int limit,
-                             flight_phase_end_f64 *end)
-{
-    const double sign = (double)(limit != 0 ? side : -side);
-    const double level = (double)side * chain->largest;
-    for (int n = 1; n < count; n++) {
-        const instant_f64 *from = &points[n - 1];
-        const bool crosses = sign * (level - from->pull.pull) > 0.0;
-        const double after = sign * (level - points[n].pull.pull);
-        if (after < -noise_of_pull_f64(chain, &points[n])) {
-            const instant_f64 root =
-                crosses ? root_between_f64(chain, PULL_f64, -sign, level, from->t, &points[n]) : *from;
-            if (root.t < end->at.t) {
-                end->at = root;
-                end->kind = END_PULL_f64;
-                end->limit = limit;
-            }
-            return;
+    const double size = chain->largest + gains->Kp * fabs_f64(x->x1) + gains->Kd * fabs_f64(x->v1);
+    const flight_function_f64 pull = {gains->Kp * x->x1, 0.0, 0.0, gains->Kp, gains->Kd, 0.0, size, 0};
+    const jet_f64 first = flight_jet_f64(chain, &pull, &chain->first);
+    points_f64 points;
+    points_of_f64(chain, zero_of_pair_f64(&chain->poles, first.rate, first.curvature), &end->at, &points);
+    for (int side = -1; side <= 1; side += 2) {
+        flight_function_f64 beyond = pull;
+        beyond.start -= (double)side * chain->largest;
+        const flight_function_f64 left = times_f64((double)(chain->limit == 0 ? -side : side), &beyond);
+        instant_f64 root;
+        if (side != -chain->limit && crosses_f64(chain, &left, points.at, points.count, &root) && root.t < end->at.t) {
+            end->at = root;
+            end->kind = END_PULL_f64;
+            end->limit = chain->limit == 0 ? side : 0;
         }
     }
 }
 
-/* Where the current reaches its limit or leaves it. */
-static void watch_pull_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *end)
-{
-    if (!(chain->gains.Kp > 0.0 || chain->gains.Kd > 0.0)) {
-        return;
-    }
-    instant_f64 points[MOST_TURNS_f64];
-    int count = 0;
-    points[count++] = chain->first;
-    const hopform_pull_f64 *pull = &chain->first.pull;
-    const double turn = zero_of_pair_f64(&chain->poles, pull->pull_rate, pull->pull_curvature);
-    if (turn < end->at.t) {
-        points[count++] = look_f64(chain, turn);
-    }
-    points[count++] = end->at;
-    if (chain->limit == 0) {
-        watch_level_f64(chain, points, count, 1, 1, end);
-        watch_level_f64(chain, points, count, -1, -1, end);
-    } else {
-        watch_level_f64(chain, points, count, chain->limit, 0, end);
-    }
-}
-
-static double noise_of_foot_f64(const flight_chain_f64 *chain, double t, double moved)
-{
-    const double way = fabs_f64(chain->ballistic.foot) + fabs_f64(chain->ballistic.v2 * t)
-                     + 0.5 * hopform_fall_of_f64(chain->robot) * t * t + fabs_f64(moved);
-    return 16.0 * HOPFORM_EPS_f64 * (HOPFORM_LEG_HAS_DAMPER ? way + fabs_f64(chain->leg) : way);
-}
-
-/* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
- */
-static bool stays_above_f64(const flight_chain_f64 *chain, const instant_f64 *last)
-{
-    const double moved = last->actuator.moved;
-    const double fallen = last->foot.foot_t + moved;
-    return hopform_lesser_f64(chain->ballistic.foot, fallen) - hopform_greater_f64(moved, 0.0) > 0.0;
-}
-
 static hopform_state_f64 state_of_f64(const flight_chain_f64 *chain, const instant_f64 *at)
 {
-    const double x1 = within_stroke_f64(chain->robot, chain->actuator.x1 + at->actuator.moved);
-    const hopform_state_f64 state = {
-        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_f64(chain->robot) * (chain->t + at->t),
-        HOPFORM_LEG_HAS_DAMPER ? leg_at_f64(chain, at->t) - at->foot.foot_t : -at->foot.foot_t};
+    const double x1 = within_stroke_f64(chain->robot, chain->actuator.x1 + at->way[0]);
+    const hopform_state_f64 state = {x1, at->way[1], chain->v2 - chain->fall * (chain->t + at->t),
+                                      at->leg - flight_value_f64(&chain->foot, at)};
     return state;
 }
 
@@ -428,8 +385,9 @@ static double time_of_f64(const flight_chain_f64 *chain, const instant_f64 *at)
 
 static void remember_highest_f64(flight_chain_f64 *chain, const instant_f64 *at)
 {
-    if (at->foot.foot_t > chain->highest) {
-        chain->highest = at->foot.foot_t;
+    const double height = flight_value_f64(&chain->foot, at);
+    if (height > chain->highest) {
+        chain->highest = height;
         chain->highest_t = time_of_f64(chain, at);
         chain->highest_state = state_of_f64(chain, at);
         chain->highest_count = chain->count;
@@ -437,92 +395,41 @@ static void remember_highest_f64(flight_chain_f64 *chain, const instant_f64 *at)
     }
 }
 
-/* True if the foot's way is certainly concave: its acceleration, monotone because the jerk keeps its sign, is negative
- * at both ends. */
-static bool is_concave_f64(const flight_chain_f64 *chain, const instant_f64 *last)
+/* The foot's first downward crossing of the ground after it has been above it. */
+static void end_at_touchdown_f64(flight_chain_f64 *chain, flight_phase_end_f64 *end)
 {
-    if (!(chain->first.foot.foot_curvature < 0.0 && last->foot.foot_curvature < 0.0)) {
-        return false;
-    }
-    return chain->side == 0 || !(turn_of_jerk_f64(chain) < last->t);
-}
-
-/* A concave way of the foot has one root behind its start; it is looked for from where the body alone would come down.
- */
-static void land_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *end)
-{
-    const double v2 = chain->ballistic.v2;
-    const double g = hopform_fall_of_f64(chain->robot);
-    const double square = v2 * v2 + 2.0 * g * (chain->ballistic.foot - end->at.actuator.moved);
-    const double guess = square > 0.0 ? (v2 + sqrt_f64(square)) / g : 0.0;
-    const instant_f64 from = guess > 0.0 && guess < end->at.t ? look_f64(chain, guess) : end->at;
-    end->at = root_from_f64(chain, FOOT_f64, 1.0, 0.0, 0.0, end->at.t, from);
-    end->kind = END_TOUCHDOWN_f64;
-}
-
-/* The foot's first downward crossing of the ground, or where it gets above it, on pieces on which it is monotone. */
-static void search_foot_f64(flight_chain_f64 *chain, flight_phase_end_f64 *end)
-{
-    foot_point_f64 points[MOST_POINTS_f64] = {0};
-    int count = 0;
-    points[count++] = foot_point_of_f64(chain, &chain->first);
+    const flight_function_f64 *foot = &chain->foot;
+    const flight_function_f64 rate = derivative_of_f64(chain, foot);
+    const flight_function_f64 curvature = derivative_of_f64(chain, &rate);
     const double turn = chain->side == 0 ? HOPFORM_NEVER_f64 : turn_of_jerk_f64(chain);
-    if (turn < end->at.t) {
-        const instant_f64 there = look_f64(chain, turn);
-        points[count++] = foot_point_of_f64(chain, &there);
+    points_f64 points;
+    points_of_f64(chain, turn, &end->at, &points);
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        split_f64(chain, derivative_of_f64(chain, &curvature), &points);
     }
-    points[count++] = foot_point_of_f64(chain, &end->at);
-    count = HOPFORM_LEG_HAS_DAMPER ? split_f64(chain, FOOT_THIRD_f64, points, count) : count;
-    count = split_f64(chain, FOOT_CURVATURE_f64, points, count);
-    count = split_f64(chain, FOOT_RATE_f64, points, count);
-    for (int n = 1; n < count; n++) {
-        const foot_point_f64 *from = &points[n - 1];
-        const foot_point_f64 *to = &points[n];
-        const double noise = noise_of_foot_f64(chain, to->t, to->moved);
-        const bool falls = to->foot.value < from->foot.value;
-        if (chain->airborne && falls && to->foot.value < 0.0
-            && (to->foot.value < -noise || to->foot.rate * to->t < -noise)) {
-            const instant_f64 last = look_f64(chain, from->foot.value > 0.0 ? to->t : from->t);
-            end->at = from->foot.value > 0.0 ? root_between_f64(chain, FOOT_f64, 1.0, 0.0, from->t, &last) : last;
-            end->kind = END_TOUCHDOWN_f64;
-            return;
-        }
-        if (!chain->airborne) {
-            const instant_f64 there = look_f64(chain, to->t);
-            remember_highest_f64(chain, &there);
-            chain->airborne = to->foot.value > noise;
-        }
+    split_f64(chain, curvature, &points);
+    /* A concave way has no more than one root behind its start. */
+    const bool is_concave = points.count == 2 && flight_value_f64(&curvature, &chain->first) < 0.0;
+    const double start = flight_value_f64(foot, &chain->first);
+    const bool stays = start >= 0.0 && flight_value_f64(foot, &end->at) > flight_rounding_f64(foot, &end->at);
+    if (!is_concave || !(start > 0.0 || stays)) {
+        split_f64(chain, rate, &points);
     }
-}
-
-/* The foot's first downward crossing of the ground after it has been above it: the usual cases first. */
-static void watch_foot_f64(flight_chain_f64 *chain, flight_phase_end_f64 *end)
-{
-    const hopform_foot_at_f64 *first = &chain->first.foot;
-    const double last = end->at.foot.foot_t;
-    if (!HOPFORM_LEG_HAS_DAMPER && chain->airborne && stays_above_f64(chain, &end->at)) {
-        return;
+    int from = 0;
+    while (!chain->airborne && from < points.count - 1) {
+        from++;
+        remember_highest_f64(chain, points.at[from]);
+        chain->airborne = flight_value_f64(foot, points.at[from]) > flight_rounding_f64(foot, points.at[from]);
     }
-    const bool rises = !(first->foot_t < 0.0) && first->foot_rate > 0.0;
-    const bool starts = chain->airborne ? first->foot_t > 0.0 : rises;
-    if (!HOPFORM_LEG_HAS_DAMPER && starts && is_concave_f64(chain, &end->at)) {
-        const double noise = noise_of_foot_f64(chain, end->at.t, end->at.actuator.moved);
-        if (last > noise) {
-            chain->airborne = true;
-            return;
-        }
-        if (last < -noise && first->foot_t > 0.0) {
-            land_f64(chain, end);
-            return;
-        }
+    if (chain->airborne && crosses_f64(chain, foot, &points.at[from], points.count - from, &end->at)) {
+        end->kind = END_TOUCHDOWN_f64;
     }
-    search_foot_f64(chain, end);
 }
 
 /* Height of the foot if the leg were the shortest. */
 static double height_of_shortest_f64(const flight_chain_f64 *chain)
 {
-    const double height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    const double height = chain->foot.start + (chain->actuator.x1 - chain->robot->x1_min);
     return HOPFORM_LEG_HAS_DAMPER ? height + hopform_greater_f64(leg_at_f64(chain, 0.0), 0.0) : height;
 }
 
@@ -534,7 +441,7 @@ static double longest_phase_f64(const flight_chain_f64 *chain)
     if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_f64)) {
         return until;
     }
-    const double fallen = 1.01 * hopform_time_of_fall_f64(chain->robot, chain->ballistic.v2, height);
+    const double fallen = 1.01 * hopform_time_of_fall_f64(chain->robot, chain->foot.rate, height);
     return fallen < until && fallen > 0.0 ? fallen : until;
 }
 
@@ -550,18 +457,18 @@ static double acceleration_of_f64(const flight_chain_f64 *chain, double v1, int 
 static flight_phase_end_f64 flight_find_end_f64(flight_chain_f64 *chain)
 {
     const double until = longest_phase_f64(chain);
-    const hopform_actuator_at_f64 *x = &chain->first.actuator;
+    const double *way = chain->first.way;
     /* Where nothing grows with x_1, and nothing would turn it back at rest, its velocity fades and never vanishes. */
     const bool fades =
         !(chain->poles.q > 0.0) && (double)chain->side * acceleration_of_f64(chain, 0.0, chain->side) >= 0.0;
-    const double rest = fades ? HOPFORM_NEVER_f64 : zero_of_pair_f64(&chain->poles, x->v1_t, x->acc1_t);
+    const double rest = fades ? HOPFORM_NEVER_f64 : zero_of_pair_f64(&chain->poles, way[1], way[2]);
     flight_phase_end_f64 end = {look_f64(chain, rest < until ? rest : until),
                                  rest <= until ? END_VELOCITY_f64 : FLIGHT_END_LIMIT_f64, chain->limit};
     if (chain->side != 0) {
-        watch_stop_f64(chain, &end);
-        watch_pull_f64(chain, &end);
+        end_at_stop_f64(chain, &end);
+        end_at_limit_of_pull_f64(chain, &end);
     }
-    watch_foot_f64(chain, &end);
+    end_at_touchdown_f64(chain, &end);
     return end;
 }
 
@@ -644,9 +551,11 @@ static void rest_f64(flight_chain_f64 *chain, flight_end_kind_f64 kind)
 /* Body and foot where the next phase begins: from the take-off, so that nothing adds up. */
 static void place_body_f64(flight_chain_f64 *chain)
 {
-    const double g = hopform_fall_of_f64(chain->robot);
-    chain->ballistic.v2 = chain->v2 - g * chain->t;
-    chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5 * g * chain->t) * chain->t - chain->y;
+    const double g = chain->fall;
+    const double foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5 * g * chain->t) * chain->t - chain->y;
+    const flight_function_f64 over_ground = {
+        foot, chain->v2 - g * chain->t, -g, -1.0, 0.0, 1.0, fabs_f64(foot) + fabs_f64(chain->leg), 0};
+    chain->foot = over_ground;
     chain->poles = poles_in_flight_f64(&chain->rates, chain->limit);
     chain->first = look_f64(chain, 0.0);
 }
@@ -673,7 +582,7 @@ static void flight_begin_f64(flight_chain_f64 *chain)
 /* True if the foot cannot come as high again as it was: the body falls, and is too low for the shortest leg. */
 static bool too_low_f64(const flight_chain_f64 *chain)
 {
-    return !chain->airborne && chain->ballistic.v2 < 0.0 && height_of_shortest_f64(chain) < chain->highest;
+    return !chain->airborne && chain->foot.rate < 0.0 && height_of_shortest_f64(chain) < chain->highest;
 }
 
 static int32_t trip_f64(flight_chain_f64 *chain, hopform_state_f64 *end)
@@ -709,9 +618,9 @@ static int32_t flight_run_f64(flight_chain_f64 *chain, hopform_state_f64 *end_st
         if (end.kind == FLIGHT_END_LIMIT_f64) {
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : trip_f64(chain, end_state);
         }
-        chain->actuator.x1 = within_stroke_f64(chain->robot, chain->actuator.x1 + last.actuator.moved);
-        chain->actuator.v1 = last.actuator.v1_t;
-        chain->actuator.acc1 = last.actuator.acc1_t;
+        chain->actuator.x1 = within_stroke_f64(chain->robot, chain->actuator.x1 + last.way[0]);
+        chain->actuator.v1 = last.way[1];
+        chain->actuator.acc1 = last.way[2];
         if (end.kind == END_PULL_f64) {
             chain->limit = end.limit;
             flight_record_f64(chain,
@@ -744,7 +653,7 @@ static hopform_gains_f64 gains_for_f64(const hopform_robot_f64 *robot, const hop
 static void flight_report_f64(const flight_chain_f64 *chain, int32_t ending, const hopform_state_f64 *end,
                                hopform_flight_f64 *flight)
 {
-    const double g = hopform_fall_of_f64(chain->robot);
+    const double g = chain->fall;
     const double top = hopform_lesser_f64(hopform_greater_f64(chain->v2, 0.0) / g, chain->t);
     flight->gains = chain->gains;
     flight->duration = chain->t;
@@ -846,6 +755,7 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
     }
     chain.rates = hopform_flight_rates_of_f64(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
+    chain.fall = hopform_fall_of_f64(robot);
     chain.x1 = from.x1;
     chain.y = (from.y - rest) + ground;
     if (HOPFORM_LEG_HAS_DAMPER) {
@@ -957,19 +867,17 @@ typedef struct {
     double aa;
 } squares_f64;
 
-/* Over a short time: the power series of (v^2, v a, a^2), each the derivative of the one before. */
-static squares_f64 short_squares_f64(const hopform_poles_f64 *poles, double v, double a, double h)
+/* Over a short time, by Gauss's rule. */
+static squares_f64 short_squares_f64(const hopform_poles_f64 *poles, const hopform_actuator_f64 *start, int side,
+                                       double h)
 {
-    squares_f64 term = {v * v * h, v * a * h, a * a * h};
-    squares_f64 sum = term;
-    for (int n = 2; n < 26; n++) {
-        const double share = h / (double)n;
-        const squares_f64 next = {2.0 * term.va * share, (term.aa - poles->p * term.va - poles->q * term.vv) * share,
-                                   -2.0 * (poles->p * term.aa + poles->q * term.va) * share};
-        term = next;
-        sum.vv += term.vv;
-        sum.va += term.va;
-        sum.aa += term.aa;
+    squares_f64 sum = {0.0, 0.0, 0.0};
+    for (int node = 0; node < HOPFORM_NODES_f64; node++) {
+        const hopform_actuator_at_f64 at = move_f64(start, poles, side, hopform_place_f64[node] * h);
+        const double weight = hopform_weight_f64[node] * h;
+        sum.vv += weight * at.v1_t * at.v1_t;
+        sum.va += weight * at.v1_t * at.acc1_t;
+        sum.aa += weight * at.acc1_t * at.acc1_t;
     }
     return sum;
 }
@@ -981,14 +889,10 @@ static double square_of_velocity_f64(const hopform_poles_f64 *poles, const hopfo
     if (phase->side == 0) {
         return 0.0;
     }
-    const double fastest = poles->p + sqrt_f64(poles->q);
-    int doublings = 0;
+    const hopform_actuator_f64 start = {phase->x1, phase->v1, phase->acc1};
     double h = t;
-    while (fastest * h > 0.5 && doublings < 200) {
-        h *= 0.5;
-        doublings++;
-    }
-    squares_f64 sum = short_squares_f64(poles, phase->v1, phase->acc1, h);
+    int doublings = hopform_halve_f64(poles, &h);
+    squares_f64 sum = short_squares_f64(poles, &start, phase->side, h);
     for (; doublings > 0; doublings--) {
         const hopform_pair_f64 pair = response_at_f64(poles, h);
         const double vv = pair.Rd + poles->p * pair.R;

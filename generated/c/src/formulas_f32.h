@@ -252,26 +252,6 @@ typedef struct {
     float jerk1_t;  /* [m/s^3] its rate */
 } hopform_actuator_at_f32;
 
-/* What the law asks of the motor, and how that changes. */
-typedef struct {
-    float pull;            /* [N] force */
-    float pull_rate;       /* [N/s] its rate */
-    float pull_curvature;  /* [N/s^2] the rate of that */
-} hopform_pull_f32;
-
-/* Body and foot where a phase of the flight begins. */
-typedef struct {
-    float foot;  /* [m] height of the foot over the ground ahead */
-    float v2;    /* [m/s] velocity of the body */
-} hopform_ballistic_f32;
-
-/* The foot at time t of a phase of the flight. */
-typedef struct {
-    float foot_t;          /* [m] height over the ground ahead */
-    float foot_rate;       /* [m/s] its rate */
-    float foot_curvature;  /* [m/s^2] the rate of that */
-} hopform_foot_at_f32;
-
 /* Integrals over a part of a phase of the flight. */
 typedef struct {
     float moved;     /* [m] how far it has moved since the phase began */
@@ -984,38 +964,6 @@ static inline hopform_actuator_at_f32 hopform_actuator_in_flight_f32(const hopfo
     const float acc1_t = Rd*acc1 - R*q*v1;        /* (3) in flight, derivative */
     const float jerk1_t = -acc1_t*p - q*v1_t;     /* (3) in flight, differentiated */
     const hopform_actuator_at_f32 result = {moved, v1_t, acc1_t, jerk1_t};
-    return result;
-}
-
-/* Force that the law demands of the motor at time t of a phase of the flight. */
-static inline hopform_pull_f32 hopform_pull_of_law_f32(const hopform_gains_f32 *gains,
-    const hopform_actuator_f32 *actuator,
-    const hopform_actuator_at_f32 *actuator_at)
-{
-    const float Kp = gains->Kp, Kd = gains->Kd;
-    const float x1 = actuator->x1;
-    const float moved = actuator_at->moved, v1_t = actuator_at->v1_t, acc1_t = actuator_at->acc1_t;
-    const float jerk1_t = actuator_at->jerk1_t;
-    const float pull = Kd*v1_t + Kp*(moved + x1);         /* PD law */
-    const float pull_rate = Kd*acc1_t + Kp*v1_t;          /* derivative of the law */
-    const float pull_curvature = Kd*jerk1_t + Kp*acc1_t;  /* second derivative of the law */
-    const hopform_pull_f32 result = {pull, pull_rate, pull_curvature};
-    return result;
-}
-
-/* The foot at time t of a phase of the flight. */
-static inline hopform_foot_at_f32 hopform_foot_in_flight_f32(const hopform_robot_f32 *robot,
-    const hopform_ballistic_f32 *ballistic,
-    const hopform_actuator_at_f32 *actuator_at,
-    float t)
-{
-    const float g = robot->g;
-    const float foot = ballistic->foot, v2 = ballistic->v2;
-    const float moved = actuator_at->moved, v1_t = actuator_at->v1_t, acc1_t = actuator_at->acc1_t;
-    const float foot_t = foot + t*v2 - moved - 0.5f*g*t*t;  /* x_2 - L_0 - c - x_1 */
-    const float foot_rate = v2 - v1_t - g*t;               /* its derivative */
-    const float foot_curvature = -acc1_t - g;              /* its second derivative */
-    const hopform_foot_at_f32 result = {foot_t, foot_rate, foot_curvature};
     return result;
 }
 

@@ -48,7 +48,7 @@ static inline hopform_matrix_f32 hopform_moments_in_phase_f32(const hopform_plan
     const hopform_motion_f32 motion = hopform_motion_under_f32(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side_1, side_2);
     float h = t;
-    int doublings = hopform_halve_f32(plan, phase, &h);
+    int doublings = hopform_halve_f32(poles, &h);
     hopform_matrix_f32 sum = hopform_short_moments_f32(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
         for (int i = 1; i < Z_SIZE; i++) {

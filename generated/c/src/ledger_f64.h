@@ -48,7 +48,7 @@ static inline hopform_matrix_f64 hopform_moments_in_phase_f64(const hopform_plan
     const hopform_motion_f64 motion = hopform_motion_under_f64(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side_1, side_2);
     double h = t;
-    int doublings = hopform_halve_f64(plan, phase, &h);
+    int doublings = hopform_halve_f64(poles, &h);
     hopform_matrix_f64 sum = hopform_short_moments_f64(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
         for (int i = 1; i < Z_SIZE; i++) {

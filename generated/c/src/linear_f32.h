@@ -65,10 +65,8 @@ static const float hopform_place_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_PLACES_
 static const float hopform_weight_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_WEIGHTS_f32};
 
 /* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
-static inline int hopform_halve_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float *h)
+static inline int hopform_halve_f32(const hopform_poles_f32 *poles, float *h)
 {
-    const hopform_poles_f32 *poles =
-        hopform_poles_of_f32(plan, hopform_side_1_f32(phase), hopform_side_2_f32(phase));
     const float fastest = poles->s_1 + sqrt_f32(poles->s_2);
     int times = 0;
     while (fastest * *h > 4.0f && times < 200) {

@@ -65,10 +65,8 @@ static const double hopform_place_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_PLACES
 static const double hopform_weight_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_WEIGHTS_f64};
 
 /* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
-static inline int hopform_halve_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double *h)
+static inline int hopform_halve_f64(const hopform_poles_f64 *poles, double *h)
 {
-    const hopform_poles_f64 *poles =
-        hopform_poles_of_f64(plan, hopform_side_1_f64(phase), hopform_side_2_f64(phase));
     const double fastest = poles->s_1 + sqrt_f64(poles->s_2);
     int times = 0;
     while (fastest * *h > 4.0 && times < 200) {

@@ -71,7 +71,8 @@ static void responses_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 
                            float by_share[SHARES_f32][Z_SIZE])
 {
     float h = t;
-    int doublings = hopform_halve_f32(plan, phase, &h);
+    int doublings =
+        hopform_halve_f32(hopform_poles_of_f32(plan, hopform_side_1_f32(phase), hopform_side_2_f32(phase)), &h);
     hopform_matrix_f32 shares[SHARES_f32] = {0};
     short_responses_f32(plan, phase, u, h, shares);
     for (; doublings > 0; doublings--) {

@@ -71,7 +71,8 @@ static void responses_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 
                            double by_share[SHARES_f64][Z_SIZE])
 {
     double h = t;
-    int doublings = hopform_halve_f64(plan, phase, &h);
+    int doublings =
+        hopform_halve_f64(hopform_poles_of_f64(plan, hopform_side_1_f64(phase), hopform_side_2_f64(phase)), &h);
     hopform_matrix_f64 shares[SHARES_f64] = {0};
     short_responses_f64(plan, phase, u, h, shares);
     for (; doublings > 0; doublings--) {

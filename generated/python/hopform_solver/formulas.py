@@ -11,14 +11,12 @@ from hopform_solver.records import (
     Actuator,
     ActuatorAt,
     At,
-    Ballistic,
     Basis,
     Decay,
     Drive,
     Energy,
     FlightRates,
     FlightWork,
-    FootAt,
     Free,
     Friction,
     Gains,
@@ -36,7 +34,6 @@ from hopform_solver.records import (
     PairSeries,
     Poles,
     Propagated,
-    Pull,
     Rates,
     Real,
     Response,
@@ -756,34 +753,6 @@ def actuator_in_flight(actuator: Actuator, poles: Poles, pair: Pair) -> Actuator
     acc1_t = Rd*acc1 - R*q*v1        # (3) in flight, derivative
     jerk1_t = -acc1_t*p - q*v1_t     # (3) in flight, differentiated
     return ActuatorAt(moved, v1_t, acc1_t, jerk1_t)
-
-
-def pull_of_law(gains: Gains, actuator: Actuator, actuator_at: ActuatorAt) -> Pull:
-    """Force that the law demands of the motor at time t of a phase of the flight.
-
-    """
-    Kp, Kd = gains.Kp, gains.Kd
-    x1 = actuator.x1
-    moved, v1_t, acc1_t = actuator_at.moved, actuator_at.v1_t, actuator_at.acc1_t
-    jerk1_t = actuator_at.jerk1_t
-    pull = Kd*v1_t + Kp*(moved + x1)         # PD law
-    pull_rate = Kd*acc1_t + Kp*v1_t          # derivative of the law
-    pull_curvature = Kd*jerk1_t + Kp*acc1_t  # second derivative of the law
-    return Pull(pull, pull_rate, pull_curvature)
-
-
-def foot_in_flight(robot: Robot, ballistic: Ballistic, actuator_at: ActuatorAt, t: Real) -> FootAt:
-    """The foot at time t of a phase of the flight.
-
-    t [s] time since the phase began.
-    """
-    g = robot.g
-    foot, v2 = ballistic.foot, ballistic.v2
-    moved, v1_t, acc1_t = actuator_at.moved, actuator_at.v1_t, actuator_at.acc1_t
-    foot_t = foot + t*v2 - moved - 0.5*g*t*t  # x_2 - L_0 - c - x_1
-    foot_rate = v2 - v1_t - g*t               # its derivative
-    foot_curvature = -acc1_t - g              # its second derivative
-    return FootAt(foot_t, foot_rate, foot_curvature)
 
 
 def critical_gains(robot: Robot, time: Real) -> Gains:

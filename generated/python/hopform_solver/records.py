@@ -779,37 +779,6 @@ class ActuatorAt(NamedTuple):
     """[m/s^3] its rate"""
 
 
-class Pull(NamedTuple):
-    """What the law asks of the motor, and how that changes."""
-
-    pull: Real
-    """[N] force"""
-    pull_rate: Real
-    """[N/s] its rate"""
-    pull_curvature: Real
-    """[N/s^2] the rate of that"""
-
-
-class Ballistic(NamedTuple):
-    """Body and foot where a phase of the flight begins."""
-
-    foot: Real
-    """[m] height of the foot over the ground ahead"""
-    v2: Real
-    """[m/s] velocity of the body"""
-
-
-class FootAt(NamedTuple):
-    """The foot at time t of a phase of the flight."""
-
-    foot_t: Real
-    """[m] height over the ground ahead"""
-    foot_rate: Real
-    """[m/s] its rate"""
-    foot_curvature: Real
-    """[m/s^2] the rate of that"""
-
-
 class FlightWork(NamedTuple):
     """Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart."""
 

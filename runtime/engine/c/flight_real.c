@@ -13,9 +13,10 @@
  */
 #include "facts.h"
 #include "first_event_real.h"
+#include "linear_real.h"
 #include "overlap_real.h"
 
-enum { MOST_POINTS_real = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, MOST_TURNS_real = 3 };
+enum { MOST_POINTS_real = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, DERIVATIVES_real = HOPFORM_LEG_HAS_DAMPER ? 9 : 8 };
 
 /* How a phase ends. */
 typedef enum {
@@ -26,30 +27,28 @@ typedef enum {
     END_TOUCHDOWN_real
 } flight_end_kind_real;
 
-/* What has a root; the foot's derivatives by their order. */
-typedef enum {
-    FOOT_real,
-    FOOT_RATE_real,
-    FOOT_CURVATURE_real,
-    FOOT_THIRD_real,
-    WAY_real,
-    PULL_real
-} function_of_time_real;
-
-/* Everything at one time of a phase. */
+/* One time of a phase. */
 typedef struct {
-    real t; /* since the phase began */
-    hopform_actuator_at_real actuator;
-    hopform_pull_real pull;
-    hopform_foot_at_real foot;
+    real t;                     /* since the phase began */
+    real leg;                   /* what a damper leaves of the leg's compression */
+    real way[DERIVATIVES_real]; /* how far the actuator has moved, and the derivatives of that */
 } instant_real;
 
-/* What is kept of an instant where there are many: the foot there. The whole of it is looked up again by its time. */
+/* An event function of a phase, or its derivative of an order: start + rate t + curvature t^2/2, and shares of those of
+ * the way, of its velocity, and of what is left in the leg. Its start is a sum of terms of that size. */
 typedef struct {
-    real t;
-    jet_real foot;
-    real moved;
-} foot_point_real;
+    real start, rate, curvature;
+    real of_way, of_velocity, of_leg;
+    real size;
+    int order;
+} flight_function_real;
+
+/* Times of a phase: its start, what lies inside, and its end. */
+typedef struct {
+    int count;
+    const instant_real *at[MOST_POINTS_real];
+    instant_real inside[MOST_POINTS_real - 2];
+} points_real;
 
 typedef struct {
     instant_real at;
@@ -63,6 +62,7 @@ typedef struct {
     hopform_gains_real gains;
     hopform_flight_rates_real rates;
     real largest;
+    real fall;
     real horizon;
     real x1; /* at take-off, as the next two */
     real y;
@@ -71,7 +71,7 @@ typedef struct {
     real relaxes;
     real t;
     hopform_actuator_real actuator;
-    hopform_ballistic_real ballistic;
+    flight_function_real foot; /* its height over the ground ahead */
     hopform_poles_real poles;
     instant_real first; /* of the phase */
     int side;
@@ -158,135 +158,142 @@ static real leg_at_real(const flight_chain_real *chain, real t)
 
 static instant_real look_real(const flight_chain_real *chain, real t)
 {
-    instant_real now;
-    now.t = t;
-    now.actuator = move_real(&chain->actuator, &chain->poles, chain->side, t);
-    now.pull = hopform_pull_of_law_real(&chain->gains, &chain->actuator, &now.actuator);
-    now.foot = hopform_foot_in_flight_real(chain->robot, &chain->ballistic, &now.actuator, t);
-    if (HOPFORM_LEG_HAS_DAMPER) {
-        const real leg = leg_at_real(chain, t);
-        now.foot.foot_t += leg;
-        now.foot.foot_rate -= chain->relaxes * leg;
-        now.foot.foot_curvature += chain->relaxes * chain->relaxes * leg;
+    const hopform_actuator_at_real x = move_real(&chain->actuator, &chain->poles, chain->side, t);
+    instant_real now = {t, leg_at_real(chain, t), {x.moved, x.v1_t, x.acc1_t, x.jerk1_t}};
+    for (int n = 4; n < DERIVATIVES_real; n++) {
+        now.way[n] = -chain->poles.p * now.way[n - 1] - chain->poles.q * now.way[n - 2];
     }
     return now;
 }
 
-/* A function at an instant, with its derivatives up to the fourth. */
-static approach_real sample_of_real(const flight_chain_real *chain, const instant_real *at,
-                                    function_of_time_real function)
+/* ---- event functions ---- */
+
+static inline real flight_value_real(const flight_function_real *g, const instant_real *at)
 {
-    const hopform_actuator_at_real *x = &at->actuator;
-    const hopform_foot_at_real *foot = &at->foot;
-    const hopform_pull_real *pull = &at->pull;
-    const real p = chain->poles.p;
-    const real q = chain->poles.q;
-    const real snap = -p * x->jerk1_t - q * x->acc1_t;
-    if (function == WAY_real) {
-        const approach_real way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
-        return way;
-    }
-    if (function == PULL_real) {
-        const real third = -p * pull->pull_curvature - q * pull->pull_rate;
-        const approach_real force = {{pull->pull, pull->pull_rate, pull->pull_curvature, third},
-                                     -p * third - q * pull->pull_curvature};
-        return force;
-    }
-    const real crackle = -p * snap - q * x->jerk1_t;
-    real of[] = {foot->foot_t, foot->foot_rate, foot->foot_curvature,  -x->jerk1_t,
-                 -snap,        -crackle,        p * crackle + q * snap};
+    const real *way = &at->way[g->order];
+    const real moved = g->of_way * way[0] + g->of_velocity * way[1];
+    return g->start + ((g->rate + 0.5 * g->curvature * at->t) * at->t + moved)
+           + (HOPFORM_LEG_HAS_DAMPER ? g->of_leg * at->leg : 0.0);
+}
+
+static inline flight_function_real derivative_of_real(const flight_chain_real *chain, const flight_function_real *g)
+{
+    const flight_function_real of = {g->rate, g->curvature, 0.0, g->of_way, g->of_velocity, -chain->relaxes * g->of_leg,
+                                     g->size, g->order + 1};
+    return of;
+}
+
+static flight_function_real times_real(real sign, const flight_function_real *g)
+{
+    const flight_function_real of = {
+        sign * g->start, sign * g->rate, sign * g->curvature, sign * g->of_way, sign * g->of_velocity, sign * g->of_leg,
+        g->size,         g->order};
+    return of;
+}
+
+static jet_real flight_jet_real(const flight_chain_real *chain, const flight_function_real *g, const instant_real *at)
+{
+    const real *way = &at->way[g->order];
+    jet_real jet = {
+        flight_value_real(g, at), g->rate + g->curvature * at->t + g->of_way * way[1] + g->of_velocity * way[2],
+        g->curvature + g->of_way * way[2] + g->of_velocity * way[3], g->of_way * way[3] + g->of_velocity * way[4]};
     if (HOPFORM_LEG_HAS_DAMPER) {
-        real share = -chain->relaxes * chain->relaxes * chain->relaxes * leg_at_real(chain, at->t);
-        for (int n = 3; n < 7; n++) { /* the first three have theirs */
-            of[n] += share;
-            share *= -chain->relaxes;
-        }
+        const real rate = -chain->relaxes * g->of_leg * at->leg;
+        jet.rate += rate;
+        jet.curvature -= chain->relaxes * rate;
+        jet.third += chain->relaxes * chain->relaxes * rate;
     }
-    const real *from = &of[function];
-    const approach_real of_foot = {{from[0], from[1], from[2], from[3]},
-                                   HOPFORM_LEG_HAS_DAMPER ? HOPFORM_NEVER_real : from[4]};
-    return of_foot;
+    return jet;
+}
+
+/* What rounding may have done to its value. */
+static real flight_rounding_real(const flight_function_real *g, const instant_real *at)
+{
+    return 16.0 * HOPFORM_EPS_real
+           * (g->size + fabs_real(g->rate * at->t) + fabs_real(0.5 * g->curvature * at->t * at->t)
+              + fabs_real(g->of_way * at->way[0]) + fabs_real(g->of_velocity * at->way[1]));
 }
 
 /* ---- roots ---- */
 
-/* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from
- * `last` on. */
-static instant_real root_from_real(const flight_chain_real *chain, function_of_time_real function, real sign,
-                                   real level, real low, real high, instant_real last)
+/* The one root between an instant at which a function is above zero, and one at which it is below. */
+static instant_real root_between_real(const flight_chain_real *chain, const flight_function_real *g,
+                                      const instant_real *from, const instant_real *to)
 {
+    real low = from->t;
+    real high = to->t;
+    instant_real last = *to;
     for (int n = 0; n < 100; n++) {
-        const approach_real at = sample_of_real(chain, &last, function);
-        const jet_real jet = {sign * (at.at.value - level), sign * at.at.rate, sign * at.at.curvature,
-                              sign * at.at.third};
-        const root_step_real step = step_between_real(&chain->poles, &jet, at.fourth, last.t, low, high);
+        const jet_real jet = flight_jet_real(chain, g, &last);
+        const real fourth = g->of_way * last.way[g->order + 4] + g->of_velocity * last.way[g->order + 5];
+        const bool fades = HOPFORM_LEG_HAS_DAMPER && fabs_real(g->of_leg) > 0.0; /* at a rate that is no pole */
+        const root_step_real step =
+            step_between_real(&chain->poles, &jet, fades ? HOPFORM_NEVER_real : fourth, last.t, low, high);
         low = step.low;
         high = step.high;
         const bool follows = step.inside && !(n > 8 && n % 2 == 1);
         const real next = follows ? step.next : low + 0.5 * (high - low);
         if (step.arrives || !(next > low && next < high)) {
-            return last;
+            break;
         }
         last = look_real(chain, next);
         if (follows && step.lands) {
-            return last;
+            break;
         }
     }
     return last;
 }
 
-/* The same from its end on. */
-static instant_real root_between_real(const flight_chain_real *chain, function_of_time_real function, real sign,
-                                      real level, real low, const instant_real *end)
+/* Put a time between the point n and the next one. */
+static void insert_real(points_real *points, int n, const instant_real *root)
 {
-    return root_from_real(chain, function, sign, level, low, end->t, *end);
-}
-
-static foot_point_real foot_point_of_real(const flight_chain_real *chain, const instant_real *at)
-{
-    const foot_point_real point = {at->t, sample_of_real(chain, at, FOOT_real).at, at->actuator.moved};
-    return point;
-}
-
-static real derivative_of_real(const foot_point_real *point, function_of_time_real function)
-{
-    const real of[] = {point->foot.value, point->foot.rate, point->foot.curvature, point->foot.third};
-    return of[function];
-}
-
-/* Where a derivative of the foot changes sign between two points, between which it does so at most once;
- * false if it does not. */
-static bool changes_between_real(const flight_chain_real *chain, function_of_time_real function,
-                                 const foot_point_real *from, const foot_point_real *to, foot_point_real *root)
-{
-    const real before = derivative_of_real(from, function);
-    const real after = derivative_of_real(to, function);
-    if (!((before > 0.0 && after < 0.0) || (before < 0.0 && after > 0.0))) {
-        return false;
+    for (int m = points->count; m > n + 1; m--) {
+        points->at[m] = points->at[m - 1];
     }
-    const instant_real end = look_real(chain, to->t);
-    const instant_real found = root_between_real(chain, function, before > 0.0 ? 1.0 : -1.0, 0.0, from->t, &end);
-    *root = foot_point_of_real(chain, &found);
-    return root->t > from->t && root->t < to->t;
+    points->inside[points->count - 2] = *root;
+    points->at[n + 1] = &points->inside[points->count - 2];
+    points->count++;
 }
 
-/* Put the roots of a function, monotone between the points, among them; the new number of points. */
-static int split_real(const flight_chain_real *chain, function_of_time_real function, foot_point_real *points,
-                      int count)
+/* Put the roots of a function that is monotone between the points among them. */
+static void split_real(const flight_chain_real *chain, flight_function_real g, points_real *points)
 {
-    for (int n = 0; n < count - 1 && count < MOST_POINTS_real; n++) {
-        foot_point_real root = points[n];
-        if (changes_between_real(chain, function, &points[n], &points[n + 1], &root)) {
-            for (int m = count; m > n + 1; m--) {
-                const foot_point_real before = points[m - 1];
-                points[m] = before;
+    for (int n = 0; n < points->count - 1 && points->count < MOST_POINTS_real; n++) {
+        const instant_real *from = points->at[n];
+        const instant_real *to = points->at[n + 1];
+        const real before = flight_value_real(&g, from);
+        const real after = flight_value_real(&g, to);
+        if ((before > 0.0 && after < 0.0) || (before < 0.0 && after > 0.0)) {
+            const flight_function_real falls = times_real(before > 0.0 ? 1.0 : -1.0, &g);
+            const instant_real root = root_between_real(chain, &falls, from, to);
+            if (root.t > from->t && root.t < to->t) {
+                insert_real(points, n, &root);
+                n++; /* between its root and the next point it keeps its sign */
             }
-            points[n + 1] = root;
-            count++;
-            n++; /* between its root and the next point it keeps its sign */
         }
     }
-    return count;
+}
+
+/* Where a function that is monotone between the points falls below zero, by more than rounding or so steeply that the
+ * root is near; a touch is none. */
+static bool crosses_real(const flight_chain_real *chain, const flight_function_real *g,
+                         const instant_real *const *points, int count, instant_real *root)
+{
+    for (int n = 1; n < count; n++) {
+        const instant_real *from = points[n - 1];
+        const instant_real *to = points[n];
+        const real after = flight_value_real(g, to);
+        if (after < 0.0) {
+            const real before = flight_value_real(g, from);
+            const real rounding = flight_rounding_real(g, to);
+            const flight_function_real rate = derivative_of_real(chain, g);
+            if (after < -rounding || (after < before && flight_value_real(&rate, to) * to->t < -rounding)) {
+                *root = before > 0.0 ? root_between_real(chain, g, from, to) : *from;
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 /* When a motion of the pair, which begins with a value and a rate, first vanishes behind the start of the phase; NEVER
@@ -300,123 +307,73 @@ static real zero_of_pair_real(const hopform_poles_real *poles, real value, real 
 /* When the jerk changes its sign, or what (D + l) leaves of it where the leg relaxes. */
 static real turn_of_jerk_real(const flight_chain_real *chain)
 {
-    const hopform_actuator_at_real *x = &chain->first.actuator;
-    const real p = chain->poles.p;
-    const real q = chain->poles.q;
-    const real snap = -p * x->jerk1_t - q * x->acc1_t;
-    if (HOPFORM_LEG_HAS_DAMPER) {
-        const real crackle = -p * snap - q * x->jerk1_t;
-        return zero_of_pair_real(&chain->poles, snap + chain->relaxes * x->jerk1_t, crackle + chain->relaxes * snap);
-    }
-    return zero_of_pair_real(&chain->poles, x->jerk1_t, snap);
+    const real *way = chain->first.way;
+    return HOPFORM_LEG_HAS_DAMPER
+               ? zero_of_pair_real(&chain->poles, way[4] + chain->relaxes * way[3], way[5] + chain->relaxes * way[4])
+               : zero_of_pair_real(&chain->poles, way[3], way[4]);
 }
 
 /* ---- the end of a phase ---- */
 
-/* Whether x_1 is at the stop ahead within rounding. */
-static bool is_at_stop_real(const flight_chain_real *chain, const instant_real *at)
+/* The start of a phase, a time in it at which something turns, and its end. */
+static void points_of_real(const flight_chain_real *chain, real turn, const instant_real *end, points_real *points)
 {
-    const real stop = stop_ahead_real(chain->robot, chain->side);
-    const real beyond = at->actuator.moved - (stop - chain->actuator.x1);
-    return hopform_is_finite_real(stop)
-           && fabs_real(beyond)
-                  <= 16.0 * HOPFORM_EPS_real
-                         * (fabs_real(stop) + fabs_real(chain->actuator.x1) + fabs_real(at->actuator.moved));
+    points->count = 2;
+    points->at[0] = &chain->first;
+    points->at[1] = end;
+    if (turn < end->t) {
+        const instant_real inside = look_real(chain, turn);
+        insert_real(points, 0, &inside);
+    }
 }
 
-/* The stop ahead; x_1 is monotone in a phase, so it has met it if it is beyond it at the end. One that comes to rest
- * there is at it when its velocity says so. */
-static void watch_stop_real(const flight_chain_real *chain, flight_phase_end_real *end)
+/* The stop ahead, if x_1, monotone in a phase, is beyond it at the end, or comes to rest there within rounding. */
+static void end_at_stop_real(const flight_chain_real *chain, flight_phase_end_real *end)
 {
     const real stop = stop_ahead_real(chain->robot, chain->side);
-    const real sign = (real)chain->side;
-    const real way = stop - chain->actuator.x1;
-    if (end->kind == END_VELOCITY_real && is_at_stop_real(chain, &end->at)) {
+    const real side = (real)chain->side;
+    const real size = fabs_real(stop) + fabs_real(chain->actuator.x1);
+    const flight_function_real gap = {side * (stop - chain->actuator.x1), 0.0, 0.0, -side, 0.0, 0.0, size, 0};
+    const instant_real *const points[] = {&chain->first, &end->at};
+    if (hopform_is_finite_real(stop)
+        && ((end->kind == END_VELOCITY_real
+             && fabs_real(flight_value_real(&gap, &end->at)) <= flight_rounding_real(&gap, &end->at))
+            || crosses_real(chain, &gap, points, 2, &end->at))) {
         end->kind = FLIGHT_END_STOP_real;
+    }
+}
+
+/* Where the current reaches its limit, or leaves it. */
+static void end_at_limit_of_pull_real(const flight_chain_real *chain, flight_phase_end_real *end)
+{
+    const hopform_gains_real *gains = &chain->gains;
+    const hopform_actuator_real *x = &chain->actuator;
+    if (!(gains->Kp > 0.0 || gains->Kd > 0.0)) {
         return;
     }
-    if (hopform_is_finite_real(stop) && sign * (end->at.actuator.moved - way) > 0.0) {
-        end->at = root_between_real(chain, WAY_real, -sign, way, 0.0, &end->at);
-        end->kind = FLIGHT_END_STOP_real;
-    }
-}
-
-static real noise_of_pull_real(const flight_chain_real *chain, const instant_real *at)
-{
-    return 16.0 * HOPFORM_EPS_real
-           * (chain->largest + chain->gains.Kp * (fabs_real(chain->actuator.x1) + fabs_real(at->actuator.moved))
-              + chain->gains.Kd * (fabs_real(chain->actuator.v1) + fabs_real(at->actuator.v1_t)));
-}
-
-/* Where the pull passes the motor's limit of a side, outwards if that is the limit from there on, on pieces on which
- * the pull is monotone; a touch is none. */
-static void watch_level_real(const flight_chain_real *chain, const instant_real *points, int count, int side, int limit,
-                             flight_phase_end_real *end)
-{
-    const real sign = (real)(limit != 0 ? side : -side);
-    const real level = (real)side * chain->largest;
-    for (int n = 1; n < count; n++) {
-        const instant_real *from = &points[n - 1];
-        const bool crosses = sign * (level - from->pull.pull) > 0.0;
-        const real after = sign * (level - points[n].pull.pull);
-        if (after < -noise_of_pull_real(chain, &points[n])) {
-            const instant_real root =
-                crosses ? root_between_real(chain, PULL_real, -sign, level, from->t, &points[n]) : *from;
-            if (root.t < end->at.t) {
-                end->at = root;
-                end->kind = END_PULL_real;
-                end->limit = limit;
-            }
-            return;
+    const real size = chain->largest + gains->Kp * fabs_real(x->x1) + gains->Kd * fabs_real(x->v1);
+    const flight_function_real pull = {gains->Kp * x->x1, 0.0, 0.0, gains->Kp, gains->Kd, 0.0, size, 0};
+    const jet_real first = flight_jet_real(chain, &pull, &chain->first);
+    points_real points;
+    points_of_real(chain, zero_of_pair_real(&chain->poles, first.rate, first.curvature), &end->at, &points);
+    for (int side = -1; side <= 1; side += 2) {
+        flight_function_real beyond = pull;
+        beyond.start -= (real)side * chain->largest;
+        const flight_function_real left = times_real((real)(chain->limit == 0 ? -side : side), &beyond);
+        instant_real root;
+        if (side != -chain->limit && crosses_real(chain, &left, points.at, points.count, &root) && root.t < end->at.t) {
+            end->at = root;
+            end->kind = END_PULL_real;
+            end->limit = chain->limit == 0 ? side : 0;
         }
     }
 }
 
-/* Where the current reaches its limit or leaves it. */
-static void watch_pull_real(const flight_chain_real *chain, flight_phase_end_real *end)
-{
-    if (!(chain->gains.Kp > 0.0 || chain->gains.Kd > 0.0)) {
-        return;
-    }
-    instant_real points[MOST_TURNS_real];
-    int count = 0;
-    points[count++] = chain->first;
-    const hopform_pull_real *pull = &chain->first.pull;
-    const real turn = zero_of_pair_real(&chain->poles, pull->pull_rate, pull->pull_curvature);
-    if (turn < end->at.t) {
-        points[count++] = look_real(chain, turn);
-    }
-    points[count++] = end->at;
-    if (chain->limit == 0) {
-        watch_level_real(chain, points, count, 1, 1, end);
-        watch_level_real(chain, points, count, -1, -1, end);
-    } else {
-        watch_level_real(chain, points, count, chain->limit, 0, end);
-    }
-}
-
-static real noise_of_foot_real(const flight_chain_real *chain, real t, real moved)
-{
-    const real way = fabs_real(chain->ballistic.foot) + fabs_real(chain->ballistic.v2 * t)
-                     + 0.5 * hopform_fall_of_real(chain->robot) * t * t + fabs_real(moved);
-    return 16.0 * HOPFORM_EPS_real * (HOPFORM_LEG_HAS_DAMPER ? way + fabs_real(chain->leg) : way);
-}
-
-/* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
- */
-static bool stays_above_real(const flight_chain_real *chain, const instant_real *last)
-{
-    const real moved = last->actuator.moved;
-    const real fallen = last->foot.foot_t + moved;
-    return hopform_lesser_real(chain->ballistic.foot, fallen) - hopform_greater_real(moved, 0.0) > 0.0;
-}
-
 static hopform_state_real state_of_real(const flight_chain_real *chain, const instant_real *at)
 {
-    const real x1 = within_stroke_real(chain->robot, chain->actuator.x1 + at->actuator.moved);
-    const hopform_state_real state = {
-        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_real(chain->robot) * (chain->t + at->t),
-        HOPFORM_LEG_HAS_DAMPER ? leg_at_real(chain, at->t) - at->foot.foot_t : -at->foot.foot_t};
+    const real x1 = within_stroke_real(chain->robot, chain->actuator.x1 + at->way[0]);
+    const hopform_state_real state = {x1, at->way[1], chain->v2 - chain->fall * (chain->t + at->t),
+                                      at->leg - flight_value_real(&chain->foot, at)};
     return state;
 }
 
@@ -428,8 +385,9 @@ static real time_of_real(const flight_chain_real *chain, const instant_real *at)
 
 static void remember_highest_real(flight_chain_real *chain, const instant_real *at)
 {
-    if (at->foot.foot_t > chain->highest) {
-        chain->highest = at->foot.foot_t;
+    const real height = flight_value_real(&chain->foot, at);
+    if (height > chain->highest) {
+        chain->highest = height;
         chain->highest_t = time_of_real(chain, at);
         chain->highest_state = state_of_real(chain, at);
         chain->highest_count = chain->count;
@@ -437,92 +395,41 @@ static void remember_highest_real(flight_chain_real *chain, const instant_real *
     }
 }
 
-/* True if the foot's way is certainly concave: its acceleration, monotone because the jerk keeps its sign, is negative
- * at both ends. */
-static bool is_concave_real(const flight_chain_real *chain, const instant_real *last)
+/* The foot's first downward crossing of the ground after it has been above it. */
+static void end_at_touchdown_real(flight_chain_real *chain, flight_phase_end_real *end)
 {
-    if (!(chain->first.foot.foot_curvature < 0.0 && last->foot.foot_curvature < 0.0)) {
-        return false;
-    }
-    return chain->side == 0 || !(turn_of_jerk_real(chain) < last->t);
-}
-
-/* A concave way of the foot has one root behind its start; it is looked for from where the body alone would come down.
- */
-static void land_real(const flight_chain_real *chain, flight_phase_end_real *end)
-{
-    const real v2 = chain->ballistic.v2;
-    const real g = hopform_fall_of_real(chain->robot);
-    const real square = v2 * v2 + 2.0 * g * (chain->ballistic.foot - end->at.actuator.moved);
-    const real guess = square > 0.0 ? (v2 + sqrt_real(square)) / g : 0.0;
-    const instant_real from = guess > 0.0 && guess < end->at.t ? look_real(chain, guess) : end->at;
-    end->at = root_from_real(chain, FOOT_real, 1.0, 0.0, 0.0, end->at.t, from);
-    end->kind = END_TOUCHDOWN_real;
-}
-
-/* The foot's first downward crossing of the ground, or where it gets above it, on pieces on which it is monotone. */
-static void search_foot_real(flight_chain_real *chain, flight_phase_end_real *end)
-{
-    foot_point_real points[MOST_POINTS_real] = {0};
-    int count = 0;
-    points[count++] = foot_point_of_real(chain, &chain->first);
+    const flight_function_real *foot = &chain->foot;
+    const flight_function_real rate = derivative_of_real(chain, foot);
+    const flight_function_real curvature = derivative_of_real(chain, &rate);
     const real turn = chain->side == 0 ? HOPFORM_NEVER_real : turn_of_jerk_real(chain);
-    if (turn < end->at.t) {
-        const instant_real there = look_real(chain, turn);
-        points[count++] = foot_point_of_real(chain, &there);
+    points_real points;
+    points_of_real(chain, turn, &end->at, &points);
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        split_real(chain, derivative_of_real(chain, &curvature), &points);
     }
-    points[count++] = foot_point_of_real(chain, &end->at);
-    count = HOPFORM_LEG_HAS_DAMPER ? split_real(chain, FOOT_THIRD_real, points, count) : count;
-    count = split_real(chain, FOOT_CURVATURE_real, points, count);
-    count = split_real(chain, FOOT_RATE_real, points, count);
-    for (int n = 1; n < count; n++) {
-        const foot_point_real *from = &points[n - 1];
-        const foot_point_real *to = &points[n];
-        const real noise = noise_of_foot_real(chain, to->t, to->moved);
-        const bool falls = to->foot.value < from->foot.value;
-        if (chain->airborne && falls && to->foot.value < 0.0
-            && (to->foot.value < -noise || to->foot.rate * to->t < -noise)) {
-            const instant_real last = look_real(chain, from->foot.value > 0.0 ? to->t : from->t);
-            end->at = from->foot.value > 0.0 ? root_between_real(chain, FOOT_real, 1.0, 0.0, from->t, &last) : last;
-            end->kind = END_TOUCHDOWN_real;
-            return;
-        }
-        if (!chain->airborne) {
-            const instant_real there = look_real(chain, to->t);
-            remember_highest_real(chain, &there);
-            chain->airborne = to->foot.value > noise;
-        }
+    split_real(chain, curvature, &points);
+    /* A concave way has no more than one root behind its start. */
+    const bool is_concave = points.count == 2 && flight_value_real(&curvature, &chain->first) < 0.0;
+    const real start = flight_value_real(foot, &chain->first);
+    const bool stays = start >= 0.0 && flight_value_real(foot, &end->at) > flight_rounding_real(foot, &end->at);
+    if (!is_concave || !(start > 0.0 || stays)) {
+        split_real(chain, rate, &points);
     }
-}
-
-/* The foot's first downward crossing of the ground after it has been above it: the usual cases first. */
-static void watch_foot_real(flight_chain_real *chain, flight_phase_end_real *end)
-{
-    const hopform_foot_at_real *first = &chain->first.foot;
-    const real last = end->at.foot.foot_t;
-    if (!HOPFORM_LEG_HAS_DAMPER && chain->airborne && stays_above_real(chain, &end->at)) {
-        return;
+    int from = 0;
+    while (!chain->airborne && from < points.count - 1) {
+        from++;
+        remember_highest_real(chain, points.at[from]);
+        chain->airborne = flight_value_real(foot, points.at[from]) > flight_rounding_real(foot, points.at[from]);
     }
-    const bool rises = !(first->foot_t < 0.0) && first->foot_rate > 0.0;
-    const bool starts = chain->airborne ? first->foot_t > 0.0 : rises;
-    if (!HOPFORM_LEG_HAS_DAMPER && starts && is_concave_real(chain, &end->at)) {
-        const real noise = noise_of_foot_real(chain, end->at.t, end->at.actuator.moved);
-        if (last > noise) {
-            chain->airborne = true;
-            return;
-        }
-        if (last < -noise && first->foot_t > 0.0) {
-            land_real(chain, end);
-            return;
-        }
+    if (chain->airborne && crosses_real(chain, foot, &points.at[from], points.count - from, &end->at)) {
+        end->kind = END_TOUCHDOWN_real;
     }
-    search_foot_real(chain, end);
 }
 
 /* Height of the foot if the leg were the shortest. */
 static real height_of_shortest_real(const flight_chain_real *chain)
 {
-    const real height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    const real height = chain->foot.start + (chain->actuator.x1 - chain->robot->x1_min);
     return HOPFORM_LEG_HAS_DAMPER ? height + hopform_greater_real(leg_at_real(chain, 0.0), 0.0) : height;
 }
 
@@ -534,7 +441,7 @@ static real longest_phase_real(const flight_chain_real *chain)
     if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_real)) {
         return until;
     }
-    const real fallen = 1.01 * hopform_time_of_fall_real(chain->robot, chain->ballistic.v2, height);
+    const real fallen = 1.01 * hopform_time_of_fall_real(chain->robot, chain->foot.rate, height);
     return fallen < until && fallen > 0.0 ? fallen : until;
 }
 
@@ -550,18 +457,18 @@ static real acceleration_of_real(const flight_chain_real *chain, real v1, int si
 static flight_phase_end_real flight_find_end_real(flight_chain_real *chain)
 {
     const real until = longest_phase_real(chain);
-    const hopform_actuator_at_real *x = &chain->first.actuator;
+    const real *way = chain->first.way;
     /* Where nothing grows with x_1, and nothing would turn it back at rest, its velocity fades and never vanishes. */
     const bool fades =
         !(chain->poles.q > 0.0) && (real)chain->side * acceleration_of_real(chain, 0.0, chain->side) >= 0.0;
-    const real rest = fades ? HOPFORM_NEVER_real : zero_of_pair_real(&chain->poles, x->v1_t, x->acc1_t);
+    const real rest = fades ? HOPFORM_NEVER_real : zero_of_pair_real(&chain->poles, way[1], way[2]);
     flight_phase_end_real end = {look_real(chain, rest < until ? rest : until),
                                  rest <= until ? END_VELOCITY_real : FLIGHT_END_LIMIT_real, chain->limit};
     if (chain->side != 0) {
-        watch_stop_real(chain, &end);
-        watch_pull_real(chain, &end);
+        end_at_stop_real(chain, &end);
+        end_at_limit_of_pull_real(chain, &end);
     }
-    watch_foot_real(chain, &end);
+    end_at_touchdown_real(chain, &end);
     return end;
 }
 
@@ -644,9 +551,11 @@ static void rest_real(flight_chain_real *chain, flight_end_kind_real kind)
 /* Body and foot where the next phase begins: from the take-off, so that nothing adds up. */
 static void place_body_real(flight_chain_real *chain)
 {
-    const real g = hopform_fall_of_real(chain->robot);
-    chain->ballistic.v2 = chain->v2 - g * chain->t;
-    chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5 * g * chain->t) * chain->t - chain->y;
+    const real g = chain->fall;
+    const real foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5 * g * chain->t) * chain->t - chain->y;
+    const flight_function_real over_ground = {
+        foot, chain->v2 - g * chain->t, -g, -1.0, 0.0, 1.0, fabs_real(foot) + fabs_real(chain->leg), 0};
+    chain->foot = over_ground;
     chain->poles = poles_in_flight_real(&chain->rates, chain->limit);
     chain->first = look_real(chain, 0.0);
 }
@@ -673,7 +582,7 @@ static void flight_begin_real(flight_chain_real *chain)
 /* True if the foot cannot come as high again as it was: the body falls, and is too low for the shortest leg. */
 static bool too_low_real(const flight_chain_real *chain)
 {
-    return !chain->airborne && chain->ballistic.v2 < 0.0 && height_of_shortest_real(chain) < chain->highest;
+    return !chain->airborne && chain->foot.rate < 0.0 && height_of_shortest_real(chain) < chain->highest;
 }
 
 static int32_t trip_real(flight_chain_real *chain, hopform_state_real *end)
@@ -709,9 +618,9 @@ static int32_t flight_run_real(flight_chain_real *chain, hopform_state_real *end
         if (end.kind == FLIGHT_END_LIMIT_real) {
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : trip_real(chain, end_state);
         }
-        chain->actuator.x1 = within_stroke_real(chain->robot, chain->actuator.x1 + last.actuator.moved);
-        chain->actuator.v1 = last.actuator.v1_t;
-        chain->actuator.acc1 = last.actuator.acc1_t;
+        chain->actuator.x1 = within_stroke_real(chain->robot, chain->actuator.x1 + last.way[0]);
+        chain->actuator.v1 = last.way[1];
+        chain->actuator.acc1 = last.way[2];
         if (end.kind == END_PULL_real) {
             chain->limit = end.limit;
             flight_record_real(chain,
@@ -744,7 +653,7 @@ static hopform_gains_real gains_for_real(const hopform_robot_real *robot, const 
 static void flight_report_real(const flight_chain_real *chain, int32_t ending, const hopform_state_real *end,
                                hopform_flight_real *flight)
 {
-    const real g = hopform_fall_of_real(chain->robot);
+    const real g = chain->fall;
     const real top = hopform_lesser_real(hopform_greater_real(chain->v2, 0.0) / g, chain->t);
     flight->gains = chain->gains;
     flight->duration = chain->t;
@@ -846,6 +755,7 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     }
     chain.rates = hopform_flight_rates_of_real(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
+    chain.fall = hopform_fall_of_real(robot);
     chain.x1 = from.x1;
     chain.y = (from.y - rest) + ground;
     if (HOPFORM_LEG_HAS_DAMPER) {
@@ -957,19 +867,17 @@ typedef struct {
     real aa;
 } squares_real;
 
-/* Over a short time: the power series of (v^2, v a, a^2), each the derivative of the one before. */
-static squares_real short_squares_real(const hopform_poles_real *poles, real v, real a, real h)
+/* Over a short time, by Gauss's rule. */
+static squares_real short_squares_real(const hopform_poles_real *poles, const hopform_actuator_real *start, int side,
+                                       real h)
 {
-    squares_real term = {v * v * h, v * a * h, a * a * h};
-    squares_real sum = term;
-    for (int n = 2; n < 26; n++) {
-        const real share = h / (real)n;
-        const squares_real next = {2.0 * term.va * share, (term.aa - poles->p * term.va - poles->q * term.vv) * share,
-                                   -2.0 * (poles->p * term.aa + poles->q * term.va) * share};
-        term = next;
-        sum.vv += term.vv;
-        sum.va += term.va;
-        sum.aa += term.aa;
+    squares_real sum = {0.0, 0.0, 0.0};
+    for (int node = 0; node < HOPFORM_NODES_real; node++) {
+        const hopform_actuator_at_real at = move_real(start, poles, side, hopform_place_real[node] * h);
+        const real weight = hopform_weight_real[node] * h;
+        sum.vv += weight * at.v1_t * at.v1_t;
+        sum.va += weight * at.v1_t * at.acc1_t;
+        sum.aa += weight * at.acc1_t * at.acc1_t;
     }
     return sum;
 }
@@ -981,14 +889,10 @@ static real square_of_velocity_real(const hopform_poles_real *poles, const hopfo
     if (phase->side == 0) {
         return 0.0;
     }
-    const real fastest = poles->p + sqrt_real(poles->q);
-    int doublings = 0;
+    const hopform_actuator_real start = {phase->x1, phase->v1, phase->acc1};
     real h = t;
-    while (fastest * h > 0.5 && doublings < 200) {
-        h *= 0.5;
-        doublings++;
-    }
-    squares_real sum = short_squares_real(poles, phase->v1, phase->acc1, h);
+    int doublings = hopform_halve_real(poles, &h);
+    squares_real sum = short_squares_real(poles, &start, phase->side, h);
     for (; doublings > 0; doublings--) {
         const hopform_pair_real pair = response_at_real(poles, h);
         const real vv = pair.Rd + poles->p * pair.R;

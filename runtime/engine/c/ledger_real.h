@@ -48,7 +48,7 @@ static inline hopform_matrix_real hopform_moments_in_phase_real(const hopform_pl
     const hopform_motion_real motion = hopform_motion_under_real(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_real *poles = hopform_poles_of_real(plan, side_1, side_2);
     real h = t;
-    int doublings = hopform_halve_real(plan, phase, &h);
+    int doublings = hopform_halve_real(poles, &h);
     hopform_matrix_real sum = hopform_short_moments_real(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
         for (int i = 1; i < Z_SIZE; i++) {

@@ -65,10 +65,8 @@ static const real hopform_place_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_PLACES
 static const real hopform_weight_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_WEIGHTS_real};
 
 /* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
-static inline int hopform_halve_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real *h)
+static inline int hopform_halve_real(const hopform_poles_real *poles, real *h)
 {
-    const hopform_poles_real *poles =
-        hopform_poles_of_real(plan, hopform_side_1_real(phase), hopform_side_2_real(phase));
     const real fastest = poles->s_1 + sqrt_real(poles->s_2);
     int times = 0;
     while (fastest * *h > 4.0 && times < 200) {

@@ -71,7 +71,8 @@ static void responses_real(const hopform_plan_real *plan, const hopform_phase_re
                            real by_share[SHARES_real][Z_SIZE])
 {
     real h = t;
-    int doublings = hopform_halve_real(plan, phase, &h);
+    int doublings =
+        hopform_halve_real(hopform_poles_of_real(plan, hopform_side_1_real(phase), hopform_side_2_real(phase)), &h);
     hopform_matrix_real shares[SHARES_real] = {0};
     short_responses_real(plan, phase, u, h, shares);
     for (; doublings > 0; doublings--) {
