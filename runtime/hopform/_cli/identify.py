@@ -14,7 +14,7 @@ from hopform import HopformError, Robot, fit_force, friction_threshold, read_rec
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
-from hopform._cli.output import check_outputs, deliver, picture, renderer, show
+from hopform._cli.output import check_outputs, deliver, emit, picture, renderer, show
 from hopform._files import Named
 from hopform._identify import synthetic
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
@@ -263,6 +263,4 @@ def record(
         plan_of = friction_threshold([made], spring=spring) if ramp else check({str(test): [made]}, given, letters)
         show(reports.tables_of(plan_of))
         return
-    text = synthetic.to_csv(made)
-    file = [] if csv is None or csv == "-" else [(Path(csv), text.encode())]
-    deliver(file, (), "" if file else text, list)
+    emit(list, (), (csv or "-", lambda _: synthetic.to_csv(made)))

@@ -26,8 +26,6 @@ from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.segments import CUTOFFS, filtered_part, moving_rows
 
-_BODY = ("m_s", "k", "b2", "f2")
-_LEG = (*_BODY, "length", "impact_loss")
 _MOST_RANGE = {"m": 3.0, "rad": 12.0}
 """From end to end: no spring of a hopper is longer, no spring of a joint turns by more."""
 
@@ -74,10 +72,8 @@ def _extrema(time: Array, values: Array, half: float, least: float) -> list[tupl
     """Times and sizes of the extrema: the largest deviation between crossings of the rest, as long as they exceed the
     noise.
     """
-    signs = np.signbit(values)
-    edges = [0, *(np.flatnonzero(signs[1:] != signs[:-1]) + 1).tolist(), values.size]
     found = list[tuple[float, float]]()
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in of_recordings.runs(np.signbit(values)):
         if time[min(end, values.size - 1)] - time[begin] < 0.4 * half and begin > 0:
             continue
         peak = begin + int(np.abs(values[begin:end]).argmax())
@@ -151,8 +147,16 @@ class _Body(Kind):
         return tries
 
     def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
-        """An actuator begins within its stops."""
-        return _within(parameter, cut, known["x1_min"], known["x1_max"]) if letter in ("x1", "v1") else parameter
+        """An actuator begins within its stops; at a stop it moves away from it, if at all: into it a velocity is lost
+        at once.
+        """
+        if letter not in ("x1", "v1"):
+            return parameter
+        low, high, x1 = known["x1_min"], known["x1_max"], cut.x if cut.x1 is None else cut.x1
+        place, near = float(np.median(x1[:5])), 8.0 * max(of_recordings.noise_of(x1), of_recordings.quantum_of(x1))
+        if letter == "v1":
+            low, high = (0.0 if place < low + near else -math.inf), (0.0 if place > high - near else math.inf)
+        return parameter._replace(start=min(max(parameter.start, low), high), low=low, high=high)
 
     def further(self, starts: Sequence[Guess]) -> list[Guess]:
         """What the data show, then all friction viscous, then most of it Coulomb's; a drop also with other springs.
@@ -359,17 +363,6 @@ def _with_own(shared: Guess, cut: Cut, guess: Oscillation, g: float) -> Guess:
     return shared | {"rest": rest} | dict(zip(("v", "x", "v1", "x1"), np.ravel(lines).tolist(), strict=False))
 
 
-def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
-    """The actuator's place within its stops; at a stop it moves away from it, if at all: into it a velocity is lost at
-    once.
-    """
-    x1 = cut.x if cut.x1 is None else cut.x1
-    place, near = float(np.median(x1[:5])), 8.0 * max(of_recordings.noise_of(x1), of_recordings.quantum_of(x1))
-    if start.name[0] == "v":
-        low, high = (0.0 if place < low + near else -math.inf), (0.0 if place > high - near else math.inf)
-    return start._replace(start=min(max(start.start, low), high), low=low, high=high)
-
-
 def _traded(first: Guess, rig: Rig) -> list[Guess]:
     """A start with its friction as it is, with more of it Coulomb's, and of a drop with other springs."""
     coulomb, viscous = ([name for name in first if name.startswith(letter)] for letter in ("f2", "b2"))
@@ -393,10 +386,7 @@ def _pushed(tries: list[Guess]) -> list[Guess]:
     return tries
 
 
-GROUND = _Body("drop", "ground", "x2", _LEG, ("g",), {"g": 9.81}, (0.35, 0.65, 1.0))
-ATTACHED = _Body("drop", "attached", "x2", _BODY, ("g",), {"g": 0.0}, (0.3, 1.0))
-FREE = _Body(
-    "drop", "free", "x2", (*_LEG, "m_eff", "b1", "f1", "gamma2", "offset"), ("g", "x1_min", "x1_max"),
-    {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf}, (0.25, 0.45, 0.7, 1.0),
-)  # fmt: skip
+GROUND = _Body("drop", "ground", "x2", {"g": 9.81}, (0.35, 0.65, 1.0))
+ATTACHED = _Body("drop", "attached", "x2", {"g": 0.0}, (0.3, 1.0))
+FREE = _Body("drop", "free", "x2", {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf}, (0.25, 0.45, 0.7, 1.0))
 """Of a leg a fit is followed over more and more: each hop multiplies what is wrong about the one before."""

@@ -33,8 +33,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import motion
-from hopform._identify.motion import AT, STATE, Array, Motion, Robot, Values, delayed
-from hopform._solver.package import Steps
+from hopform._identify.motion import AT, STATE, Array, Motion, Robot, Values, delayed, of_scipy
+from hopform._solver.package import Steps, records
 
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
@@ -107,17 +107,13 @@ class _Filter:
 
 def _moments(h: Array) -> list[Array]:
     """Those of a cubic's powers, int_0^1 s^n e^(-h (1 - s)) h ds = h/(n + 1) 1F1(1; n + 2; -h) (DLMF 13.4.1)."""
-    from scipy.special import hyp1f1
-
-    return [np.asarray(h / (n + 1) * hyp1f1(1, n + 2, -h)) for n in range(4)]
+    return [h / (n + 1) * of_scipy("special").hyp1f1(1, n + 2, -h) for n in range(4)]
 
 
 def _recursion(decay: Array, gain: Array) -> Array:
     """y_(n+1) = decay_n y_n + gain_(n+1) from y_0 = gain_0: a system of equations with two diagonals."""
-    from scipy.linalg import solve_banded
-
     bands = np.stack([np.ones_like(gain), np.append(-decay, 0.0)])
-    return np.asarray(solve_banded((1, 0), bands, gain, check_finite=False))
+    return np.asarray(of_scipy("linalg").solve_banded((1, 0), bands, gain, check_finite=False))
 
 
 Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
@@ -134,16 +130,18 @@ LETTERS: dict[Kind, tuple[str, ...]] = {
 """What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it
 is free, with x1, v1 of the actuator)."""
 
-UNITS = {
-    "m_s": "kg", "m_eff": "kg", "k": "N/m", "b1": "N s/m", "b2": "N s/m", "f1": "m/s^2", "f2": "m/s^2", "gamma2": "N/A",
-    "g": "m/s^2", "rest": "m", "length": "m", "L0": "m", "impact_loss": "", "x": "m", "v": "m/s", "offset": "A",
-    "x1": "m", "v1": "m/s", "x1_min": "m", "x1_max": "m", "delay": "s", "gain": "", "clock": "", "lag": "s",
+UNITS = {each.name: each.unit for each in records.ROBOT_FIELDS} | {
+    "impact_loss": "", "rest": "m", "length": "m", "x": "m", "v": "m/s", "x1": "m", "v1": "m/s", "offset": "A",
+    "delay": "s", "gain": "", "clock": "", "lag": "s",
 }  # fmt: skip
 
 SOFT = 1e-9
 """[1/s^2] of k/m_eff of a spring that is none: in a minute it moves nothing by more than two parts in a million."""
 
-_FREE = {"c": 0.0, "L0": 0.0, "b1": 0.0, "b2": 0.0, "f1": 0.0, "f2": 0.0, "gamma2": 0.0, "g": 0.0}
+_NOTHING = Robot(**dict.fromkeys(Robot._fields, 0.0))._replace(
+    m_eff=1.0, m_s=1.0, k=1.0, x1_min=-math.inf, x1_max=math.inf, u_max=math.inf
+)
+"""Unit masses on a unit spring, without anything else."""
 
 
 @dataclass(frozen=True)
@@ -257,24 +255,16 @@ class Experiment:
         spring = np.maximum(x - height + at["length"], 0.0) if leg else x - at.get("rest", 0.0)
         pull = np.asarray(-at.get("k", 0.0) * spring - force, dtype=np.float64)
         side = np.sign(np.where(v != 0.0, v, pull))
-        largest, found = float(np.abs(v).max()), list[Array]()
-        for share in shares if largest > 0.0 else ():
-            more: Array = at["m_eff"] * at["f1"] * np.exp(-((v / (share * largest)) ** 2)) * side
-            found.append((moved(force + _SMALL * more) - states)[:, place] / _SMALL)
-        return np.stack(found, axis=1) if found else np.zeros((fine.size, len(shares)))
+        largest = float(np.abs(v).max())
+        if largest == 0.0:
+            return np.zeros((fine.size, len(shares)))
+        shapes = (np.exp(-((v / (share * largest)) ** 2)) for share in shares)
+        more = (moved(force + _SMALL * (at["m_eff"] * at["f1"] * shape * side)) - states for shape in shapes)
+        return np.stack([each[:, place] / _SMALL for each in more], axis=1)
 
-    def only(self, chosen: NDArray[np.bool_]) -> "Experiment":
-        """The samples that a mask selects."""
+    def only(self, chosen: NDArray[np.bool_] | slice) -> "Experiment":
+        """The samples that a mask or a slice selects."""
         return replace(self, time=self.time[chosen], measured=self.measured[chosen])
-
-    def upto(self, count: int, every: int = 1) -> "Experiment":
-        """Its first samples alone, or every so manieth of them."""
-        return replace(self, time=self.time[:count:every], measured=self.measured[:count:every])
-
-
-def _robot(**fields: float) -> Robot:
-    whole = {"m_eff": 1.0, "m_s": 1.0, "k": 1.0, **_FREE, "x1_min": -np.inf, "x1_max": np.inf, "u_max": np.inf}
-    return Robot(**{**whole, "impact_loss": 0.0, **fields})
 
 
 _SMALL = 0.01
@@ -335,7 +325,7 @@ def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes,
 
 def _leg_robot(of: Experiment, at: Values) -> Robot:
     own = {letter: value for letter, value in at.items() if letter in Robot._fields}
-    return _robot(**{**own, "m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
+    return _NOTHING._replace(**own | {"m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
 
 
 def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
@@ -362,7 +352,7 @@ def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Mo
 def _actuator_robot(of: Experiment, at: Values) -> Robot:
     own, k = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}, at.get("k", SOFT * at["m_eff"])
     preload = of.preload + at["m_eff"] * at.get("g", 0.0) / k
-    return _robot(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
+    return _NOTHING._replace(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
 
 
 def _threshold(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:

@@ -71,10 +71,7 @@ def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
 
 def follow(problem: Problem) -> Solution:
     """The minimum that a problem's first start leads to, and no other."""
-    if problem.loss == "linear":
-        found = _from(problem, {}, problem.starts[:1] or ({},))
-    else:
-        found = _without_outliers(problem, follow)
+    found = _from(problem, {}, problem.starts[:1]) if problem.loss == "linear" else _without_outliers(problem, follow)
     return _weighed(problem, found, {})
 
 
@@ -85,7 +82,7 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
     Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further
     away.
     """
-    found = _from(problem, held, problem.starts or ({},), sigma)
+    found = _from(problem, held, problem.starts, sigma)
     if not held and _level(problem, found) > 1.0:
         found = estimation.best([found, _from(problem, held, _further(problem.parameters, found.values), sigma)])
     return _weighed(problem, found, held)
@@ -93,13 +90,12 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
 
 def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) -> Solution:
     """The least squares of the samples that are no outliers, at first of their neighbours, then of the fit."""
-    several, all_starts = problem.experiments, problem.starts or ({},)
-    starts = all_starts
+    several, starts = problem.experiments, problem.starts
 
     def fit(masks: estimation.Masks) -> tuple[Solution, Sequence[Array]]:
         nonlocal starts
         found = least(replace(problem, experiments=selected(several, masks), starts=starts, loss="linear"))
-        starts = (found.values, *all_starts)
+        starts = (found.values, *problem.starts)
         return found, estimation.again(found, several, most=1).residuals
 
     return estimation.trimmed(fit, [~outliers(each.measured) for each in several])
@@ -309,7 +305,7 @@ _ENOUGH = 400
 
 def _beginning(experiment: Experiment, part: float) -> Experiment:
     """A part of a recording, from its beginning on, at a rate that is enough to find the way."""
-    return experiment.upto(part_of(experiment, part), max(experiment.time.size // _ENOUGH, 1))
+    return experiment.only(slice(0, part_of(experiment, part), max(experiment.time.size // _ENOUGH, 1)))
 
 
 def part_of(experiment: Experiment, part: float) -> int:
