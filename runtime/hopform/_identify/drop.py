@@ -248,20 +248,14 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
 
 
 def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
-    """Estimates from one motion: a decay by its extrema, a drop by its lowest point and its rest, of the leg where x1
-    is known.
+    """Estimates from one motion: a decay by its extrema, a drop by its stances, or by the first one where nothing is
+    seen of a free actuator.
     """
     if rig == "attached":
         return oscillation_of(cut.time, cut.x)
-    x = cut.x
-    if rig == "free":
-        return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g, rounds)
-    rest, low = float(np.median(x[-max(x.size // 10, 5) :])), float(x.min())
-    # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
-    depth = max(rest - low, 1e-6)
-    half = 0.9 * (float(x.max()) - low) - depth
-    sag = half - math.sqrt(half * half - depth * depth) if half > depth else max(depth, 1e-4)
-    return Oscillation(rest, math.sqrt(g / max(sag, 1e-5)), 0.1 * math.sqrt(g / max(sag, 1e-5)), 0.3)
+    if rig == "free" and cut.x1 is None:
+        return _first_stance(cut.time, cut.x, g)
+    return _seen_stances(cut, np.zeros_like(cut.x) if cut.x1 is None else cut.x1, g, rounds)
 
 
 def _first_stance(time: Array, x: Array, g: float) -> Oscillation:
@@ -285,8 +279,8 @@ _REFINED = 3
 
 
 def _seen_stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
-    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest by least squares on
-    (4) with all stances.
+    """The same of a leg whose x1 is held or recorded: L0 is where the body leaves its parabola, the rest by least
+    squares on (4) with all stances.
     """
     time, x = cut.time, cut.x
     lowest = _lowest(x)

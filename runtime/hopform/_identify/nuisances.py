@@ -32,10 +32,10 @@ from hopform._identify import estimation
 from hopform._identify.estimation import LEVEL, Estimate, Parameter, Solution
 from hopform._identify.motion import Array, Values, of_scipy
 from hopform._identify.recordings import outliers
-from hopform._identify.rigs import UNITS, Experiment, Sensor
+from hopform._identify.rigs import SENSOR, UNITS, Experiment
 from hopform._identify.search import Problem, follow, is_noise, selected
 
-NUISANCES = Sensor._fields
+NUISANCES = tuple(SENSOR)
 """What can be fitted on request."""
 _SHAPES: Mapping[str, Parameter] = {
     "delay": Parameter("delay", UNITS["delay"], 0.0, 1e-3, "real", own=True, low=-0.1, high=0.1),

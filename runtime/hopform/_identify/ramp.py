@@ -278,8 +278,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
     span, mean = float(t[-1] - t[0]), x - x.mean()
 
     def rise_of(times: Array, begin: float, logs: Array) -> Array:
-        still = int(np.searchsorted(times, begin))
-        return np.concatenate([np.zeros(still), _rise((times[still:] - begin) / span, *map(math.exp, logs))])
+        return _rise(np.maximum(times - begin, 0.0) / span, *map(math.exp, logs))
 
     def slope_of(rise: Array) -> float:
         rise = rise - rise.mean()

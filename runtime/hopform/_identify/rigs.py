@@ -27,7 +27,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,15 +43,8 @@ _POWERS = {"k": 2, "b1": 1, "b2": 1, "f1": 2, "f2": 2, "g": 2, "gamma2": 2}
 """The powers of 1/s in which a letter counts, masses and lengths apart."""
 
 
-class Sensor(NamedTuple):
-    """The letters of a recording's sensor, clock and logger: delay [s], gain, clock, lag [s]; by default they change
-    nothing.
-    """
-
-    delay: float = 0.0
-    gain: float = 1.0
-    clock: float = 1.0
-    lag: float = 0.0
+SENSOR = {"delay": 0.0, "gain": 1.0, "clock": 1.0, "lag": 0.0}
+"""The letters of a recording's sensor, clock and logger, delay and lag in s, with values that change nothing."""
 
 
 def in_recorded_time(at: Values, clock: float) -> dict[str, float]:
@@ -149,7 +142,7 @@ class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
 
     time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of`
-    says; steps: the current. names: a letter's parameter, also of `Sensor`. constants: letters that are known.
+    says; steps: the current. names: a letter's parameter, also of `SENSOR`. constants: letters that are known.
     added_mass [kg] on the body. backend: of the solver, the best if None. noise: standard deviation of what was
     measured, where the residuals are too few to show it.
     """
@@ -173,48 +166,43 @@ class Experiment:
         return 4.0 * (float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01)
 
     def letters(self, values: Values) -> dict[str, float]:
-        """The letters of the rig under values of the parameters."""
-        names, known = self.names, self.constants
-        return {letter: values[names[letter]] if letter in names else known[letter] for letter in LETTERS[self.kind]}
-
-    def sensor(self, values: Values) -> Sensor:
-        """The letters of sensor, clock and logger under values of the parameters."""
-        names, usual = self.names, Sensor._field_defaults | dict(self.constants)
-        return Sensor(**{each: values[names[each]] if each in names else usual[each] for each in Sensor._fields})
+        """The letters of the rig, of its sensor, clock and logger under values of the parameters."""
+        names, known = self.names, SENSOR | dict(self.constants)
+        letters = (*LETTERS[self.kind], *SENSOR)
+        return {letter: values[names[letter]] if letter in names else known[letter] for letter in letters}
 
     def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
         """The predicted measurement, and its derivatives by the parameters."""
-        time, sensor, at = self.time if time is None else time, self.sensor(values), self.letters(values)
-        here = in_recorded_time(at, sensor.clock)
-        moved, rate = _PREDICT[self.kind](self, here, delayed(self.steps, sensor.delay), time)
+        time, at = self.time if time is None else time, self.letters(values)
+        clock, gain, lag = at["clock"], at["gain"], at["lag"]
+        moved, rate = _PREDICT[self.kind](self, in_recorded_time(at, clock), delayed(self.steps, at["delay"]), time)
         states, by = moved
         if "delay" in self.names:
             by["delay"] = _by_delay(states, by, rate, time)
-        if "clock" in self.names or sensor.clock != 1.0:
-            by = by_clock(at, by, sensor.clock)
-        if "lag" in self.names or sensor.lag != 0.0:
+        if "clock" in self.names or clock != 1.0:
+            by = by_clock(at, by, clock)
+        if "lag" in self.names or lag != 0.0:
             before = rate.get("v1" if self.kind == "free" and self.of == "x1" else "v", 0.0)
-            states, by = lagged(time, (states, by), sensor.lag, before)
+            states, by = lagged(time, (states, by), lag, before)
         by["gain"] = states
         found: dict[str, Array] = {}
         for letter, name in self.names.items():
-            found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else sensor.gain) * by[letter][:, 0]
-        return sensor.gain * states[:, 0], found
+            found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else gain) * by[letter][:, 0]
+        return gain * states[:, 0], found
 
     def response_to_stribeck(self, values: Values, shares: Sequence[float]) -> Array:
         """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level, a column
         for each v_s, a share of the largest velocity: of the actuator's friction where both masses move; 0 for a
         threshold.
         """
-        sensor = self.sensor(values)
-        at = in_recorded_time(self.letters(values), sensor.clock)
+        letters = self.letters(values)
+        at, steps = in_recorded_time(letters, letters["clock"]), delayed(self.steps, letters["delay"])
         alone = self.kind in ("attached", "ground")
         if self.kind == "threshold" or at["f2" if alone else "f1"] == 0.0:
             return np.zeros((self.time.size, len(shares)))
         fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
-        steps = delayed(self.steps, sensor.delay)
         found = (self._response if alone else self._driven_response)(at, steps, fine, shares)
-        return np.asarray(sensor.gain * found[::4])
+        return np.asarray(letters["gain"] * found[::4])
 
     def _response(self, at: Values, steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
         """Of a body without a drive, which sticks once, at its end. With P(t) the derivatives of its state by that at

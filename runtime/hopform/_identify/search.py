@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -251,7 +252,7 @@ def _traded(problem: Problem, found: Solution) -> Solution:
     """
     white = all(each.white for each in found.tests)
     viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
-    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
+    coulomb = problem.coulomb
     if not coulomb or (white and "f1" not in coulomb):
         return found
     some = [_beginning(each, 1.0) for each in problem.experiments]
@@ -275,13 +276,12 @@ def _unstuck(problem: Problem, found: Solution) -> Solution:
     An actuator that may be at rest at first has a kink there: under friction it takes off one way, or the other, or
     stays.
     """
-    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"][:1]
     for side in (1.0, -1.0):
         for p in [p for p in found.parameters if p.name[:3] == "v1@" and p.low < p.high]:
             if estimation.expected_decrease(found) >= _KINK:
                 beside = {p.name: min(max(found.values[p.name] + side * _BESIDE * p.scale, p.low), p.high)}
                 found = _better(problem, found, _from_start(estimation.started(found), beside))
-    for name, side in [(name, side) for name in coulomb for side in (1.0, -1.0)]:
+    for name, side in product(problem.coulomb[:1], (1.0, -1.0)):
         if estimation.expected_decrease(found) >= _KINK:
             found = _better(problem, found, estimation.moved(found, name, side))
     return found
