@@ -237,10 +237,9 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     count = int(fallen[0]) if fallen.size else lowest
     if count < 5:
         return
-    powers = np.vander(recording.time[line : line + count] - recording.time[line], 3)
-    found = -2.0 * float(np.linalg.lstsq(powers, x[:count], rcond=None)[0][0])
-    error = 2.0 * of_recordings.noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
-    margin = 3.0 * error
+    time = recording.time[line : line + count] - recording.time[line]
+    parabola, spread = np.polyfit(time, x[:count], 2, cov="unscaled")
+    found, margin = -2.0 * float(parabola[0]), 6.0 * of_recordings.noise_of(x) * math.sqrt(float(spread[0, 0]))
     if not g / 3.0 - margin < found < 3.0 * g + margin:
         fall = f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}"
         message = f"{fall}: is its unit right, is that of time, is this the release?"
@@ -248,29 +247,20 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
 
 
 def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
-    """Estimates from one motion: a decay by its extrema, a drop by its stances, or by the first one where nothing is
-    seen of a free actuator.
+    """Estimates from one motion: a decay by its extrema, a drop by its lowest point and its rest, or by its stances
+    where the actuator is free.
     """
     if rig == "attached":
         return oscillation_of(cut.time, cut.x)
-    if rig == "free" and cut.x1 is None:
-        return _first_stance(cut.time, cut.x, g)
-    return _seen_stances(cut, np.zeros_like(cut.x) if cut.x1 is None else cut.x1, g, rounds)
-
-
-def _first_stance(time: Array, x: Array, g: float) -> Oscillation:
-    """The same of a leg without a rest of its own: it leaves its parabola at L0, and m_s g (top - low) = k (L0 -
-    low)^2/2.
-    """
-    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
-    top, bottom = float(np.median(x[:3])), int(x.argmin())
-    parabola = top - 0.5 * g * (time - time[0]) ** 2
-    far = np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom])
-    off = np.flatnonzero(far)
-    length = float(parabola[int(off[0])]) if off.size else 0.5 * (top + float(x[bottom]))
-    low = float(x[bottom])
-    square = 2.0 * g * 0.9 * (top - low) / max(length - low, 1e-3) ** 2
-    return Oscillation(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
+    if rig == "free":
+        return _stances(cut, np.zeros_like(cut.x) if cut.x1 is None else cut.x1, g, rounds)
+    x = cut.x
+    rest, low = float(np.median(x[-max(x.size // 10, 5) :])), float(x.min())
+    # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
+    depth = max(rest - low, 1e-6)
+    half = 0.9 * (float(x.max()) - low) - depth
+    sag = half - math.sqrt(half * half - depth * depth) if half > depth else max(depth, 1e-4)
+    return Oscillation(rest, math.sqrt(g / max(sag, 1e-5)), 0.1 * math.sqrt(g / max(sag, 1e-5)), 0.3)
 
 
 _REFINED = 3
@@ -278,32 +268,32 @@ _REFINED = 3
 """
 
 
-def _seen_stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
-    """The same of a leg whose x1 is held or recorded: L0 is where the body leaves its parabola, the rest by least
-    squares on (4) with all stances.
+def _stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
+    """The same of a leg without a rest of its own: L0 is where the body leaves its parabola, the rest by least squares
+    on (4) with all stances; if that leads nowhere by m_s g (top - low) = k (L0 - low)^2/2, less a tenth.
     """
     time, x = cut.time, cut.x
     lowest = _lowest(x)
-    depth = float(x[0] - x[lowest])
+    depth = max(float(x[0] - x[lowest]), 1e-3)
     early = max(int(np.count_nonzero(x[:lowest] > x[0] - 0.3 * depth)), 5)
     v, start = np.polyfit(time[:early], x[:early] + 0.5 * g * time[:early] ** 2, 1)
     noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
     off = np.abs(of_recordings.calm(x) - start - v * time + 0.5 * g * time**2)[early:] > 8.0 * noise + 0.01 * depth
     length = float((x - x1)[early + int(off.argmax())])
     step = float(np.median(np.diff(time)))
-    square = viscous = coulomb = 0.0
+    omega = math.sqrt(1.8 * g * depth) / max(length - float((x - x1)[lowest]), 1e-3)
+    found = Oscillation(length - g / omega**2, omega, 0.1 * omega, 0.3)
     for n in range(rounds):  # m_s a = k (length - x + x1) - ...: what is missing of the length is a constant
         rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
         stance = rows.u > (0.3 if n else 0.1) * float(rows.u.max())
         sides = np.stack([rows.u, -rows.v, -rows.side, rows.one if n else 0.0 * rows.one], axis=1)[stance]
-        found = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[0]
-        square, viscous, coulomb, missing = found.tolist()
+        seen = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[0]
+        square, viscous, coulomb, missing = seen.tolist()
         if not square > 0.0:
             break
         length += min(max(missing / square, -depth), depth)
-    if not square > 0.0:
-        return _first_stance(time, x - x1, g)
-    return Oscillation(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
+        found = Oscillation(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
+    return found
 
 
 def _shared_starts(known: Values, guesses: Sequence[Oscillation], added: Sequence[float], rig: Rig) -> list[Guess]:

@@ -143,8 +143,7 @@ class _Coordinates:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        ends = [_ends(p) for p in parameters]
-        self.low, self.high = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
+        self.low, self.high = np.array([_ends(p) for p in parameters]).reshape(-1, 2).T
 
     def into(self, values: Values) -> Array:
         at = [(values[p.name], p) for p in self.parameters]

@@ -283,9 +283,8 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     problem = problem_of(given, known, asked.backend, asked.loss)
     asked.stage("fit")
     problem, solution = _minimum(problem, asked.nuisances)
-    usable, inflation = True, solution.inflation
-    for each, test in zip(problem.experiments, solution.tests, strict=True):
-        usable &= each.kind == "threshold" or not _is_off(each.measured, test.rms, _NO_FIT)
+    inflation, tested = solution.inflation, zip(problem.experiments, solution.tests, strict=True)
+    usable = not any(each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT) for each, test in tested)
     estimates, spread = estimation.estimates(solution, inflation=inflation, profiles=usable, progress=asked.stage)
     asked.stage("diagnoses")
     diagnoses = nuisances.diagnose(problem, solution) if asked.diagnose else ()

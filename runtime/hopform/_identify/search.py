@@ -153,7 +153,8 @@ def _from(problem: Problem, held: Values, starts: Sequence[Values], sigma: Seque
             if not held and is_noise(problem, ends[-1]):
                 break
     else:
-        rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)
+        begun.sort(key=lambda each: each.cost)
+        rest = [each for each in begun if each is begun[0] or each.cost > begun[0].cost * (1.0 + _SAME)]
         ends += [followed(each) for each in rest[: max(_CONTENDERS - len(ends), 1)]]
     return solve(longer[-1] if longer else first, estimation.started(estimation.best(ends)), most=25, precision=1e-5)
 
@@ -181,19 +182,8 @@ def _limit(experiment: Experiment) -> float:
     return max(1.15 * noise, 5e-4 * float(np.ptp(experiment.measured)), 1e-15)
 
 
-def _apart(found: Sequence[Solution], share: float) -> list[Solution]:
-    """The best, and those of the others that came to another place: two starts that agree are followed as one."""
-    near = {p.name: share * max(p.scale, abs(best.values[p.name])) for best in found[:1] for p in best.parameters}
-
-    def elsewhere(each: Solution) -> bool:
-        return any(abs(each.values[name] - found[0].values[name]) > size for name, size in near.items())
-
-    return [*found[:1], *filter(elsewhere, found[1:])]
-
-
-_SAME, _ALIKE = 1e-3, 1e-2
-"""Solutions that differ by less, as a share of each parameter, are one: that is how precisely a part is fitted. Without
-Coulomb friction the sum of squares has no kinks, and what is alike is one, too."""
+_SAME = 1e-3
+"""Solutions whose costs differ by less, as a share, are one: that is how precisely a part is fitted."""
 
 
 def _further(parameters: Sequence[Parameter], found: Values) -> list[dict[str, float]]:
