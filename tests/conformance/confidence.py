@@ -20,6 +20,7 @@ import hopform
 from hopform._identify import estimation
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.fits import Fit
+from hopform._identify.motion import of_scipy
 from hopform._identify.step import fit_step_response
 from hopform._identify.synthetic import record
 
@@ -82,7 +83,7 @@ def measure(seed: int, robots: int) -> Count:
     """The recordings of some random robots, each fitted by itself."""
     count = Count()
     estimation.student(0.95, 10.0)  # scipy is imported once, which is part of no fit
-    estimation.of_scipy("optimize")
+    of_scipy("optimize")
     for n in range(robots):
         rng = np.random.default_rng([seed, n])
         robot, rate = random_robot(rng), float(rng.uniform(200.0, 1000.0))

@@ -43,9 +43,9 @@ class Line:
     def predict(self, values, time=None):
         return sum(values[name] * row for name, row in self.design.items()), dict(self.design)
 
-    def upto(self, count, every=1):
-        rows = {name: row[:count:every] for name, row in self.design.items()}
-        return Line(rows, self.measured[:count:every], self.noise)
+    def only(self, chosen):
+        rows = {name: row[chosen] for name, row in self.design.items()}
+        return Line(rows, self.measured[chosen], self.noise)
 
 
 def line(truth, count=200, noise=1e-3, seed=1):
@@ -177,7 +177,7 @@ def test_correlations_and_hold_out_are_those_of_the_data(monkeypatch):
     shifted = experiment.measured + np.where(np.arange(300) >= 200, 0.005, 0.0)
     problem = Problem(
         "step", "x1", (Line(experiment.design, shifted),),
-        tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), (), {}, (), (),
+        tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), ({},), {}, (), (),
     )  # fmt: skip
     monkeypatch.setattr(fits, "problem_of", lambda *_: problem)
     fit = fit_of({ATTACHED: record(hopform.load_robot("hopper_c"), "decay", seed=1)}, diagnose=False)

@@ -3,7 +3,7 @@ files.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from hopform import HopformError, Robot, fit_force, friction_threshold, read_rec
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
-from hopform._cli.output import check_outputs, deliver, picture, renderer, show
+from hopform._cli.output import check_outputs, deliver, emit, picture, renderer, show
 from hopform._files import Named
 from hopform._identify import synthetic
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
@@ -70,16 +70,20 @@ def answer_to(
     try:
         if kind == "check":
             return check(by_role, known)
-        found = _fitted("force" if force else kind, by_role, recordings, known, how)
+        if force:
+            found = fit_force(recordings, known=known, **how)
+        else:
+            one_kind = {KINDS[kind]: recordings} if kind in KINDS else None
+            found = fit(one_kind or {of: by_role[role] for role, of in KINDS.items()}, known, **how)
     except HopformError as error:
-        if kind not in ("all", "check"):
-            raise
-        taken = [
+        hints = [
             f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
             for name, (role, each) in zip(files, read, strict=True)
-            if str(error).startswith(f"{each.source}, ") and role_and_path(name)[0] is None
+            if str(error).startswith(f"{each.source}, ") and role_and_path(name)[0] is None and kind not in KINDS
         ]
-        raise HopformError(f"{error}{''.join(taken[:1])}") from None
+        if kind in KINDS and not force and str(error).startswith(tuple(each.source for each in recordings)):
+            hints = [_other_kind(kind, recordings, known)]
+        raise HopformError(f"{error}{''.join(hints[:1])}") from None
     off = [trace for trace in found.traces if is_no_fit(trace)]
     if off:
         raise _no_fit(max(off, key=lambda each: each.tests.rms / float(np.std(each.measured))), recordings, found)
@@ -109,20 +113,6 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformE
     message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {', '.join(asked)}"
     line = own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9))
     return own.error(message, line, drives if force else position)
-
-
-def _fitted(
-    kind: str, by_role: Mapping[str, list[Recording]], recordings: Sequence[Recording], known: Values, how: Options
-) -> Fit:
-    if kind == "force":
-        return fit_force(recordings, known=known, **how)
-    if kind == "all":
-        return fit({of: by_role[role] for role, of in KINDS.items()}, known, **how)
-    try:
-        return fit({KINDS[kind]: recordings}, known, **how)
-    except HopformError as error:
-        of_file = str(error).startswith(tuple(each.source for each in recordings))
-        raise HopformError(f"{error}{_other_kind(kind, recordings, known) if of_file else ''}") from None
 
 
 def _other_kind(kind: str, recordings: Sequence[Recording], known: Values) -> str:
@@ -263,6 +253,4 @@ def record(
         plan_of = friction_threshold([made], spring=spring) if ramp else check({str(test): [made]}, given, letters)
         show(reports.tables_of(plan_of))
         return
-    text = synthetic.to_csv(made)
-    file = [] if csv is None or csv == "-" else [(Path(csv), text.encode())]
-    deliver(file, (), "" if file else text, list)
+    emit(list, (), (csv or "-", lambda _: synthetic.to_csv(made)))

@@ -12,17 +12,15 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib import import_module
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform._errors import HopformError
-from hopform._identify.motion import Array, Values
+from hopform._identify.motion import Array, Values, of_scipy
 from hopform._identify.recordings import outliers
 from hopform._identify.rigs import Experiment
-from hopform._show import of_extra
 
 Masks = Sequence[NDArray[np.bool_]]
 Fitted = TypeVar("Fitted")
@@ -121,17 +119,12 @@ class Solution:
         return max(each.inflation for each in self.tests)
 
 
-def of_scipy(module: str) -> Any:
-    """A module of scipy; MissingExtra without it."""
-    of_extra("scipy", "identify", "identification")
-    return import_module(f"scipy.{module}")
-
-
 def student(level: float, freedom: float) -> float:
     """The quantile of Student's t."""
     return float(of_scipy("special").stdtrit(freedom, level))
 
 
+_LIMITS = {"nonnegative": (0.0, math.inf), "fraction": (0.0, 0.999)}
 _FAR = 14.0
 """Largest change of a logarithm: a factor of a million, beyond which no leg is."""
 
@@ -141,9 +134,8 @@ def _ends(p: Parameter) -> tuple[float, float]:
     if p.kind == "positive":
         middle = math.log(p.scale)
         return middle - _FAR, middle + _FAR
-    if p.kind in ("nonnegative", "fraction"):
-        return 0.0, 0.999 / p.scale if p.kind == "fraction" else math.inf
-    return p.low / p.scale, p.high / p.scale
+    low, high = _LIMITS.get(p.kind, (p.low, p.high))
+    return low / p.scale, high / p.scale
 
 
 class _Coordinates:
@@ -151,8 +143,7 @@ class _Coordinates:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        ends = [_ends(p) for p in parameters]
-        self.low, self.high = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
+        self.low, self.high = np.array([_ends(p) for p in parameters]).reshape(-1, 2).T
 
     def into(self, values: Values) -> Array:
         at = [(values[p.name], p) for p in self.parameters]
@@ -461,11 +452,9 @@ _DISTANT = 20.0
 
 
 def clip(parameter: Parameter, value: float) -> float:
-    if parameter.kind == "positive":
-        return max(value, 0.1 * parameter.start)
-    if parameter.kind in ("nonnegative", "fraction"):
-        return max(value, 0.0)
-    return min(max(value, parameter.low), parameter.high)
+    positive = (0.1 * parameter.start, math.inf) if parameter.kind == "positive" else (parameter.low, parameter.high)
+    low, high = _LIMITS.get(parameter.kind, positive)
+    return min(max(value, low), high)
 
 
 def _cross(growth: Callable[[float], float], value: float, step: float, wanted: float, end: float) -> float:

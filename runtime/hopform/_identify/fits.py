@@ -163,31 +163,36 @@ class Fit(Shown):
         recordings as their mean. Its `fit` says where each number comes from. HopformError for a rotary fit."""
         if self.units.position != "m":
             raise HopformError("a fit in rad is of no hopper: take it to a simulator by --export mjcf, urdf or isaac")
-        fields = [each.name for each in Robot.fields()]
-        seen = ["" if each.method == "not identifiable" else each.name.partition("@")[0] for each in self.estimates]
-        letters = ["L0" if letter == "length" else letter for letter in seen]
-        names = [name for name in fields if name in letters]
-        mean = np.array([[1.0 / letters.count(name) if own == name else 0.0 for own in letters] for name in names])
-        mean = mean.reshape(len(names), len(letters))
-        values, low, high = (
-            mean @ np.nan_to_num([getattr(each, end) for each in self.estimates], posinf=0.0, neginf=0.0)
-            for end in ("value", "low", "high")
-        )
-        shift = np.array([base.c if letter == "L0" else 0.0 for letter in names])  # the fit has L0 + c
-        known = {"L0" if name == "length" else name: value for name, value in self.known.items()}
-        given = {name: value - (base.c if name == "L0" else 0.0) for name, value in known.items() if name in fields}
-        covariance = mean @ np.where(np.isfinite(self.covariance), self.covariance, 0.0) @ mean.T
+        fields = {"length" if each.name == "L0" else each.name: each.name for each in Robot.fields()}
+        shifts = {"length": base.c}  # the fit has L0 + c
+        means = {letter: mean_of(self.estimates, letter) for letter in fields}
+        means = {letter: mean for letter, mean in means.items() if mean[0].any()}
+        ends = np.array([ends - shifts.get(letter, 0.0) for letter, (_, ends) in means.items()]).reshape(-1, 3)
+        values, low, high = (tuple(each) for each in ends.T.tolist())
+        weights = np.array([each for each, _ in means.values()]).reshape(len(means), len(self.estimates))
+        covariance = weights @ np.where(np.isfinite(self.covariance), self.covariance, 0.0) @ weights.T
+        given = {fields[name]: each - shifts.get(name, 0.0) for name, each in self.known.items() if name in fields}
         fit = Provenance(
-            tuple(names), tuple((values - shift).tolist()), tuple((low - shift).tolist()),
-            tuple((high - shift).tolist()), tuple(tuple(row) for row in covariance.tolist()), tuple(given),
-            base.name or "another robot", all(trace.tests.white for trace in self.traces),
+            tuple(fields[letter] for letter in means), values, low, high,
+            tuple(tuple(row) for row in covariance.tolist()), tuple(given), base.name or "another robot",
+            all(trace.tests.white for trace in self.traces),
         )  # fmt: skip
-        changed = given | dict(zip(names, fit.values, strict=True))
+        changed = given | dict(zip(fit.names, fit.values, strict=True))
         return replace(base, **changed, fit=fit)  # type: ignore[arg-type]
 
     def sample(self, count: int, seed: int | None = None, base: Robot | None = None) -> tuple[Robot, ...]:
         """Robots drawn from the joint distribution of what was fitted; the rest is that of `base`, hopper_c if none."""
         return self.robot(base or load_robot("hopper_c")).sample(count, seed)
+
+
+def mean_of(estimates: Sequence[Estimate], letter: str) -> tuple[Array, Array]:
+    """The mean of a letter over the recordings, where each has its own: weights of the estimates; its value and the
+    ends of its interval. All are 0 for a letter that is known or not identifiable.
+    """
+    own = [each.name.partition("@")[0] == letter and each.method != "not identifiable" for each in estimates]
+    ends = np.array([(each.value, each.low, each.high) for each in estimates]).reshape(-1, 3)
+    weights = np.array(own, dtype=float) / max(sum(own), 1)
+    return weights, weights @ np.nan_to_num(ends, posinf=0.0, neginf=0.0)
 
 
 def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
@@ -278,9 +283,8 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     problem = problem_of(given, known, asked.backend, asked.loss)
     asked.stage("fit")
     problem, solution = _minimum(problem, asked.nuisances)
-    usable, inflation = True, solution.inflation
-    for each, test in zip(problem.experiments, solution.tests, strict=True):
-        usable &= each.kind == "threshold" or not _is_off(each.measured, test.rms, _NO_FIT)
+    inflation, tested = solution.inflation, zip(problem.experiments, solution.tests, strict=True)
+    usable = not any(each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT) for each, test in tested)
     estimates, spread = estimation.estimates(solution, inflation=inflation, profiles=usable, progress=asked.stage)
     asked.stage("diagnoses")
     diagnoses = nuisances.diagnose(problem, solution) if asked.diagnose else ()
@@ -370,7 +374,7 @@ _QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air"
 
 def _holdout(problem: Problem, solution: Solution) -> list[float]:
     """rms over the last third of each recording, without outliers, of a fit to the first two."""
-    short = [each.upto(part_of(each, 2.0 / 3.0)) for each in problem.experiments]
+    short = [each.only(slice(part_of(each, 2.0 / 3.0))) for each in problem.experiments]
     fitted = estimation.again(solution, short, most=20, precision=1e-6)
     errors = list[float]()
     for whole, part, some in zip(problem.experiments, short, solution.inliers, strict=True):

@@ -30,7 +30,7 @@ from hopform._identify.step import AIR, HELD
 
 KINDS = {"drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE, "ramp": RAMP}
 """Of each role its kind; a free drop comes late, since it shows least about its starts."""
-LETTERS = tuple(dict.fromkeys(letter for kind in (GROUND, FREE) for letter in (*kind.letters, *kind.given)))
+LETTERS = tuple(dict.fromkeys(letter for kind in (GROUND, FREE) for letter in (*kind.letters, *kind.defaults)))
 
 
 def fit_robot(

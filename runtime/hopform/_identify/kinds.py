@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import items, mapping, real, shown
+from hopform._checks import items, mapping, nonnegative, positive, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter
 from hopform._identify.motion import Array, Known, Values
@@ -21,7 +21,7 @@ from hopform._identify.recordings import HOPPER, Recording, Units, independent, 
 from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.search import Problem
-from hopform._solver.package import Steps
+from hopform._solver.package import Steps, records
 
 File = str | Path
 Recordings = Sequence[Recording | File] | Recording | File
@@ -87,18 +87,20 @@ Guess = dict[str, float]
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """A kind of recording: the rig, which position is fitted, letters that are fitted unless they are known, further
-    ones that may be known, values of those that are not given, over how much of a recording a fit is followed at first,
-    and then.
+    """A kind of recording: the rig, which position is fitted, letters that are never fitted with their values where
+    these are not given, over how much of a recording a fit is followed at first, and then.
     """
 
     answer: str
     rig: Rig
     position: Literal["x1", "x2"]
-    letters: tuple[str, ...]
-    given: tuple[str, ...] = ()
     defaults: Values = field(default_factory=dict[str, float])
     parts: tuple[float, ...] = (1.0,)
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """Letters that are fitted unless they are known, but for those of the beginning of a motion."""
+        return tuple(letter for letter in LETTERS[self.rig] if letter not in (*_OWN, *self.defaults))
 
     @property
     def driven(self) -> bool:
@@ -184,7 +186,7 @@ def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: 
     """Each kind with its units, with what is known of it, and with what fixes its scale. A spring that a body shows
     gives the scale of step responses against it.
     """
-    allowed = tuple(dict.fromkeys(letter for kind in given for letter in (*kind.letters, *kind.given)))
+    allowed = tuple(dict.fromkeys(letter for kind in given for letter in (*kind.letters, *kind.defaults)))
     some = {kind: several for kind, several in given.items() if several}
     if all(kind.rig == "threshold" for kind in some):
         of = " of a drop, a decay or a step; a ramp alone gives a threshold" if len(given) > 1 else ", got none"
@@ -195,7 +197,7 @@ def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: 
     for kind, several in some.items():
         units = units_of(several, kind.position, driven=kind.driven)
         values = checked_known(known, allowed, units)
-        own = {name: value for name, value in values.items() if name in (*kind.letters, *kind.given)}
+        own = {name: value for name, value in values.items() if name in (*kind.letters, *kind.defaults)}
         groups.append(kind.check(Group(kind, several, units, {**kind.defaults, **own}, loss=loss), scaled))
     if len({each.units.position for each in groups}) > 1:
         raise HopformError("recordings in m and in rad are of two mechanisms: fit them apart")
@@ -218,10 +220,9 @@ _OWN = ("rest", "x", "v", "x1", "v1")
 """Letters of the beginning of a motion."""
 _SCALED: tuple[str, ...] = ("m_eff", "k", "b1", "gamma2")
 """Motion and current fix these only up to one common factor."""
-_DOMAINS = {
-    "m_s": "positive", "k": "positive", "m_eff": "positive", "b1": "nonnegative", "f1": "nonnegative",
-    "b2": "nonnegative", "f2": "nonnegative", "impact_loss": "fraction",
-}  # fmt: skip
+_DOMAINS = {each.name: each.domain for each in records.ROBOT_FIELDS}
+_CHECKS = {"positive": positive, "nonnegative": nonnegative, "fraction": nonnegative}
+"""What a known value of a domain must be."""
 
 
 def _name(letter: str, motion: int, recording: int | None) -> str:
@@ -264,8 +265,8 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         for p in problem.parameters:
             by = factors[p.name]
             parameters.setdefault(p.name, p._replace(start=p.start * by, scale=max(p.scale * by, 1e-12)))
-        starts = problem.starts or (own,)
-        new = [{name: value * factors[name] for name, value in each.items() if name not in first} for each in starts]
+        some = problem.starts
+        new = [{name: value * factors[name] for name, value in each.items() if name not in first} for each in some]
         others += [each for each in new[1:] if each != new[0]]
         first |= new[0]
         known |= problem.known
@@ -314,9 +315,5 @@ def checked_known(known: Known, allowed: Sequence[str], units: Units = HOPPER) -
         number = real(f"known: {name}", value, unit or "1")
         if not (math.isfinite(number) or name in ("x1_min", "x1_max")):
             raise HopformError(f"known: {name} must be a finite number in {unit or '1'}, got {number!r}")
-        if name in ("m_s", "m_eff", "k") and not number > 0.0:
-            raise HopformError(f"known: {name} must be > 0 {unit}, got {number!r}")
-        if name in ("b1", "b2", "f1", "f2", "g", "impact_loss") and number < 0.0:
-            raise HopformError(f"known: {name} must be >= 0 {unit}, got {number!r}")
-        values[name] = number
+        values[name] = _CHECKS.get(_DOMAINS.get(name, "real"), real)(f"known: {name}", number, unit)
     return values

@@ -19,6 +19,7 @@ under one current, and from there on, where time is the clock's again, under all
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from numpy.typing import NDArray
 
 from hopform._errors import HopformError
 from hopform._sensitivities import COLUMNS, in_height
+from hopform._show import of_extra
 from hopform._solver.choice import DEFAULT, SolvedStance
 from hopform._solver.package import ENDINGS, ROWS, LegState, Steps, records
 from hopform._stance import DOUBLE
@@ -43,6 +45,12 @@ MAX_PHASES = 200_000
 FIRM = 1e12
 """[m/s^2] friction under which no body ever moves: how a body is held."""
 _LENGTH_BY = np.array([1.0 if name in ("L0", "c") else 0.0 for name in COLUMNS])
+
+
+def of_scipy(module: str) -> Any:
+    """A module of scipy; MissingExtra without it."""
+    of_extra("scipy", "identify", "identification")
+    return import_module(f"scipy.{module}")
 
 
 class Motion(NamedTuple):

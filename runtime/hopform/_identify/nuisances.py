@@ -30,12 +30,12 @@ from numpy.typing import NDArray
 
 from hopform._identify import estimation
 from hopform._identify.estimation import LEVEL, Estimate, Parameter, Solution
-from hopform._identify.motion import Array, Values
+from hopform._identify.motion import Array, Values, of_scipy
 from hopform._identify.recordings import outliers
-from hopform._identify.rigs import UNITS, Experiment, Sensor
+from hopform._identify.rigs import SENSOR, UNITS, Experiment
 from hopform._identify.search import Problem, follow, is_noise, selected
 
-NUISANCES = Sensor._fields
+NUISANCES = tuple(SENSOR)
 """What can be fitted on request."""
 _SHAPES: Mapping[str, Parameter] = {
     "delay": Parameter("delay", UNITS["delay"], 0.0, 1e-3, "real", own=True, low=-0.1, high=0.1),
@@ -333,7 +333,7 @@ def _repeat(each: Estimate, alone: Sequence[tuple[float, float]]) -> Repeat:
     weights = np.array([1.0 / max(error, 1e-300) ** 2 for _, error in alone])
     mean = float(weights @ np.array(values)) / float(weights.sum())
     q = float(weights @ (np.array(values) - mean) ** 2)
-    differ = q > float(estimation.of_scipy("special").chdtri(count - 1, 1.0 - _CHANCE))
+    differ = q > float(of_scipy("special").chdtri(count - 1, 1.0 - _CHANCE))
     return Repeat(each.name, each.unit, tuple(values), middle - half, middle + half, each.low, each.high, quote, differ)
 
 

@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from hopform._checks import finite, flag
 from hopform._errors import HopformError
 from hopform._identify import recordings as of_recordings
-from hopform._identify.estimation import LEVEL, of_scipy, student
+from hopform._identify.estimation import LEVEL, student
 from hopform._identify.fits import checked
 from hopform._identify.kinds import Group, Kind, Recordings, read_some
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, of_scipy
 from hopform._identify.recordings import HOPPER, Recording, Units, units_of
 from hopform._identify.rigs import UNITS, Experiment
 from hopform._identify.search import Problem
@@ -151,10 +151,10 @@ class _Ramp(Kind):
         names = {letter: letter for letter in self.letters}
         measured = Experiment("threshold of friction", self.rig, one, one + found.u, names, {}, noise=sigma)
         said = tuple(each for each in found.statements if each.startswith("one direction"))
-        return Problem("ramp", "x1", (measured,), (), (), group.known, said, found.warnings, units=group.units)
+        return Problem("ramp", "x1", (measured,), (), ({},), group.known, said, found.warnings, units=group.units)
 
 
-RAMP = _Ramp("ramp", "threshold", "x1", ("m_eff", "f1", "gamma2"))
+RAMP = _Ramp("ramp", "threshold", "x1")
 
 
 def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float, tuple[str, ...]]:
@@ -196,8 +196,7 @@ def _ramps(u: Array) -> list[tuple[int, int]]:
     width = max(u.size // 200, 1)
     smooth = np.convolve(np.pad(u, width, mode="edge"), np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
     sign = np.where(np.abs(smooth) > 0.02 * float(np.abs(smooth).max()), np.sign(smooth), 0.0)
-    edges = [0, *(np.flatnonzero(sign[1:] != sign[:-1]) + 1).tolist(), u.size]
-    spans = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if sign[a] != 0.0]
+    spans = [(a, b) for a, b in of_recordings.runs(sign) if sign[a] != 0.0]
     most = max((float(np.abs(smooth[a:b]).max()) for a, b in spans), default=0.0)
     large = [(a, b) for a, b in spans if float(np.abs(smooth[a:b]).max()) > 0.3 * most]
     return [(max(a - 2 * width, 0), a + int(np.abs(smooth[a:b]).argmax()) + 1) for a, b in large]
@@ -279,8 +278,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
     span, mean = float(t[-1] - t[0]), x - x.mean()
 
     def rise_of(times: Array, begin: float, logs: Array) -> Array:
-        still = int(np.searchsorted(times, begin))
-        return np.concatenate([np.zeros(still), _rise((times[still:] - begin) / span, *map(math.exp, logs))])
+        return _rise(np.maximum(times - begin, 0.0) / span, *map(math.exp, logs))
 
     def slope_of(rise: Array) -> float:
         rise = rise - rise.mean()

@@ -9,8 +9,9 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,9 +82,12 @@ HOPPER = Units()
 
 
 TIMES = ("time", "t")
-POSITIONS = {"x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos")}
-CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage", "torque", "force")
-_NAMED = {*TIMES, *POSITIONS["x1"], *POSITIONS["x2"], *CURRENTS} - {"torque", "force"}
+TITLES = {
+    "x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos"),
+    "u": ("current", "u", "i", "drive_current", "drive_voltage", "voltage", "torque", "force"),
+}  # fmt: skip
+"""Names of the columns of both positions and of the current, the one to be taken first."""
+_NAMED = {*TIMES, *TITLES["x1"], *TITLES["x2"], *TITLES["u"]} - {"torque", "force"}
 """Columns that a fit may use, so they must have a unit that is known; `torque_on` is none."""
 UNUSED = ""
 """The quantity of a column that no fit uses."""
@@ -92,8 +96,7 @@ _LEAST_WAY = 5e-4
 """[m or rad] what no motion is smaller than, beyond noise and quantum: else a unit is wrong."""
 _MOST_WAY = {"length": 10.0, "angle": 1e4}
 """[m, rad] what no position and no motion is larger than."""
-_LEAST_DRIVE = {"current": 0.01, "voltage": 0.01, "force": 0.01, "torque": 1e-5}
-_MOST_DRIVE = {"current": 300.0, "voltage": 1000.0, "force": 1e5, "torque": 1e4}
+_DRIVEN_BY = {"current": (0.01, 300.0), "voltage": (0.01, 1000.0), "force": (0.01, 1e5), "torque": (1e-5, 1e4)}
 """[A, V, N, N m] the same of what drives it."""
 
 
@@ -149,40 +152,46 @@ class Recording(Shown):
 
     def current(self) -> Array:
         """The measured current [A], or what else drives: a voltage [V], a force [N], a torque [N m]."""
-        column = self._one_of(CURRENTS, tuple(DRIVES), "a current")
-        quantity, most = column.quantity, float(np.abs(column.values).max())
-        if most > 0.0 and not _LEAST_DRIVE[quantity] <= most <= _MOST_DRIVE[quantity]:
-            worst, unit = int(np.abs(column.values).argmax()), DRIVES[quantity]
-            allowed = f"{_LEAST_DRIVE[quantity]:g} to {_MOST_DRIVE[quantity]:g} {unit}"
-            message = f"reaches {column.values[worst]:.6g} {unit}; what drives a hopper reaches {allowed}"
-            raise self.error(f"{message}: is its unit right?", self.line + worst, column)
+        column = self.column_of("u")
+        reach, (least, most) = float(np.abs(column.values).max()), _DRIVEN_BY[column.quantity]
+        if reach > 0.0 and not least <= reach <= most:
+            raise self._beyond(column, f"what drives a hopper reaches {least:g} to {most:g} {SI[column.quantity]}")
         return column.values
 
     def driving_current(self) -> Array:
         """The same; HopformError if it never changes, so that nothing of the motor can be identified."""
         values = self.current()
         if float(np.ptp(values)) == 0.0:
-            column = self._one_of(CURRENTS, tuple(DRIVES), "a current")
-            raise self.error(f"is constant at {values[0]:.6g}: record its step too", self.line, column)
+            raise self.error_of("u", f"is constant at {values[0]:.6g}: record its step too", self.line)
         return values
 
     def with_late_current(self, delay: float) -> "Recording":
         """The same with its current later by a delay [s], the first one before, linear between samples."""
-        column = self._one_of(CURRENTS, tuple(DRIVES), "a current")
-        name = next(name for name, each in self.columns.items() if each is column)
-        values = np.interp(self.time - delay, self.time, column.values)
-        return replace(self, columns={**self.columns, name: column._replace(values=values)})
+        column = self.column_of("u")
+        late = column._replace(values=np.interp(self.time - delay, self.time, column.values))
+        return replace(self, columns={name: late if each is column else each for name, each in self.columns.items()})
 
     def has_current(self) -> bool:
         return self.current_column() is not None
 
     def current_column(self) -> Column | None:
         """The column of the current, or None."""
-        return next((self.columns[name] for name in CURRENTS if name in self.columns), None)
+        return self._found("u")
+
+    def _found(self, of: str) -> Column | None:
+        return next((self.columns[name] for name in TITLES[of] if name in self.columns), None)
 
     def column_of(self, of: str) -> Column:
-        """The column of the measured x1 or x2; HopformError if there is none."""
-        return self._one_of(POSITIONS[of], tuple(_MOST_WAY), f"a position {of}")
+        """The column of the measured x1, x2 or current u; HopformError if there is none."""
+        what, quantities = ("a current", DRIVES) if of == "u" else (f"a position {of}", _MOST_WAY)
+        column = self._found(of)
+        if column is None:
+            titles = ", ".join(column.title for column in self.columns.values())
+            wanted = f"one must be named {' or '.join(TITLES[of])}, with its unit"
+            raise self.error(f"no column is {what}: {wanted}; there are {titles}", 1)
+        if column.quantity not in quantities:
+            raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
+        return column
 
     def units(self, of: str) -> Units:
         """The units of x1 or x2, and of what drives it."""
@@ -195,19 +204,14 @@ class Recording(Shown):
         return fault(self.source, message, line, column.title if column else None)
 
     def error_of(self, of: str, message: str, line: int) -> HopformError:
-        """An error about the measured x1 or x2."""
+        """An error about the measured x1, x2 or current u."""
         return self.error(message, line, self.column_of(of))
 
-    def _one_of(self, names: tuple[str, ...], quantities: tuple[str, ...], what: str) -> Column:
-        for name in names:
-            if name in self.columns:
-                column = self.columns[name]
-                if column.quantity not in quantities:
-                    raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
-                return column
-        titles = ", ".join(column.title for column in self.columns.values())
-        wanted = f"one must be named {' or '.join(names)}, with its unit"
-        raise self.error(f"no column is {what}: {wanted}; there are {titles}", 1)
+    def _beyond(self, column: Column, allowed: str) -> HopformError:
+        """The error about values that are too large or too small, at the largest."""
+        worst = int(np.abs(column.values).argmax())
+        message = f"reaches {column.values[worst]:.6g} {SI[column.quantity]}; {allowed}: is its unit right?"
+        return self.error(message, self.line + worst, column)
 
     def _check_position(self, column: Column) -> None:
         values = column.values
@@ -218,18 +222,13 @@ class Recording(Shown):
         if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
             smooth = min(others, key=lambda c: _jump(c.values))
             raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", 1, column)
-        unit, most = ("m", _MOST_WAY["length"]) if column.quantity == "length" else ("rad", _MOST_WAY["angle"])
-        allowed = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}"
+        unit, most = SI[column.quantity], _MOST_WAY[column.quantity]
+        allowed, small = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}", f"{1e3 * reach:.2g} m{unit}"
         if float(np.abs(values).max()) > most:
-            worst = int(np.abs(values).argmax())
-            message = f"reaches {values[worst]:.6g} {unit}; a position of a hopper is within {most:g} {unit}"
-            raise self.error(f"{message}: is its unit right?", self.line + worst, column)
-        if reach > most:
-            message = f"moves by {reach:.3g} {unit} in all; a hopper moves by {allowed}: is its unit right?"
-            raise self.error(message, self.line, column)
-        if reach < _LEAST_WAY:
-            message = f"moves by {1e3 * reach:.2g} m{unit} in all; a fit can use {allowed}: is its unit right?"
-            raise self.error(message, self.line, column)
+            raise self._beyond(column, f"a position of a hopper is within {most:g} {unit}")
+        if not _LEAST_WAY <= reach <= most:
+            seen, may = (f"{reach:.3g} {unit}", "a hopper moves by") if reach > most else (small, "a fit can use")
+            raise self.error(f"moves by {seen} in all; {may} {allowed}: is its unit right?", self.line, column)
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
             message = f"does not move beyond its noise of {noise:.2g} {unit}: let it move further"
@@ -354,6 +353,11 @@ def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
     return column.values
 
 
+def runs(values: NDArray[Any]) -> list[tuple[int, int]]:
+    """Spans of neighbours that are equal, end exclusive."""
+    return list(pairwise([0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist(), values.size]))
+
+
 def quantum_of(values: Array) -> float:
     """The encoder's step, of which all differences are multiples; 0 if there is none to be seen."""
     steps = np.unique(np.round(np.abs(np.diff(values)), 12))
@@ -425,14 +429,11 @@ def mended(values: Array) -> Array:
 
 def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
     """First and last sample of the longest stay at an extreme that noise does not explain, or None."""
-    noise = noise_of(values)
-    for extreme in (values.max(), values.min()):
-        at = np.flatnonzero(np.abs(values - extreme) <= 1e-12 * max(abs(float(extreme)), 1.0))
-        if at.size < least or noise == 0.0:
-            continue
-        longest = max(np.split(at, np.flatnonzero(np.diff(at) > 1) + 1), key=len)
-        if len(longest) >= least:
-            return int(longest[0]), int(longest[-1])
+    for extreme in (values.max(), values.min()) if noise_of(values) > 0.0 else ():
+        at = np.abs(values - extreme) <= 1e-12 * max(abs(float(extreme)), 1.0)
+        begin, end = max((span for span in runs(at) if at[span[0]]), key=lambda span: span[1] - span[0])
+        if end - begin >= least:
+            return begin, end - 1
     return None
 
 

@@ -27,14 +27,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import motion
-from hopform._identify.motion import AT, STATE, Array, Motion, Robot, Values, delayed
-from hopform._solver.package import Steps
+from hopform._identify.motion import AT, STATE, Array, Motion, Robot, Values, delayed, of_scipy
+from hopform._solver.package import Steps, records
 
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
@@ -43,15 +43,8 @@ _POWERS = {"k": 2, "b1": 1, "b2": 1, "f1": 2, "f2": 2, "g": 2, "gamma2": 2}
 """The powers of 1/s in which a letter counts, masses and lengths apart."""
 
 
-class Sensor(NamedTuple):
-    """The letters of a recording's sensor, clock and logger: delay [s], gain, clock, lag [s]; by default they change
-    nothing.
-    """
-
-    delay: float = 0.0
-    gain: float = 1.0
-    clock: float = 1.0
-    lag: float = 0.0
+SENSOR = {"delay": 0.0, "gain": 1.0, "clock": 1.0, "lag": 0.0}
+"""The letters of a recording's sensor, clock and logger, delay and lag in s, with values that change nothing."""
 
 
 def in_recorded_time(at: Values, clock: float) -> dict[str, float]:
@@ -107,17 +100,13 @@ class _Filter:
 
 def _moments(h: Array) -> list[Array]:
     """Those of a cubic's powers, int_0^1 s^n e^(-h (1 - s)) h ds = h/(n + 1) 1F1(1; n + 2; -h) (DLMF 13.4.1)."""
-    from scipy.special import hyp1f1
-
-    return [np.asarray(h / (n + 1) * hyp1f1(1, n + 2, -h)) for n in range(4)]
+    return [h / (n + 1) * of_scipy("special").hyp1f1(1, n + 2, -h) for n in range(4)]
 
 
 def _recursion(decay: Array, gain: Array) -> Array:
     """y_(n+1) = decay_n y_n + gain_(n+1) from y_0 = gain_0: a system of equations with two diagonals."""
-    from scipy.linalg import solve_banded
-
     bands = np.stack([np.ones_like(gain), np.append(-decay, 0.0)])
-    return np.asarray(solve_banded((1, 0), bands, gain, check_finite=False))
+    return np.asarray(of_scipy("linalg").solve_banded((1, 0), bands, gain, check_finite=False))
 
 
 Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
@@ -134,16 +123,18 @@ LETTERS: dict[Kind, tuple[str, ...]] = {
 """What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it
 is free, with x1, v1 of the actuator)."""
 
-UNITS = {
-    "m_s": "kg", "m_eff": "kg", "k": "N/m", "b1": "N s/m", "b2": "N s/m", "f1": "m/s^2", "f2": "m/s^2", "gamma2": "N/A",
-    "g": "m/s^2", "rest": "m", "length": "m", "L0": "m", "impact_loss": "", "x": "m", "v": "m/s", "offset": "A",
-    "x1": "m", "v1": "m/s", "x1_min": "m", "x1_max": "m", "delay": "s", "gain": "", "clock": "", "lag": "s",
+UNITS = {each.name: each.unit for each in records.ROBOT_FIELDS} | {
+    "impact_loss": "", "rest": "m", "length": "m", "x": "m", "v": "m/s", "x1": "m", "v1": "m/s", "offset": "A",
+    "delay": "s", "gain": "", "clock": "", "lag": "s",
 }  # fmt: skip
 
 SOFT = 1e-9
 """[1/s^2] of k/m_eff of a spring that is none: in a minute it moves nothing by more than two parts in a million."""
 
-_FREE = {"c": 0.0, "L0": 0.0, "b1": 0.0, "b2": 0.0, "f1": 0.0, "f2": 0.0, "gamma2": 0.0, "g": 0.0}
+_NOTHING = Robot(**dict.fromkeys(Robot._fields, 0.0))._replace(
+    m_eff=1.0, m_s=1.0, k=1.0, x1_min=-math.inf, x1_max=math.inf, u_max=math.inf
+)
+"""Unit masses on a unit spring, without anything else."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +142,7 @@ class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
 
     time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of`
-    says; steps: the current. names: a letter's parameter, also of `Sensor`. constants: letters that are known.
+    says; steps: the current. names: a letter's parameter, also of `SENSOR`. constants: letters that are known.
     added_mass [kg] on the body. backend: of the solver, the best if None. noise: standard deviation of what was
     measured, where the residuals are too few to show it.
     """
@@ -175,48 +166,43 @@ class Experiment:
         return 4.0 * (float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01)
 
     def letters(self, values: Values) -> dict[str, float]:
-        """The letters of the rig under values of the parameters."""
-        names, known = self.names, self.constants
-        return {letter: values[names[letter]] if letter in names else known[letter] for letter in LETTERS[self.kind]}
-
-    def sensor(self, values: Values) -> Sensor:
-        """The letters of sensor, clock and logger under values of the parameters."""
-        names, usual = self.names, Sensor._field_defaults | dict(self.constants)
-        return Sensor(**{each: values[names[each]] if each in names else usual[each] for each in Sensor._fields})
+        """The letters of the rig, of its sensor, clock and logger under values of the parameters."""
+        names, known = self.names, SENSOR | dict(self.constants)
+        letters = (*LETTERS[self.kind], *SENSOR)
+        return {letter: values[names[letter]] if letter in names else known[letter] for letter in letters}
 
     def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
         """The predicted measurement, and its derivatives by the parameters."""
-        time, sensor, at = self.time if time is None else time, self.sensor(values), self.letters(values)
-        here = in_recorded_time(at, sensor.clock)
-        moved, rate = _PREDICT[self.kind](self, here, delayed(self.steps, sensor.delay), time)
+        time, at = self.time if time is None else time, self.letters(values)
+        clock, gain, lag = at["clock"], at["gain"], at["lag"]
+        moved, rate = _PREDICT[self.kind](self, in_recorded_time(at, clock), delayed(self.steps, at["delay"]), time)
         states, by = moved
         if "delay" in self.names:
             by["delay"] = _by_delay(states, by, rate, time)
-        if "clock" in self.names or sensor.clock != 1.0:
-            by = by_clock(at, by, sensor.clock)
-        if "lag" in self.names or sensor.lag != 0.0:
+        if "clock" in self.names or clock != 1.0:
+            by = by_clock(at, by, clock)
+        if "lag" in self.names or lag != 0.0:
             before = rate.get("v1" if self.kind == "free" and self.of == "x1" else "v", 0.0)
-            states, by = lagged(time, (states, by), sensor.lag, before)
+            states, by = lagged(time, (states, by), lag, before)
         by["gain"] = states
         found: dict[str, Array] = {}
         for letter, name in self.names.items():
-            found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else sensor.gain) * by[letter][:, 0]
-        return sensor.gain * states[:, 0], found
+            found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else gain) * by[letter][:, 0]
+        return gain * states[:, 0], found
 
     def response_to_stribeck(self, values: Values, shares: Sequence[float]) -> Array:
         """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level, a column
         for each v_s, a share of the largest velocity: of the actuator's friction where both masses move; 0 for a
         threshold.
         """
-        sensor = self.sensor(values)
-        at = in_recorded_time(self.letters(values), sensor.clock)
+        letters = self.letters(values)
+        at, steps = in_recorded_time(letters, letters["clock"]), delayed(self.steps, letters["delay"])
         alone = self.kind in ("attached", "ground")
         if self.kind == "threshold" or at["f2" if alone else "f1"] == 0.0:
             return np.zeros((self.time.size, len(shares)))
         fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
-        steps = delayed(self.steps, sensor.delay)
         found = (self._response if alone else self._driven_response)(at, steps, fine, shares)
-        return np.asarray(sensor.gain * found[::4])
+        return np.asarray(letters["gain"] * found[::4])
 
     def _response(self, at: Values, steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
         """Of a body without a drive, which sticks once, at its end. With P(t) the derivatives of its state by that at
@@ -257,24 +243,16 @@ class Experiment:
         spring = np.maximum(x - height + at["length"], 0.0) if leg else x - at.get("rest", 0.0)
         pull = np.asarray(-at.get("k", 0.0) * spring - force, dtype=np.float64)
         side = np.sign(np.where(v != 0.0, v, pull))
-        largest, found = float(np.abs(v).max()), list[Array]()
-        for share in shares if largest > 0.0 else ():
-            more: Array = at["m_eff"] * at["f1"] * np.exp(-((v / (share * largest)) ** 2)) * side
-            found.append((moved(force + _SMALL * more) - states)[:, place] / _SMALL)
-        return np.stack(found, axis=1) if found else np.zeros((fine.size, len(shares)))
+        largest = float(np.abs(v).max())
+        if largest == 0.0:
+            return np.zeros((fine.size, len(shares)))
+        shapes = (np.exp(-((v / (share * largest)) ** 2)) for share in shares)
+        more = (moved(force + _SMALL * (at["m_eff"] * at["f1"] * shape * side)) - states for shape in shapes)
+        return np.stack([each[:, place] / _SMALL for each in more], axis=1)
 
-    def only(self, chosen: NDArray[np.bool_]) -> "Experiment":
-        """The samples that a mask selects."""
+    def only(self, chosen: NDArray[np.bool_] | slice) -> "Experiment":
+        """The samples that a mask or a slice selects."""
         return replace(self, time=self.time[chosen], measured=self.measured[chosen])
-
-    def upto(self, count: int, every: int = 1) -> "Experiment":
-        """Its first samples alone, or every so manieth of them."""
-        return replace(self, time=self.time[:count:every], measured=self.measured[:count:every])
-
-
-def _robot(**fields: float) -> Robot:
-    whole = {"m_eff": 1.0, "m_s": 1.0, "k": 1.0, **_FREE, "x1_min": -np.inf, "x1_max": np.inf, "u_max": np.inf}
-    return Robot(**{**whole, "impact_loss": 0.0, **fields})
 
 
 _SMALL = 0.01
@@ -335,7 +313,7 @@ def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes,
 
 def _leg_robot(of: Experiment, at: Values) -> Robot:
     own = {letter: value for letter, value in at.items() if letter in Robot._fields}
-    return _robot(**{**own, "m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
+    return _NOTHING._replace(**own | {"m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
 
 
 def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
@@ -362,7 +340,7 @@ def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Mo
 def _actuator_robot(of: Experiment, at: Values) -> Robot:
     own, k = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}, at.get("k", SOFT * at["m_eff"])
     preload = of.preload + at["m_eff"] * at.get("g", 0.0) / k
-    return _robot(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
+    return _NOTHING._replace(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
 
 
 def _threshold(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,10 +72,7 @@ def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
 
 def follow(problem: Problem) -> Solution:
     """The minimum that a problem's first start leads to, and no other."""
-    if problem.loss == "linear":
-        found = _from(problem, {}, problem.starts[:1] or ({},))
-    else:
-        found = _without_outliers(problem, follow)
+    found = _from(problem, {}, problem.starts[:1]) if problem.loss == "linear" else _without_outliers(problem, follow)
     return _weighed(problem, found, {})
 
 
@@ -85,7 +83,7 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
     Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further
     away.
     """
-    found = _from(problem, held, problem.starts or ({},), sigma)
+    found = _from(problem, held, problem.starts, sigma)
     if not held and _level(problem, found) > 1.0:
         found = estimation.best([found, _from(problem, held, _further(problem.parameters, found.values), sigma)])
     return _weighed(problem, found, held)
@@ -93,13 +91,12 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
 
 def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) -> Solution:
     """The least squares of the samples that are no outliers, at first of their neighbours, then of the fit."""
-    several, all_starts = problem.experiments, problem.starts or ({},)
-    starts = all_starts
+    several, starts = problem.experiments, problem.starts
 
     def fit(masks: estimation.Masks) -> tuple[Solution, Sequence[Array]]:
         nonlocal starts
         found = least(replace(problem, experiments=selected(several, masks), starts=starts, loss="linear"))
-        starts = (found.values, *all_starts)
+        starts = (found.values, *problem.starts)
         return found, estimation.again(found, several, most=1).residuals
 
     return estimation.trimmed(fit, [~outliers(each.measured) for each in several])
@@ -156,7 +153,8 @@ def _from(problem: Problem, held: Values, starts: Sequence[Values], sigma: Seque
             if not held and is_noise(problem, ends[-1]):
                 break
     else:
-        rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)
+        begun.sort(key=lambda each: each.cost)
+        rest = [each for each in begun if each is begun[0] or each.cost > begun[0].cost * (1.0 + _SAME)]
         ends += [followed(each) for each in rest[: max(_CONTENDERS - len(ends), 1)]]
     return solve(longer[-1] if longer else first, estimation.started(estimation.best(ends)), most=25, precision=1e-5)
 
@@ -184,19 +182,8 @@ def _limit(experiment: Experiment) -> float:
     return max(1.15 * noise, 5e-4 * float(np.ptp(experiment.measured)), 1e-15)
 
 
-def _apart(found: Sequence[Solution], share: float) -> list[Solution]:
-    """The best, and those of the others that came to another place: two starts that agree are followed as one."""
-    near = {p.name: share * max(p.scale, abs(best.values[p.name])) for best in found[:1] for p in best.parameters}
-
-    def elsewhere(each: Solution) -> bool:
-        return any(abs(each.values[name] - found[0].values[name]) > size for name, size in near.items())
-
-    return [*found[:1], *filter(elsewhere, found[1:])]
-
-
-_SAME, _ALIKE = 1e-3, 1e-2
-"""Solutions that differ by less, as a share of each parameter, are one: that is how precisely a part is fitted. Without
-Coulomb friction the sum of squares has no kinks, and what is alike is one, too."""
+_SAME = 1e-3
+"""Solutions whose costs differ by less, as a share, are one: that is how precisely a part is fitted."""
 
 
 def _further(parameters: Sequence[Parameter], found: Values) -> list[dict[str, float]]:
@@ -255,7 +242,7 @@ def _traded(problem: Problem, found: Solution) -> Solution:
     """
     white = all(each.white for each in found.tests)
     viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
-    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
+    coulomb = problem.coulomb
     if not coulomb or (white and "f1" not in coulomb):
         return found
     some = [_beginning(each, 1.0) for each in problem.experiments]
@@ -279,13 +266,12 @@ def _unstuck(problem: Problem, found: Solution) -> Solution:
     An actuator that may be at rest at first has a kink there: under friction it takes off one way, or the other, or
     stays.
     """
-    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"][:1]
     for side in (1.0, -1.0):
         for p in [p for p in found.parameters if p.name[:3] == "v1@" and p.low < p.high]:
             if estimation.expected_decrease(found) >= _KINK:
                 beside = {p.name: min(max(found.values[p.name] + side * _BESIDE * p.scale, p.low), p.high)}
                 found = _better(problem, found, _from_start(estimation.started(found), beside))
-    for name, side in [(name, side) for name in coulomb for side in (1.0, -1.0)]:
+    for name, side in product(problem.coulomb[:1], (1.0, -1.0)):
         if estimation.expected_decrease(found) >= _KINK:
             found = _better(problem, found, estimation.moved(found, name, side))
     return found
@@ -309,7 +295,7 @@ _ENOUGH = 400
 
 def _beginning(experiment: Experiment, part: float) -> Experiment:
     """A part of a recording, from its beginning on, at a rate that is enough to find the way."""
-    return experiment.upto(part_of(experiment, part), max(experiment.time.size // _ENOUGH, 1))
+    return experiment.only(slice(0, part_of(experiment, part), max(experiment.time.size // _ENOUGH, 1)))
 
 
 def part_of(experiment: Experiment, part: float) -> int:

@@ -11,14 +11,14 @@ That gives a fit in position its starts, and is the fit in force of a recording 
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hopform._errors import HopformError
 from hopform._identify import recordings as of_recordings
-from hopform._identify.motion import Array
-from hopform._identify.recordings import FEWEST, Recording, calm, noise_of, quantum_of
+from hopform._identify.motion import Array, of_scipy
+from hopform._identify.recordings import FEWEST, Recording, calm, noise_of, quantum_of, runs
 
 Span = tuple[int, int]
 _ALIKE = 0.03
@@ -63,8 +63,8 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     reach = float(np.abs(values - rest).max())
     start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())  # without friction all amplitudes are equal
     left = values[start:] - rest
-    edges = [0, *(np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1).tolist(), left.size]
-    sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    halves = runs(np.signbit(left))
+    sizes = [float(np.abs(left[a:b]).max()) for a, b in halves]
     half_periods = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
     at = recording.line + begin + start
     moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
@@ -76,9 +76,9 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     if moves > 0.05 and turn >= 0.95 * (left.size - 1):
         raise recording.error_of("x2", "too short: it ends before the body turns back", recording.line + end - 1)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
-    last = start + (edges[grows[0] - 1] if grows else left.size)
+    last = start + (halves[grows[0] - 1][0] if grows else left.size)
     near = np.abs(left) >= reach - 8.0 * noise  # held, or about its turn: the last sample of it
-    start = min(start + int(near[: edges[1]].nonzero()[0][-1]) + 1, last - 1)
+    start = min(start + int(near[: halves[0][1]].nonzero()[0][-1]) + 1, last - 1)
     if last - start < FEWEST:
         raise recording.error_of("x2", _TOO_SHORT.format(last - start), at)
     return begin + start, begin + last
@@ -174,8 +174,7 @@ def _lifts(time: Array, values: Array, noise: float, size: float) -> list[Span]:
     smooth = calm(values)
     windows = np.lib.stride_tricks.sliding_window_view(smooth, width)
     still = windows.max(axis=1) - windows.min(axis=1) < max(8.0 * noise, 2e-3 * size)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
-    spans = [(int(a), int(b) - 1 + width) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    spans = [(a, b - 1 + width) for a, b in runs(still) if still[a]]
     high = float(smooth.min()) + 0.5 * size
     lifts, last = list[Span](), 0
     for begin, end in spans:
@@ -190,16 +189,9 @@ def _lifts(time: Array, values: Array, noise: float, size: float) -> list[Span]:
 
 def _taken(values: Array, begin: int, held: int, least: float) -> int:
     """The last high of a motion before the low from which it is lifted: there it was surely its own."""
-    turn, extreme, rising = begin, begin, False
-    highs = [begin]
-    for n in range(begin, held):
-        if (values[n] > values[extreme]) == rising and values[n] != values[extreme]:
-            extreme = n
-        elif abs(float(values[n] - values[extreme])) > least:
-            turn, extreme, rising = extreme, n, not rising
-            if not rising:
-                highs.append(turn)
-    return highs[-1]
+    part = values[begin:held] - 1e-12 * np.arange(held - begin)  # of highs that are equal the first counts
+    highs, _ = of_scipy("signal").find_peaks(part, prominence=least)
+    return begin + int(highs[-1]) if highs.size else begin
 
 
 # ---- the filtered equation ----
@@ -272,16 +264,16 @@ _SLOWEST = 2.0
 """[Hz] of a filter's cutoff: slower ones see nothing of a hopper."""
 
 
-def _spans(time: Array, step: float, cut: float) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+def _spans(time: Array, step: float, cut: float) -> tuple[list[Span], list[Span]]:
     """Parts between gaps that a filter may not bridge: those that are long enough for it, and all, the longest
     first.
     """
-    edges = [0, *(np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1).tolist(), time.size]
-    spans = sorted(zip(edges[:-1], edges[1:], strict=True), key=lambda span: float(time[span[0]] - time[span[1] - 1]))
+    part = np.cumsum(np.diff(time, prepend=time[0]) > max(2.5 * step, 0.25 / cut))
+    spans = sorted(runs(part), key=lambda span: float(time[span[0]] - time[span[1] - 1]))
     return [(a, b) for a, b in spans if time[b - 1] - time[a] >= 8.0 * _EDGE / cut], spans
 
 
-def _covered(time: Array, spans: Sequence[tuple[int, int]]) -> float:
+def _covered(time: Array, spans: Sequence[Span]) -> float:
     """How long [s] parts last together."""
     return float(sum(time[b - 1] - time[a] for a, b in spans))
 
@@ -296,7 +288,9 @@ def filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> F
     """
     rate = 1.0 / step
     t = np.arange(time[0], time[-1] + 0.5 * step, step)
-    raw = np.interp(t, time, x) if np.abs(np.diff(time) - step).max() <= 1e-3 * step else _interpolated(t, time, x)
+    raw = np.interp(t, time, x)
+    if np.abs(np.diff(time) - step).max() > 1e-3 * step:
+        raw = np.asarray(of_scipy("interpolate").Akima1DInterpolator(time, x)(np.minimum(t, time[-1])))
     still = 3.0 * max(of_recordings.noise_of(raw), of_recordings.quantum_of(x)) * cut
     position, v, acceleration = (low_passed(raw, cut, rate, n) for n in range(3))
     side = np.where(np.abs(v) > still, np.sign(v), 0.0)
@@ -307,10 +301,13 @@ def filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> F
     return Filtered(t[edge : t.size - edge : every], *columns[:, edge : t.size - edge : every])
 
 
-def _interpolated(t: Array, time: Array, x: Array) -> Array:
-    from scipy.interpolate import Akima1DInterpolator
+def robust_linear(a: Array, b: Array, start: Array, spread: float, **how: Any) -> Any:
+    """What least_squares of scipy finds for a p = b from a start; spread: of the residuals; how: its loss."""
 
-    return np.asarray(Akima1DInterpolator(time, x)(np.minimum(t, time[-1])))
+    def missed(p: Array) -> Array:
+        return np.asarray((a @ p - b) / spread)
+
+    return of_scipy("optimize").least_squares(missed, start, **how)
 
 
 def moving_rows(rows: Filtered, columns: Sequence[Array], *, robust: bool = False) -> list[float]:
@@ -319,14 +316,8 @@ def moving_rows(rows: Filtered, columns: Sequence[Array], *, robust: bool = Fals
     """
     moving = np.abs(rows.v) > 0.02 * float(np.abs(rows.v).max())
     a, b = np.stack(columns, axis=1)[moving], rows.acceleration[moving]
-    found = np.linalg.lstsq(a, b, rcond=None)[0]
+    found = np.asarray(np.linalg.lstsq(a, b, rcond=None)[0], dtype=np.float64)
     if robust and moving.any():
-        from scipy.optimize import least_squares
-
         spread = max(float(np.median(np.abs(a @ found - b))), 1e-12)
-
-        def missed(p: Array) -> Array:
-            return np.asarray((a @ p - b) / spread)
-
-        found = least_squares(missed, found, loss="cauchy", x_scale="jac").x
+        found = robust_linear(a, b, found, spread, loss="cauchy", x_scale="jac").x
     return [float(each) for each in found]

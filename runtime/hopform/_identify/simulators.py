@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hopform._errors import HopformError, printable
-from hopform._identify.fits import Fit
-from hopform._identify.motion import Array
+from hopform._identify.fits import Fit, mean_of
 from hopform._identify.rigs import UNITS
 
 NAME = "identified"
@@ -68,31 +67,21 @@ def quantities(fit: Fit) -> dict[str, Quantity]:
     return found
 
 
-def _rows(fit: Fit, letter: str) -> Array:
-    """The mean of a letter's estimates, as a row over all estimates; zeros for a known one."""
-    own = [n for n, each in enumerate(fit.estimates) if each.name.partition("@")[0] == letter]
-    blind = [fit.estimates[n].name for n in own if fit.estimates[n].method == "not identifiable"]
-    if blind:
-        raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
-    row = np.zeros(len(fit.estimates))
-    row[own] = 1.0 / max(len(own), 1)
-    return row
-
-
 def _single(fit: Fit, letter: str) -> Quantity:
     """A letter with its interval, the mean over recordings where each has its own."""
-    row, unit = _rows(fit, letter), fit.units.of(UNITS[letter])
-    if not row.any():
-        return Quantity(fit.known[letter], math.nan, math.nan, unit)
-    ends = [float(row @ np.nan_to_num([getattr(e, end) for e in fit.estimates], posinf=0.0, neginf=0.0))
-            for end in ("value", "low", "high")]  # fmt: skip
-    return Quantity(ends[0], ends[1], ends[2], unit)
+    own = (each for each in fit.estimates if each.name.partition("@")[0] == letter)
+    blind = [each.name for each in own if each.method == "not identifiable"]
+    if blind:
+        raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
+    known = (fit.known[letter], math.nan, math.nan) if letter in fit.known else None
+    value, low, high = known or mean_of(fit.estimates, letter)[1].tolist()
+    return Quantity(value, low, high, fit.units.of(UNITS[letter]))
 
 
 def _product(fit: Fit, mass: str, friction: str) -> Quantity:
     """m f, with the covariance of both to first order."""
     m, f = _single(fit, mass), _single(fit, friction)
-    slope = f.value * _rows(fit, mass) + m.value * _rows(fit, friction)
+    slope = f.value * mean_of(fit.estimates, mass)[0] + m.value * mean_of(fit.estimates, friction)[0]
     value, spread = m.value * f.value, np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)
     half = 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0)) if slope.any() else math.nan
     return Quantity(value, max(value - half, 0.0), value + half, fit.units.force)

@@ -29,7 +29,7 @@ from hopform._identify.nuisances import SPEEDS, Diagnosis, brought, said, stiffe
 from hopform._identify.recordings import Recording, Units
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import follow
-from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, moving_rows
+from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, moving_rows, robust_linear
 
 
 def fit_step_response(
@@ -90,8 +90,8 @@ class _Actuator(Kind):
         return [*starts, *less, *(each | {"f1": 1.5 * each["f1"] + 0.1, "b1": 0.5 * each["b1"]} for each in some)]
 
 
-HELD = _Actuator("step", "held", "x1", ("m_eff", "k", "b1", "f1", "gamma2"), parts=(0.35, 1.0))
-AIR = _Actuator("step", "air", "x1", ("m_eff", "b1", "f1", "gamma2", "offset"), parts=(0.35, 1.0))
+HELD = _Actuator("step", "held", "x1", parts=(0.35, 1.0))
+AIR = _Actuator("step", "air", "x1", parts=(0.35, 1.0))
 
 
 def rests_at_first(x: Array) -> bool:
@@ -284,12 +284,8 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
     if loss != "linear":
         trimmed = estimation.trimmed(least_squares, [np.full(b.size, True)])
         spread = max(estimation.scale(b - scaled @ trimmed), 1e-300)
-
-        def missed(p: Array) -> Array:
-            return np.asarray((scaled @ p - b) / spread)
-
-        least = estimation.of_scipy("optimize").least_squares
-        tried = [least(missed, start, loss=loss, f_scale=estimation.BEND) for start in (found, trimmed)]
+        how = {"loss": loss, "f_scale": estimation.BEND}
+        tried = [robust_linear(scaled, b, start, spread, **how) for start in (found, trimmed)]
         found = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
     variance = float((residual**2).sum()) / max(b.size - found.size, 1) * estimation.tests_of(residual).inflation
