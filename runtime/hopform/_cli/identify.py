@@ -73,8 +73,8 @@ def answer_to(
         if force:
             found = fit_force(recordings, known=known, **how)
         else:
-            one_kind = {KINDS[kind]: recordings} if kind in KINDS else None
-            found = fit(one_kind or {of: by_role[role] for role, of in KINDS.items()}, known, **how)
+            roles = {kind: recordings} if kind in KINDS else by_role
+            found = fit({of: roles[role] for role, of in KINDS.items() if role in roles}, known, **how)
     except HopformError as error:
         hints = [
             f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
