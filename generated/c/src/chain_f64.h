@@ -134,41 +134,36 @@ static inline double end_of_step_f64(const stance_chain_f64 *chain)
  * alone, whose time to rest is known, and what cannot happen while v_1 and v_2 keep their signs. */
 typedef struct {
     event_set_f64 set;
-    const hopform_motion_f64 *motion;
-    double rest_time; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
+    event_function_f64 stop; /* how far x_1 is from the stop ahead */
+    double rest_time;           /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
     stance_end_kind_f64 rests;
 } stance_events_f64;
 
-static inline void add_event_function_f64(event_set_f64 *set, double H3, double H2, double H1, double start, double sign,
+static inline void add_event_function_f64(event_set_f64 *set, const hopform_numerator_f64 *h, double start, double sign,
                                            stance_end_kind_f64 kind, int side)
 {
-    const event_function_f64 g = {sign * H3, sign * H2, sign * H1, sign * start, (int32_t)kind, side};
+    const event_function_f64 g = {sign * h->H3, sign * h->H2, sign * h->H1, 0.0, sign * start, (int32_t)kind, side};
     set->function[set->count++] = g;
 }
 
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static inline void add_thresholds_f64(const stance_chain_f64 *chain, stance_events_f64 *events, int mass)
+static inline void add_thresholds_f64(const stance_chain_f64 *chain, const hopform_motion_f64 *motion, int mass,
+                                       event_set_f64 *set)
 {
     const hopform_rates_f64 *rates = &chain->plan->rates;
     const hopform_free_f64 at_rest =
         hopform_free_accelerations_f64(rates, &chain->state, chain->steps[chain->step].u);
-    const hopform_numerator_f64 h = mass == 1 ? hopform_free_numerator_1_f64(rates, events->motion)
-                                               : hopform_free_numerator_2_f64(rates, events->motion);
+    const hopform_numerator_f64 h =
+        mass == 1 ? hopform_free_numerator_1_f64(rates, motion) : hopform_free_numerator_2_f64(rates, motion);
     const double acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const double friction = friction_of_mass_f64(chain, mass);
     const int towards = hopform_side_of_slip_f64(rates, chain->side_1, chain->side_2);
     for (int side = -1; side <= 1; side += 2) {
-        if (side == -towards || stance_blocked_f64(chain, mass, side)) {
-            continue;
+        if (side != -towards && !stance_blocked_f64(chain, mass, side)) {
+            const double sign = (double)side;
+            add_event_function_f64(set, &h, acceleration - sign * friction, -sign,
+                                    mass == 1 ? END_THRESHOLD_1_f64 : END_THRESHOLD_2_f64, side);
         }
-        const double sign = (double)side;
-        const event_function_f64 g = {-sign * h.H3,
-                                       -sign * h.H2,
-                                       -sign * h.H1,
-                                       friction - sign * acceleration,
-                                       (int32_t)(mass == 1 ? END_THRESHOLD_1_f64 : END_THRESHOLD_2_f64),
-                                       side};
-        events->set.function[events->set.count++] = g;
     }
 }
 
@@ -187,16 +182,25 @@ static inline bool rings_about_zero_f64(const stance_chain_f64 *chain)
     return !(fabs_f64(left) > 0.0);
 }
 
+/* How far x_1 is from the stop ahead. */
+static inline double gap_ahead_f64(const stance_chain_f64 *chain)
+{
+    return chain->side_1 > 0 ? -chain->from_max : chain->from_min;
+}
+
 static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain,
                                    const hopform_motion_f64 *motion)
 {
     const hopform_state_f64 *state = &chain->state;
     event_set_f64 *set = &events->set;
     const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, chain->side_1, chain->side_2);
+    const double away = -(double)chain->side_1;
+    const event_function_f64 stop = {
+        away * state->v1, away * motion->N2_1, away * motion->N1_1, away * motion->N0_1, gap_ahead_f64(chain), 0, 0};
     set->poles = poles;
     set->node = hopform_node_of_f64(chain->plan, chain->side_1, chain->side_2);
     set->count = 0;
-    events->motion = motion;
+    events->stop = stop;
     events->rest_time = HOPFORM_NEVER_f64;
     events->rests = STANCE_END_LIMIT_f64;
     const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
@@ -204,24 +208,24 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     const bool may_fall = chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0; /* else y rises, from 0 or above */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, motion);
-        add_event_function_f64(set, leg.H3, leg.H2, leg.H1, hopform_contact_of_f64(&chain->plan->robot, state), 1.0,
-                                END_TAKEOFF_f64, 0);
+        add_event_function_f64(set, &leg, hopform_contact_of_f64(&chain->plan->robot, state), 1.0, END_TAKEOFF_f64,
+                                0);
     }
     if (chain->side_1 == 0) {
         const double sign = (double)chain->side_2;
-        add_thresholds_f64(chain, events, 1);
+        add_thresholds_f64(chain, motion, 1, set);
         events->rest_time = time_to_rest_f64(poles, sign * state->v2, sign * motion->H3_2);
         events->rests = END_VELOCITY_2_f64;
     } else if (chain->side_2 == 0) {
         const double sign = (double)chain->side_1;
-        add_thresholds_f64(chain, events, 2);
+        add_thresholds_f64(chain, motion, 2, set);
         events->rest_time = time_to_rest_f64(poles, sign * state->v1, sign * motion->H3_1);
         events->rests = END_VELOCITY_1_f64;
     } else {
-        add_event_function_f64(set, chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1, state->v1,
-                                (double)chain->side_1, END_VELOCITY_1_f64, 0);
-        add_event_function_f64(set, chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2, state->v2,
-                                (double)chain->side_2, END_VELOCITY_2_f64, 0);
+        const hopform_numerator_f64 h_1 = {chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1};
+        const hopform_numerator_f64 h_2 = {chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2};
+        add_event_function_f64(set, &h_1, state->v1, (double)chain->side_1, END_VELOCITY_1_f64, 0);
+        add_event_function_f64(set, &h_2, state->v2, (double)chain->side_2, END_VELOCITY_2_f64, 0);
     }
     const double lift = rings ? time_to_rest_f64(poles, state->y, state->v1 - state->v2) : HOPFORM_NEVER_f64;
     if (rings && lift <= events->rest_time) {
@@ -235,52 +239,29 @@ static inline bool is_takeoff_f64(const event_set_f64 *set, int32_t found)
     return found >= 0 && set->function[found].kind == END_TAKEOFF_f64;
 }
 
-/* The state that a phase starts from, x_1 counted from the stop ahead. */
-static inline hopform_state_f64 from_stop_f64(const stance_chain_f64 *chain)
+/* An extremum of x_1 that is this near to a stop is a grazing contact: 16 ulp of the terms. */
+static inline double grazing_tolerance_f64(const event_function_f64 *stop, const propagator_f64 *at)
 {
-    hopform_state_f64 start = chain->state;
-    start.x1 = chain->side_1 > 0 ? chain->from_max : chain->from_min;
-    return start;
+    return rounding_of_f64(stop, at, 0.0) + 16.0 * HOPFORM_EPS_f64 * fabs_f64(stop->H0 * at->basis.W2);
 }
 
-/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of an interval, and does
- * not just touch: the interval ends there. */
-static inline bool meets_stop_f64(const stance_chain_f64 *chain, const stance_events_f64 *events,
-                                   propagator_f64 *end)
+/* Whether x_1, monotone within a phase, is beyond the stop ahead at a time, and does not just touch it. */
+static inline bool is_beyond_stop_f64(const event_function_f64 *stop, const propagator_f64 *at)
 {
-    const double sign = (double)chain->side_1;
-    const hopform_state_f64 start = from_stop_f64(chain);
-    if (chain->side_1 == 0 || !hopform_is_finite_f64(start.x1)) {
-        return false;
-    }
-    propagator_f64 at = *end;
-    if (!is_beyond_stop_f64(events->motion, &start, sign, &at.basis)) {
-        return false;
-    }
+    const double distance = value_at_f64(stop, at) + stop->H0 * at->basis.W2;
+    return distance < 0.0 && distance < -grazing_tolerance_f64(stop, at);
+}
+
+/* The interval ends where x_1 meets the stop ahead, if it does. */
+static inline bool meets_stop_f64(const stance_events_f64 *events, propagator_f64 *end)
+{
+    const event_function_f64 *stop = &events->stop;
     const hopform_poles_f64 *poles = events->set.poles;
-    double low = 0.0;
-    double high = end->t;
-    for (int n = 0; n < 100; n++) {
-        const approach_f64 to = approach_of_f64(poles, events->motion, &start, sign, &at.basis);
-        const root_step_f64 step = step_between_f64(poles, &to.at, to.fourth, at.t, low, high);
-        const bool nears = to.at.rate < 0.0;
-        if (nears && step.arrives) {
-            break;
-        }
-        if (nears && step.lands) {
-            const hopform_basis_f64 carried = carried_basis_f64(poles, &at.basis, step.next - at.t);
-            at = propagator_of_f64(poles, step.next, &carried);
-            break;
-        }
-        low = step.low;
-        high = step.high;
-        const double next = nears && step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5 * (high - low);
-        if (!(next > low && next < high)) {
-            break;
-        }
-        at = propagator_at_f64(poles, next);
+    if (!is_beyond_stop_f64(stop, end)) {
+        return false;
     }
-    *end = at;
+    const jet_f64 jet = jet_at_f64(poles, stop, end);
+    *end = located_root_f64(poles, stop, 0.0, end, end->t - step_to_root_f64(&jet));
     return true;
 }
 
@@ -368,8 +349,7 @@ typedef struct {
 } stance_search_f64;
 
 /* What ends the phase at the end of its last interval. */
-static inline stance_phase_end_f64 end_of_f64(const stance_chain_f64 *chain, const stance_search_f64 *search,
-                                                bool stops)
+static inline stance_phase_end_f64 end_of_f64(const stance_search_f64 *search, bool stops)
 {
     const stance_events_f64 *events = &search->events;
     const interval_f64 *in = &search->in;
@@ -386,9 +366,8 @@ static inline stance_phase_end_f64 end_of_f64(const stance_chain_f64 *chain, con
     } else if (rests) {
         result.kind = events->rests;
     }
-    const hopform_state_f64 ahead = from_stop_f64(chain);
-    if (result.kind == END_VELOCITY_1_f64 && hopform_is_finite_f64(ahead.x1)) {
-        result.touch = grazing_tolerance_f64(events->motion, &ahead, &result.basis);
+    if (result.kind == END_VELOCITY_1_f64 && hopform_is_finite_f64(events->stop.start)) {
+        result.touch = grazing_tolerance_f64(&events->stop, &in->high);
     }
     return result;
 }
@@ -445,7 +424,7 @@ static inline stance_phase_end_f64 stance_end_search_f64(const stance_chain_f64 
             later = n == 0 && in->found >= 0 && sharpen_takeoff_f64(chain, events, limit, in);
         }
         const double t = in->high.t;
-        stops = certified && meets_stop_f64(chain, events, &in->high)
+        stops = certified && meets_stop_f64(events, &in->high)
                 && !(is_takeoff_f64(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_f64));
         open = in->found < 0 && !stops && certified && in->high.t < limit;
         quiet = open && next_interval_f64(set, in, limit);
@@ -455,7 +434,7 @@ static inline stance_phase_end_f64 stance_end_search_f64(const stance_chain_f64 
         const stance_phase_end_f64 result = {in->low, END_UNCERTIFIED_f64, 0, last.basis, 0.0};
         return result;
     }
-    return end_of_f64(chain, search, stops);
+    return end_of_f64(search, stops);
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -519,10 +498,9 @@ static inline void end_of_velocity_1_f64(stance_chain_f64 *chain, const stance_p
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const int before = chain->side_1;
     const double stop = before > 0 ? robot->x1_max : robot->x1_min;
-    const double gap = before > 0 ? chain->from_max : chain->from_min;
     const bool hits = end->kind == STANCE_END_STOP_f64;
     chain->state.v1 = 0.0; /* inelastic */
-    if (hits || fabs_f64(gap) <= end->touch) {
+    if (hits || fabs_f64(gap_ahead_f64(chain)) <= end->touch) {
         chain->state.x1 = stop;
         chain->from_min = stop - robot->x1_min;
         chain->from_max = stop - robot->x1_max;

@@ -553,7 +553,7 @@ static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase
     const int side = hopform_side_1_f32(phase);
     const hopform_motion_f32 motion = hopform_motion_in_phase_f32(plan, phase, u);
     const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side, side);
-    const event_function_f32 extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -phase->y, 0, 0};
+    const event_function_f32 extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, 0.0f, -phase->y, 0, 0};
     const event_set_f32 set = {poles, hopform_node_of_f32(plan, side, side), 1, {extension}};
     const propagator_f32 end = propagator_at_f32(poles, t);
     const jet_f32 from = jet_at_start_f32(poles, &extension);

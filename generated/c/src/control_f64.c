@@ -553,7 +553,7 @@ static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phas
     const int side = hopform_side_1_f64(phase);
     const hopform_motion_f64 motion = hopform_motion_in_phase_f64(plan, phase, u);
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side, side);
-    const event_function_f64 extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -phase->y, 0, 0};
+    const event_function_f64 extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, 0.0, -phase->y, 0, 0};
     const event_set_f64 set = {poles, hopform_node_of_f64(plan, side, side), 1, {extension}};
     const propagator_f64 end = propagator_at_f64(poles, t);
     const jet_f64 from = jet_at_start_f64(poles, &extension);

@@ -22,15 +22,15 @@ static inline void hopform_find_minimum_f32(const event_set_f32 *set, const jet_
 {
     const hopform_poles_f32 *poles = set->poles;
     const event_function_f32 *g = &set->function[0];
-    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, from)};
+    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
     const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
     const float apart = high - low;
-    const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, fourth_of_f32(poles, to), apart);
+    const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, fourth_of_f32(poles, g, to), apart);
     float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
     propagator_f32 at = propagator_at_f32(poles, t);
     for (int n = 0; n < 100; n++) {
         const jet_f32 jet = jet_at_f32(set->poles, g, &at);
-        const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, &jet)};
+        const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, &jet)};
         const float step = step_to_root_f32(&falls);
         const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
         if (!is_far && fabs_f32(step * jet.rate) <= rounding_of_f32(g, &at, 0.0f)) {

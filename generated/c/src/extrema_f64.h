@@ -22,15 +22,15 @@ static inline void hopform_find_minimum_f64(const event_set_f64 *set, const jet_
 {
     const hopform_poles_f64 *poles = set->poles;
     const event_function_f64 *g = &set->function[0];
-    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, from)};
+    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, from)};
     const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const double apart = high - low;
-    const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, fourth_of_f64(poles, to), apart);
+    const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, fourth_of_f64(poles, g, to), apart);
     double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
     propagator_f64 at = propagator_at_f64(poles, t);
     for (int n = 0; n < 100; n++) {
         const jet_f64 jet = jet_at_f64(set->poles, g, &at);
-        const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, &jet)};
+        const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, &jet)};
         const double step = step_to_root_f64(&falls);
         const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
         if (!is_far && fabs_f64(step * jet.rate) <= rounding_of_f64(g, &at, 0.0)) {

@@ -3,9 +3,10 @@
  * The first event of a phase: the earliest root of its event functions, certified to be the earliest.
  *
  * An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 with the three poles of the phase, positive right
- * after its start; an event is its first root. The search goes from interval to interval. In each, roots are predicted
- * from the values and derivatives at both ends, located by Householder's method, and certified to be the first by the
- * numbered rules of docs/explanation/certificate.md:
+ * after its start; an event is its first root. The distance of x_1 from a stop has H0 W2 besides; it falls throughout,
+ * and needs no certificate. The search goes from interval to interval. In each, roots are predicted from the values and
+ * derivatives at both ends, located by Householder's method, and certified to be the first by the numbered rules of
+ * docs/explanation/certificate.md:
  *
  * Rule 2, sign variations (Budan and Fourier for exponential polynomials): on an interval shorter than half a period of
  * the pair, the number of roots of g is at most V(from) - V(to) + c. V counts the sign changes of (g, g', d), c is 1 if
@@ -31,6 +32,7 @@ enum { MOST_EVENT_FUNCTIONS_f64 = 3, MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f
 /* An event function. `kind` and `side` are the caller's. */
 typedef struct {
     double H3, H2, H1; /* its numerator */
+    double H0;         /* 0 but for the distance from a stop */
     double start;
     int32_t kind;
     int32_t side;
@@ -112,11 +114,23 @@ static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propag
     return jet;
 }
 
+/* What H0 adds to it. */
+static inline void add_fourth_numerator_f64(const event_function_f64 *g, const propagator_f64 *at, jet_f64 *jet)
+{
+    jet->value += g->H0 * at->basis.W2;
+    jet->rate += g->H0 * at->basis.W1;
+    jet->curvature += g->H0 * at->basis.W;
+    jet->third += g->H0 * at->basis.Wd;
+}
+
 static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                    const propagator_f64 *at)
 {
     jet_f64 jet = short_jet_at_f64(g, at);
     jet.third = third_of_f64(poles, g, at);
+    if (fabs_f64(g->H0) > 0.0) {
+        add_fourth_numerator_f64(g, at, &jet);
+    }
     return jet;
 }
 
@@ -247,9 +261,9 @@ static inline bool step_converges_f64(const hopform_poles_f64 *poles, const jet_
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline double fourth_of_f64(const hopform_poles_f64 *poles, const jet_f64 *at)
+static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, const jet_f64 *at)
 {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
 /* A step towards a root between two times: whether t is it, or the step lands on it, and else where it is looked for
@@ -275,10 +289,9 @@ static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, con
 }
 
 /* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
-static inline propagator_f64 located_root_f64(const event_set_f64 *set, const event_function_f64 *g, double low,
+static inline propagator_f64 located_root_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, double low,
                                                 const propagator_f64 *last, double guess)
 {
-    const hopform_poles_f64 *poles = set->poles;
     propagator_f64 high = *last;
     double t = guess;
     for (int n = 0; n < 100; n++) {
@@ -290,7 +303,7 @@ static inline propagator_f64 located_root_f64(const event_set_f64 *set, const ev
         }
         const propagator_f64 at = propagator_at_f64(poles, t);
         const jet_f64 jet = jet_at_f64(poles, g, &at);
-        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, &jet), t, low, high.t);
+        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high.t);
         if (step.arrives) {
             return at;
         }
@@ -546,7 +559,7 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
         if (first < 0) {
             return;
         }
-        in->high = located_root_f64(set, &set->function[first], in->low, &in->high, in->low + h * share);
+        in->high = located_root_f64(set->poles, &set->function[first], in->low, &in->high, in->low + h * share);
         in->found = first;
         look_there_f64(set, in);
     }
@@ -764,42 +777,6 @@ static inline double steady_state_correction_f64(const hopform_poles_f64 *poles,
     const double later = -value / (better ? rate : -1.0);
     const bool counts = (fabs_f64(later) < 0.01 * t) & (fabs_f64(later) > 16.0 * HOPFORM_EPS_f64 * t);
     return (better & counts) ? later : 0.0;
-}
-
-/* An extremum of x_1, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the terms. */
-static inline double grazing_tolerance_f64(const hopform_motion_f64 *motion, const hopform_state_f64 *start,
-                                          const hopform_basis_f64 *basis)
-{
-    return 16.0 * HOPFORM_EPS_f64
-           * (fabs_f64(start->x1) + fabs_f64(start->v1 * basis->Wd) + fabs_f64(motion->N2_1 * basis->W)
-              + fabs_f64(motion->N1_1 * basis->W1) + fabs_f64(motion->N0_1 * basis->W2));
-}
-
-/* A value with its derivatives up to the fourth. */
-typedef struct {
-    jet_f64 at;
-    double fourth;
-} approach_f64;
-
-/* How far x_1 is short of the stop ahead, from which `start` counts it. */
-static inline approach_f64 approach_of_f64(const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
-                                             const hopform_state_f64 *start, double side,
-                                             const hopform_basis_f64 *basis)
-{
-    const hopform_numerator_f64 h = {motion->H3_1, motion->H2_1, motion->H1_1};
-    const hopform_rise_f64 rise = hopform_step_response_f64(poles, &h, basis);
-    const hopform_at_f64 at = hopform_state_at_f64(start, motion, basis);
-    const approach_f64 to = {{-side * at.x1_t, -side * at.v1_t, -side * rise.rise_rate, -side * rise.rise_curvature},
-                              -side * rise.rise_third};
-    return to;
-}
-
-/* Whether x_1 has passed the stop from which `start` counts it, and does not just touch it. */
-static inline bool is_beyond_stop_f64(const hopform_motion_f64 *motion, const hopform_state_f64 *start, double sign,
-                                       const hopform_basis_f64 *basis)
-{
-    const double beyond = sign * hopform_state_at_f64(start, motion, basis).x1_t;
-    return beyond > 0.0 && beyond > grazing_tolerance_f64(motion, start, basis);
 }
 
 #endif

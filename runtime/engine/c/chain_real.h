@@ -134,41 +134,36 @@ static inline real end_of_step_real(const stance_chain_real *chain)
  * alone, whose time to rest is known, and what cannot happen while v_1 and v_2 keep their signs. */
 typedef struct {
     event_set_real set;
-    const hopform_motion_real *motion;
-    real rest_time; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
+    event_function_real stop; /* how far x_1 is from the stop ahead */
+    real rest_time;           /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
     stance_end_kind_real rests;
 } stance_events_real;
 
-static inline void add_event_function_real(event_set_real *set, real H3, real H2, real H1, real start, real sign,
+static inline void add_event_function_real(event_set_real *set, const hopform_numerator_real *h, real start, real sign,
                                            stance_end_kind_real kind, int side)
 {
-    const event_function_real g = {sign * H3, sign * H2, sign * H1, sign * start, (int32_t)kind, side};
+    const event_function_real g = {sign * h->H3, sign * h->H2, sign * h->H1, 0.0, sign * start, (int32_t)kind, side};
     set->function[set->count++] = g;
 }
 
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static inline void add_thresholds_real(const stance_chain_real *chain, stance_events_real *events, int mass)
+static inline void add_thresholds_real(const stance_chain_real *chain, const hopform_motion_real *motion, int mass,
+                                       event_set_real *set)
 {
     const hopform_rates_real *rates = &chain->plan->rates;
     const hopform_free_real at_rest =
         hopform_free_accelerations_real(rates, &chain->state, chain->steps[chain->step].u);
-    const hopform_numerator_real h = mass == 1 ? hopform_free_numerator_1_real(rates, events->motion)
-                                               : hopform_free_numerator_2_real(rates, events->motion);
+    const hopform_numerator_real h =
+        mass == 1 ? hopform_free_numerator_1_real(rates, motion) : hopform_free_numerator_2_real(rates, motion);
     const real acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const real friction = friction_of_mass_real(chain, mass);
     const int towards = hopform_side_of_slip_real(rates, chain->side_1, chain->side_2);
     for (int side = -1; side <= 1; side += 2) {
-        if (side == -towards || stance_blocked_real(chain, mass, side)) {
-            continue;
+        if (side != -towards && !stance_blocked_real(chain, mass, side)) {
+            const real sign = (real)side;
+            add_event_function_real(set, &h, acceleration - sign * friction, -sign,
+                                    mass == 1 ? END_THRESHOLD_1_real : END_THRESHOLD_2_real, side);
         }
-        const real sign = (real)side;
-        const event_function_real g = {-sign * h.H3,
-                                       -sign * h.H2,
-                                       -sign * h.H1,
-                                       friction - sign * acceleration,
-                                       (int32_t)(mass == 1 ? END_THRESHOLD_1_real : END_THRESHOLD_2_real),
-                                       side};
-        events->set.function[events->set.count++] = g;
     }
 }
 
@@ -187,16 +182,25 @@ static inline bool rings_about_zero_real(const stance_chain_real *chain)
     return !(fabs_real(left) > 0.0);
 }
 
+/* How far x_1 is from the stop ahead. */
+static inline real gap_ahead_real(const stance_chain_real *chain)
+{
+    return chain->side_1 > 0 ? -chain->from_max : chain->from_min;
+}
+
 static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain,
                                    const hopform_motion_real *motion)
 {
     const hopform_state_real *state = &chain->state;
     event_set_real *set = &events->set;
     const hopform_poles_real *poles = hopform_poles_of_real(chain->plan, chain->side_1, chain->side_2);
+    const real away = -(real)chain->side_1;
+    const event_function_real stop = {
+        away * state->v1, away * motion->N2_1, away * motion->N1_1, away * motion->N0_1, gap_ahead_real(chain), 0, 0};
     set->poles = poles;
     set->node = hopform_node_of_real(chain->plan, chain->side_1, chain->side_2);
     set->count = 0;
-    events->motion = motion;
+    events->stop = stop;
     events->rest_time = HOPFORM_NEVER_real;
     events->rests = STANCE_END_LIMIT_real;
     const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
@@ -204,24 +208,24 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const bool may_fall = chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0; /* else y rises, from 0 or above */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, motion);
-        add_event_function_real(set, leg.H3, leg.H2, leg.H1, hopform_contact_of_real(&chain->plan->robot, state), 1.0,
-                                END_TAKEOFF_real, 0);
+        add_event_function_real(set, &leg, hopform_contact_of_real(&chain->plan->robot, state), 1.0, END_TAKEOFF_real,
+                                0);
     }
     if (chain->side_1 == 0) {
         const real sign = (real)chain->side_2;
-        add_thresholds_real(chain, events, 1);
+        add_thresholds_real(chain, motion, 1, set);
         events->rest_time = time_to_rest_real(poles, sign * state->v2, sign * motion->H3_2);
         events->rests = END_VELOCITY_2_real;
     } else if (chain->side_2 == 0) {
         const real sign = (real)chain->side_1;
-        add_thresholds_real(chain, events, 2);
+        add_thresholds_real(chain, motion, 2, set);
         events->rest_time = time_to_rest_real(poles, sign * state->v1, sign * motion->H3_1);
         events->rests = END_VELOCITY_1_real;
     } else {
-        add_event_function_real(set, chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1, state->v1,
-                                (real)chain->side_1, END_VELOCITY_1_real, 0);
-        add_event_function_real(set, chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2, state->v2,
-                                (real)chain->side_2, END_VELOCITY_2_real, 0);
+        const hopform_numerator_real h_1 = {chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1};
+        const hopform_numerator_real h_2 = {chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2};
+        add_event_function_real(set, &h_1, state->v1, (real)chain->side_1, END_VELOCITY_1_real, 0);
+        add_event_function_real(set, &h_2, state->v2, (real)chain->side_2, END_VELOCITY_2_real, 0);
     }
     const real lift = rings ? time_to_rest_real(poles, state->y, state->v1 - state->v2) : HOPFORM_NEVER_real;
     if (rings && lift <= events->rest_time) {
@@ -235,52 +239,29 @@ static inline bool is_takeoff_real(const event_set_real *set, int32_t found)
     return found >= 0 && set->function[found].kind == END_TAKEOFF_real;
 }
 
-/* The state that a phase starts from, x_1 counted from the stop ahead. */
-static inline hopform_state_real from_stop_real(const stance_chain_real *chain)
+/* An extremum of x_1 that is this near to a stop is a grazing contact: 16 ulp of the terms. */
+static inline real grazing_tolerance_real(const event_function_real *stop, const propagator_real *at)
 {
-    hopform_state_real start = chain->state;
-    start.x1 = chain->side_1 > 0 ? chain->from_max : chain->from_min;
-    return start;
+    return rounding_of_real(stop, at, 0.0) + 16.0 * HOPFORM_EPS_real * fabs_real(stop->H0 * at->basis.W2);
 }
 
-/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of an interval, and does
- * not just touch: the interval ends there. */
-static inline bool meets_stop_real(const stance_chain_real *chain, const stance_events_real *events,
-                                   propagator_real *end)
+/* Whether x_1, monotone within a phase, is beyond the stop ahead at a time, and does not just touch it. */
+static inline bool is_beyond_stop_real(const event_function_real *stop, const propagator_real *at)
 {
-    const real sign = (real)chain->side_1;
-    const hopform_state_real start = from_stop_real(chain);
-    if (chain->side_1 == 0 || !hopform_is_finite_real(start.x1)) {
-        return false;
-    }
-    propagator_real at = *end;
-    if (!is_beyond_stop_real(events->motion, &start, sign, &at.basis)) {
-        return false;
-    }
+    const real distance = value_at_real(stop, at) + stop->H0 * at->basis.W2;
+    return distance < 0.0 && distance < -grazing_tolerance_real(stop, at);
+}
+
+/* The interval ends where x_1 meets the stop ahead, if it does. */
+static inline bool meets_stop_real(const stance_events_real *events, propagator_real *end)
+{
+    const event_function_real *stop = &events->stop;
     const hopform_poles_real *poles = events->set.poles;
-    real low = 0.0;
-    real high = end->t;
-    for (int n = 0; n < 100; n++) {
-        const approach_real to = approach_of_real(poles, events->motion, &start, sign, &at.basis);
-        const root_step_real step = step_between_real(poles, &to.at, to.fourth, at.t, low, high);
-        const bool nears = to.at.rate < 0.0;
-        if (nears && step.arrives) {
-            break;
-        }
-        if (nears && step.lands) {
-            const hopform_basis_real carried = carried_basis_real(poles, &at.basis, step.next - at.t);
-            at = propagator_of_real(poles, step.next, &carried);
-            break;
-        }
-        low = step.low;
-        high = step.high;
-        const real next = nears && step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5 * (high - low);
-        if (!(next > low && next < high)) {
-            break;
-        }
-        at = propagator_at_real(poles, next);
+    if (!is_beyond_stop_real(stop, end)) {
+        return false;
     }
-    *end = at;
+    const jet_real jet = jet_at_real(poles, stop, end);
+    *end = located_root_real(poles, stop, 0.0, end, end->t - step_to_root_real(&jet));
     return true;
 }
 
@@ -368,8 +349,7 @@ typedef struct {
 } stance_search_real;
 
 /* What ends the phase at the end of its last interval. */
-static inline stance_phase_end_real end_of_real(const stance_chain_real *chain, const stance_search_real *search,
-                                                bool stops)
+static inline stance_phase_end_real end_of_real(const stance_search_real *search, bool stops)
 {
     const stance_events_real *events = &search->events;
     const interval_real *in = &search->in;
@@ -386,9 +366,8 @@ static inline stance_phase_end_real end_of_real(const stance_chain_real *chain, 
     } else if (rests) {
         result.kind = events->rests;
     }
-    const hopform_state_real ahead = from_stop_real(chain);
-    if (result.kind == END_VELOCITY_1_real && hopform_is_finite_real(ahead.x1)) {
-        result.touch = grazing_tolerance_real(events->motion, &ahead, &result.basis);
+    if (result.kind == END_VELOCITY_1_real && hopform_is_finite_real(events->stop.start)) {
+        result.touch = grazing_tolerance_real(&events->stop, &in->high);
     }
     return result;
 }
@@ -445,7 +424,7 @@ static inline stance_phase_end_real stance_end_search_real(const stance_chain_re
             later = n == 0 && in->found >= 0 && sharpen_takeoff_real(chain, events, limit, in);
         }
         const real t = in->high.t;
-        stops = certified && meets_stop_real(chain, events, &in->high)
+        stops = certified && meets_stop_real(events, &in->high)
                 && !(is_takeoff_real(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_real));
         open = in->found < 0 && !stops && certified && in->high.t < limit;
         quiet = open && next_interval_real(set, in, limit);
@@ -455,7 +434,7 @@ static inline stance_phase_end_real stance_end_search_real(const stance_chain_re
         const stance_phase_end_real result = {in->low, END_UNCERTIFIED_real, 0, last.basis, 0.0};
         return result;
     }
-    return end_of_real(chain, search, stops);
+    return end_of_real(search, stops);
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -519,10 +498,9 @@ static inline void end_of_velocity_1_real(stance_chain_real *chain, const stance
     const hopform_robot_real *robot = &chain->plan->robot;
     const int before = chain->side_1;
     const real stop = before > 0 ? robot->x1_max : robot->x1_min;
-    const real gap = before > 0 ? chain->from_max : chain->from_min;
     const bool hits = end->kind == STANCE_END_STOP_real;
     chain->state.v1 = 0.0; /* inelastic */
-    if (hits || fabs_real(gap) <= end->touch) {
+    if (hits || fabs_real(gap_ahead_real(chain)) <= end->touch) {
         chain->state.x1 = stop;
         chain->from_min = stop - robot->x1_min;
         chain->from_max = stop - robot->x1_max;

@@ -553,7 +553,7 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
     const int side = hopform_side_1_real(phase);
     const hopform_motion_real motion = hopform_motion_in_phase_real(plan, phase, u);
     const hopform_poles_real *poles = hopform_poles_of_real(plan, side, side);
-    const event_function_real extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, -phase->y, 0, 0};
+    const event_function_real extension = {-motion.H3_y, -motion.H2_y, -motion.H1_y, 0.0, -phase->y, 0, 0};
     const event_set_real set = {poles, hopform_node_of_real(plan, side, side), 1, {extension}};
     const propagator_real end = propagator_at_real(poles, t);
     const jet_real from = jet_at_start_real(poles, &extension);

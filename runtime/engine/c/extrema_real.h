@@ -22,15 +22,15 @@ static inline void hopform_find_minimum_real(const event_set_real *set, const je
 {
     const hopform_poles_real *poles = set->poles;
     const event_function_real *g = &set->function[0];
-    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, from)};
+    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, from)};
     const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const real apart = high - low;
-    const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, fourth_of_real(poles, to), apart);
+    const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, fourth_of_real(poles, g, to), apart);
     real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
     propagator_real at = propagator_at_real(poles, t);
     for (int n = 0; n < 100; n++) {
         const jet_real jet = jet_at_real(set->poles, g, &at);
-        const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, &jet)};
+        const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, &jet)};
         const real step = step_to_root_real(&falls);
         const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
         if (!is_far && fabs_real(step * jet.rate) <= rounding_of_real(g, &at, 0.0)) {

@@ -3,9 +3,10 @@
  * The first event of a phase: the earliest root of its event functions, certified to be the earliest.
  *
  * An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 with the three poles of the phase, positive right
- * after its start; an event is its first root. The search goes from interval to interval. In each, roots are predicted
- * from the values and derivatives at both ends, located by Householder's method, and certified to be the first by the
- * numbered rules of docs/explanation/certificate.md:
+ * after its start; an event is its first root. The distance of x_1 from a stop has H0 W2 besides; it falls throughout,
+ * and needs no certificate. The search goes from interval to interval. In each, roots are predicted from the values and
+ * derivatives at both ends, located by Householder's method, and certified to be the first by the numbered rules of
+ * docs/explanation/certificate.md:
  *
  * Rule 2, sign variations (Budan and Fourier for exponential polynomials): on an interval shorter than half a period of
  * the pair, the number of roots of g is at most V(from) - V(to) + c. V counts the sign changes of (g, g', d), c is 1 if
@@ -31,6 +32,7 @@ enum { MOST_EVENT_FUNCTIONS_real = 3, MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS
 /* An event function. `kind` and `side` are the caller's. */
 typedef struct {
     real H3, H2, H1; /* its numerator */
+    real H0;         /* 0 but for the distance from a stop */
     real start;
     int32_t kind;
     int32_t side;
@@ -112,11 +114,23 @@ static inline jet_real short_jet_at_real(const event_function_real *g, const pro
     return jet;
 }
 
+/* What H0 adds to it. */
+static inline void add_fourth_numerator_real(const event_function_real *g, const propagator_real *at, jet_real *jet)
+{
+    jet->value += g->H0 * at->basis.W2;
+    jet->rate += g->H0 * at->basis.W1;
+    jet->curvature += g->H0 * at->basis.W;
+    jet->third += g->H0 * at->basis.Wd;
+}
+
 static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
                                    const propagator_real *at)
 {
     jet_real jet = short_jet_at_real(g, at);
     jet.third = third_of_real(poles, g, at);
+    if (fabs_real(g->H0) > 0.0) {
+        add_fourth_numerator_real(g, at, &jet);
+    }
     return jet;
 }
 
@@ -247,9 +261,9 @@ static inline bool step_converges_real(const hopform_poles_real *poles, const je
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline real fourth_of_real(const hopform_poles_real *poles, const jet_real *at)
+static inline real fourth_of_real(const hopform_poles_real *poles, const event_function_real *g, const jet_real *at)
 {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
 /* A step towards a root between two times: whether t is it, or the step lands on it, and else where it is looked for
@@ -275,10 +289,9 @@ static inline root_step_real step_between_real(const hopform_poles_real *poles, 
 }
 
 /* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
-static inline propagator_real located_root_real(const event_set_real *set, const event_function_real *g, real low,
+static inline propagator_real located_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
                                                 const propagator_real *last, real guess)
 {
-    const hopform_poles_real *poles = set->poles;
     propagator_real high = *last;
     real t = guess;
     for (int n = 0; n < 100; n++) {
@@ -290,7 +303,7 @@ static inline propagator_real located_root_real(const event_set_real *set, const
         }
         const propagator_real at = propagator_at_real(poles, t);
         const jet_real jet = jet_at_real(poles, g, &at);
-        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, &jet), t, low, high.t);
+        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high.t);
         if (step.arrives) {
             return at;
         }
@@ -546,7 +559,7 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
         if (first < 0) {
             return;
         }
-        in->high = located_root_real(set, &set->function[first], in->low, &in->high, in->low + h * share);
+        in->high = located_root_real(set->poles, &set->function[first], in->low, &in->high, in->low + h * share);
         in->found = first;
         look_there_real(set, in);
     }
@@ -764,42 +777,6 @@ static inline real steady_state_correction_real(const hopform_poles_real *poles,
     const real later = -value / (better ? rate : -1.0);
     const bool counts = (fabs_real(later) < 0.01 * t) & (fabs_real(later) > 16.0 * HOPFORM_EPS_real * t);
     return (better & counts) ? later : 0.0;
-}
-
-/* An extremum of x_1, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the terms. */
-static inline real grazing_tolerance_real(const hopform_motion_real *motion, const hopform_state_real *start,
-                                          const hopform_basis_real *basis)
-{
-    return 16.0 * HOPFORM_EPS_real
-           * (fabs_real(start->x1) + fabs_real(start->v1 * basis->Wd) + fabs_real(motion->N2_1 * basis->W)
-              + fabs_real(motion->N1_1 * basis->W1) + fabs_real(motion->N0_1 * basis->W2));
-}
-
-/* A value with its derivatives up to the fourth. */
-typedef struct {
-    jet_real at;
-    real fourth;
-} approach_real;
-
-/* How far x_1 is short of the stop ahead, from which `start` counts it. */
-static inline approach_real approach_of_real(const hopform_poles_real *poles, const hopform_motion_real *motion,
-                                             const hopform_state_real *start, real side,
-                                             const hopform_basis_real *basis)
-{
-    const hopform_numerator_real h = {motion->H3_1, motion->H2_1, motion->H1_1};
-    const hopform_rise_real rise = hopform_step_response_real(poles, &h, basis);
-    const hopform_at_real at = hopform_state_at_real(start, motion, basis);
-    const approach_real to = {{-side * at.x1_t, -side * at.v1_t, -side * rise.rise_rate, -side * rise.rise_curvature},
-                              -side * rise.rise_third};
-    return to;
-}
-
-/* Whether x_1 has passed the stop from which `start` counts it, and does not just touch it. */
-static inline bool is_beyond_stop_real(const hopform_motion_real *motion, const hopform_state_real *start, real sign,
-                                       const hopform_basis_real *basis)
-{
-    const real beyond = sign * hopform_state_at_real(start, motion, basis).x1_t;
-    return beyond > 0.0 && beyond > grazing_tolerance_real(motion, start, basis);
 }
 
 #endif

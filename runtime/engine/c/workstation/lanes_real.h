@@ -27,6 +27,7 @@
 enum {
     LANES = HOPFORM_LANE_COUNT_real,
     SLOTS = MOST_EVENT_FUNCTIONS_real,
+    STOP = SLOTS, /* that of the stop ahead goes behind them */
     MODES = 9,
     ROOT_STEPS = 6,
     PHASES_OF_LANE = 16, /* a stance whose list is wanted and takes more is solved by itself */
@@ -85,11 +86,10 @@ static inline bool any(const real *flags)
     {                                                                                                                  \
         MEMBERS(KEEP_MEMBER)                                                                                           \
     }
-#define FUNCTION_MEMBERS(X) X(H3, NUMBER) X(H2, NUMBER) X(H1, NUMBER) X(start, NUMBER) /* the others are 0 */
+#define FUNCTION_MEMBERS(X) /* the others are 0 */                                                                     \
+    X(H3, NUMBER) X(H2, NUMBER) X(H1, NUMBER) X(H0, NUMBER) X(start, NUMBER)
 #define TERM_MEMBERS(X) X(earlier, NUMBER) X(before, NUMBER) X(term, NUMBER) X(W2, NUMBER) X(W3, NUMBER) X(W4, NUMBER)
 
-RECORD_IN_COLUMNS(state, hopform_state_real, HOPFORM_STATE_MEMBERS)
-RECORD_IN_COLUMNS(motion, hopform_motion_real, HOPFORM_MOTION_MEMBERS)
 RECORD_IN_COLUMNS(basis, hopform_basis_real, HOPFORM_BASIS_MEMBERS)
 RECORD_IN_COLUMNS(function, event_function_real, FUNCTION_MEMBERS)
 RECORD_IN_COLUMNS(terms, hopform_basis_terms_real, TERM_MEMBERS)
@@ -118,13 +118,11 @@ typedef struct {
     int64_t evaluations; /* of W for all lanes, in this run */
     int64_t solved;
 
-    lane stance[LANES]; /* in each lane */
-    bool live[LANES];   /* whether there is one */
-    int mode[LANES];    /* 3 (side_1 + 1) + side_2 + 1 */
-    column limit;       /* the end of the phase */
-    state_columns from_stop;
-    motion_columns motion;
-    function_columns function[SLOTS]; /* constants for those that it does not have */
+    lane stance[LANES];                  /* in each lane */
+    bool live[LANES];                    /* whether there is one */
+    int mode[LANES];                     /* 3 (side_1 + 1) + side_2 + 1 */
+    column limit;                        /* the end of the phase */
+    function_columns function[STOP + 1]; /* constants for those that it does not have */
 
     /* The round: the phases that have their turn, and the ends of their first intervals. */
     column turn, sure; /* what is certified */
@@ -239,11 +237,9 @@ static void put_phase(lanes *w, int l)
     stance_begin_search_real(chain, &one->motion, &one->search);
     w->mode[l] = 3 * (chain->side_1 + 1) + chain->side_2 + 1;
     w->limit[l] = one->search.limit;
-    const hopform_state_real from_stop = from_stop_real(chain);
-    keep_state(&w->from_stop, l, true, &from_stop);
-    keep_motion(&w->motion, l, true, &one->motion);
+    keep_function(&w->function[STOP], l, true, &one->search.events.stop);
     for (int s = 0; s < SLOTS; s++) {
-        const event_function_real none = {0.0, 0.0, 0.0, 1.0, 0, 0};
+        const event_function_real none = {0.0, 0.0, 0.0, 0.0, 1.0, 0, 0};
         keep_function(&w->function[s], l, true, s < set->count ? &set->function[s] : &none);
     }
 }
@@ -350,41 +346,37 @@ LANES_CODE static void guess_crossings(lanes *restrict w, int s)
         keep(&w->going[l], first, 1.0);
         keep(&w->number[l], first, (real)s);
         keep(&w->share[l], first, share[l]);
+        keep(&w->t[l], first, w->end_t[l] * share[l]);
         keep_function(&w->falling, l, first, &g);
     }
 }
 
-/* Steps to the roots of functions, as located_root_real takes them, or to the stops, as meets_stop_real does, until no
- * lane goes on. */
-static inline void go_to_roots(lanes *restrict w, const bool stop)
+/* Steps from guesses to the roots of functions before the ends of the intervals, as located_root_real takes them, until
+ * no lane goes on. */
+LANES_CODE static void go_to_roots(lanes *restrict w)
 {
     const hopform_poles_real poles = w->poles;
-    const real side = (real)w->side_1;
+    for (int l = 0; l < LANES; l++) {
+        const bool inside = (w->t[l] > 0.0) & (w->t[l] < w->end_t[l]);
+        w->low[l] = 0.0;
+        w->high[l] = w->end_t[l];
+        w->t[l] = inside ? w->t[l] : 0.5 * w->end_t[l];
+    }
     for (int n = 0; n < ROOT_STEPS && any(w->going); n++) {
-        if (n > 0 || !stop) {
-            bases_at(w, w->t, w->going, &w->basis);
-        }
+        bases_at(w, w->t, w->going, &w->basis);
         for (int l = 0; l < LANES; l++) {
             const hopform_basis_real basis = one_basis(&w->basis, l);
-            approach_real to;
-            if (stop) {
-                const hopform_state_real from = one_state(&w->from_stop, l);
-                const hopform_motion_real motion = one_motion(&w->motion, l);
-                to = approach_of_real(&poles, &motion, &from, side, &basis);
-            } else {
-                const event_function_real g = one_function(&w->falling, l);
-                const propagator_real at = propagator_of_real(&poles, w->t[l], &basis);
-                to.at = jet_at_real(&poles, &g, &at);
-                to.fourth = fourth_of_real(&poles, &to.at);
-            }
-            const root_step_real step = step_between_real(&poles, &to.at, to.fourth, w->t[l], w->low[l], w->high[l]);
-            const bool nears = (!stop) | (to.at.rate < 0.0);
-            const real next = (nears & step.inside) ? step.next : step.low + 0.5 * (step.high - step.low);
+            const event_function_real g = one_function(&w->falling, l);
+            const propagator_real at = propagator_of_real(&poles, w->t[l], &basis);
+            const jet_real jet = jet_at_real(&poles, &g, &at);
+            const root_step_real step =
+                step_between_real(&poles, &jet, fourth_of_real(&poles, &g, &jet), w->t[l], w->low[l], w->high[l]);
+            const real next = step.inside ? step.next : step.low + 0.5 * (step.high - step.low);
             const hopform_basis_real carried = carried_basis_real(&poles, &basis, next - w->t[l]);
             const bool goes = w->going[l] > 0.0;
-            keep_basis(&w->basis, l, goes & nears & step.lands, &carried);
-            keep(&w->t[l], goes & !(nears & step.arrives), next);
-            keep(&w->going[l], nears & (step.arrives | step.lands), 0.0);
+            keep_basis(&w->basis, l, goes & step.lands, &carried);
+            keep(&w->t[l], goes & !step.arrives, next);
+            keep(&w->going[l], step.arrives | step.lands, 0.0);
             w->low[l] = step.low;
             w->high[l] = step.high;
         }
@@ -394,14 +386,7 @@ static inline void go_to_roots(lanes *restrict w, const bool stop)
 /* The intervals end at the first roots, where those are found soon. */
 LANES_CODE static void find_roots(lanes *restrict w)
 {
-    for (int l = 0; l < LANES; l++) {
-        const real guess = w->end_t[l] * w->share[l];
-        const bool inside = (guess > 0.0) & (guess < w->end_t[l]);
-        w->low[l] = 0.0;
-        w->high[l] = w->end_t[l];
-        w->t[l] = inside ? guess : 0.5 * w->end_t[l];
-    }
-    go_to_roots(w, false);
+    go_to_roots(w);
     for (int l = 0; l < LANES; l++) {
         const bool found = (w->number[l] >= 0.0) & !(w->going[l] > 0.0);
         const hopform_basis_real basis = one_basis(&w->basis, l);
@@ -467,23 +452,19 @@ LANES_CODE static void certify(lanes *restrict w, int s)
  * be known better. */
 LANES_CODE static void meet_stops(lanes *restrict w)
 {
-    const real side = (real)w->side_1;
+    const hopform_poles_real poles = w->poles;
     for (int l = 0; l < LANES; l++) {
-        const hopform_state_real from = one_state(&w->from_stop, l);
-        const hopform_motion_real motion = one_motion(&w->motion, l);
-        const hopform_basis_real basis = one_basis(&w->end, l);
-        const bool past = is_beyond_stop_real(&motion, &from, side, &basis);
-        w->stops[l] = w->sure[l] * fabs_real(side) * flag(past) * flag(hopform_is_finite_real(from.x1));
+        const ends_of_lane ends = look_there(w, &poles, STOP, l);
+        const jet_real jet = jet_at_real(&poles, &ends.g, &ends.high);
+        w->stops[l] = w->sure[l] * flag(is_beyond_stop_real(&ends.g, &ends.high));
         w->going[l] = w->stops[l];
-        w->low[l] = 0.0;
-        w->high[l] = w->end_t[l];
-        w->t[l] = w->end_t[l];
+        w->t[l] = w->end_t[l] - step_to_root_real(&jet);
+        keep_function(&w->falling, l, true, &ends.g);
     }
     if (!any(w->stops)) {
         return;
     }
-    memcpy(&w->basis, &w->end, sizeof w->basis);
-    go_to_roots(w, true);
+    go_to_roots(w);
     for (int l = 0; l < LANES; l++) {
         const hopform_basis_real basis = one_basis(&w->basis, l);
         const hopform_basis_real before = one_basis(&w->end, l);
@@ -525,7 +506,7 @@ static stance_phase_end_real end_of_phase(lanes *w, int l)
             ends = !(fabs_real(later_takeoff_real(&one->chain, set->poles, leg, &in->high.basis, in->high.t)) > 0.0);
         }
     }
-    return ends ? end_of_real(&one->chain, search, stops) : stance_end_search_real(&one->chain, search);
+    return ends ? end_of_real(search, stops) : stance_end_search_real(&one->chain, search);
 }
 
 /* ---- stances in and out ---- */
