@@ -16,7 +16,11 @@
 #include "linear_f32.h"
 #include "overlap_f32.h"
 
-enum { MOST_POINTS_f32 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, DERIVATIVES_f32 = HOPFORM_LEG_HAS_DAMPER ? 9 : 8 };
+enum {
+    MOST_POINTS_f32 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9,
+    MOST_TURNS_f32 = 3,
+    DERIVATIVES_f32 = HOPFORM_LEG_HAS_DAMPER ? 9 : 8
+};
 
 /* How a phase ends. */
 typedef enum {
@@ -42,13 +46,6 @@ typedef struct {
     float size;
     int order;
 } flight_function_f32;
-
-/* Times of a phase: its start, what lies inside, and its end. */
-typedef struct {
-    int count;
-    const instant_f32 *at[MOST_POINTS_f32];
-    instant_f32 inside[MOST_POINTS_f32 - 2];
-} points_f32;
 
 typedef struct {
     instant_f32 at;
@@ -244,44 +241,36 @@ static instant_f32 root_between_f32(const flight_chain_f32 *chain, const flight_
     return last;
 }
 
-/* Put a time between the point n and the next one. */
-static void insert_f32(points_f32 *points, int n, const instant_f32 *root)
+/* Put the roots of a function that is monotone between the points among them; the new number of points. */
+static int split_f32(const flight_chain_f32 *chain, flight_function_f32 g, instant_f32 *points, int count)
 {
-    for (int m = points->count; m > n + 1; m--) {
-        points->at[m] = points->at[m - 1];
-    }
-    points->inside[points->count - 2] = *root;
-    points->at[n + 1] = &points->inside[points->count - 2];
-    points->count++;
-}
-
-/* Put the roots of a function that is monotone between the points among them. */
-static void split_f32(const flight_chain_f32 *chain, flight_function_f32 g, points_f32 *points)
-{
-    for (int n = 0; n < points->count - 1 && points->count < MOST_POINTS_f32; n++) {
-        const instant_f32 *from = points->at[n];
-        const instant_f32 *to = points->at[n + 1];
-        const float before = flight_value_f32(&g, from);
-        const float after = flight_value_f32(&g, to);
+    for (int n = 0; n < count - 1 && count < MOST_POINTS_f32; n++) {
+        const float before = flight_value_f32(&g, &points[n]);
+        const float after = flight_value_f32(&g, &points[n + 1]);
         if ((before > 0.0f && after < 0.0f) || (before < 0.0f && after > 0.0f)) {
             const flight_function_f32 falls = times_f32(before > 0.0f ? 1.0f : -1.0f, &g);
-            const instant_f32 root = root_between_f32(chain, &falls, from, to);
-            if (root.t > from->t && root.t < to->t) {
-                insert_f32(points, n, &root);
+            const instant_f32 root = root_between_f32(chain, &falls, &points[n], &points[n + 1]);
+            if (root.t > points[n].t && root.t < points[n + 1].t) {
+                for (int m = count; m > n + 1; m--) {
+                    points[m] = points[m - 1];
+                }
+                points[n + 1] = root;
+                count++;
                 n++; /* between its root and the next point it keeps its sign */
             }
         }
     }
+    return count;
 }
 
 /* Where a function that is monotone between the points falls below zero, by more than rounding or so steeply that the
  * root is near; a touch is none. */
-static bool crosses_f32(const flight_chain_f32 *chain, const flight_function_f32 *g,
-                         const instant_f32 *const *points, int count, instant_f32 *root)
+static bool crosses_f32(const flight_chain_f32 *chain, const flight_function_f32 *g, const instant_f32 *points,
+                         int count, instant_f32 *root)
 {
     for (int n = 1; n < count; n++) {
-        const instant_f32 *from = points[n - 1];
-        const instant_f32 *to = points[n];
+        const instant_f32 *from = &points[n - 1];
+        const instant_f32 *to = &points[n];
         const float after = flight_value_f32(g, to);
         if (after < 0.0f) {
             const float before = flight_value_f32(g, from);
@@ -315,16 +304,16 @@ static float turn_of_jerk_f32(const flight_chain_f32 *chain)
 
 /* ---- the end of a phase ---- */
 
-/* The start of a phase, a time in it at which something turns, and its end. */
-static void points_of_f32(const flight_chain_f32 *chain, float turn, const instant_f32 *end, points_f32 *points)
+/* The start of a phase, a time in it at which something turns, and its end; how many there are. */
+static int points_of_f32(const flight_chain_f32 *chain, float turn, const instant_f32 *end, instant_f32 *points)
 {
-    points->count = 2;
-    points->at[0] = &chain->first;
-    points->at[1] = end;
+    int count = 0;
+    points[count++] = chain->first;
     if (turn < end->t) {
-        const instant_f32 inside = look_f32(chain, turn);
-        insert_f32(points, 0, &inside);
+        points[count++] = look_f32(chain, turn);
     }
+    points[count++] = *end;
+    return count;
 }
 
 /* The stop ahead, if x_1, monotone in a phase, is beyond it at the end, or comes to rest there within rounding. */
@@ -334,7 +323,7 @@ static void end_at_stop_f32(const flight_chain_f32 *chain, flight_phase_end_f32 
     const float side = (float)chain->side;
     const float size = fabs_f32(stop) + fabs_f32(chain->actuator.x1);
     const flight_function_f32 gap = {side * (stop - chain->actuator.x1), 0.0f, 0.0f, -side, 0.0f, 0.0f, size, 0};
-    const instant_f32 *const points[] = {&chain->first, &end->at};
+    const instant_f32 points[] = {chain->first, end->at};
     if (hopform_is_finite_f32(stop)
         && ((end->kind == END_VELOCITY_f32
              && fabs_f32(flight_value_f32(&gap, &end->at)) <= flight_rounding_f32(&gap, &end->at))
@@ -354,14 +343,15 @@ static void end_at_limit_of_pull_f32(const flight_chain_f32 *chain, flight_phase
     const float size = chain->largest + gains->Kp * fabs_f32(x->x1) + gains->Kd * fabs_f32(x->v1);
     const flight_function_f32 pull = {gains->Kp * x->x1, 0.0f, 0.0f, gains->Kp, gains->Kd, 0.0f, size, 0};
     const jet_f32 first = flight_jet_f32(chain, &pull, &chain->first);
-    points_f32 points;
-    points_of_f32(chain, zero_of_pair_f32(&chain->poles, first.rate, first.curvature), &end->at, &points);
+    instant_f32 points[MOST_TURNS_f32] = {0};
+    const int count =
+        points_of_f32(chain, zero_of_pair_f32(&chain->poles, first.rate, first.curvature), &end->at, points);
     for (int side = -1; side <= 1; side += 2) {
         flight_function_f32 beyond = pull;
         beyond.start -= (float)side * chain->largest;
         const flight_function_f32 left = times_f32((float)(chain->limit == 0 ? -side : side), &beyond);
-        instant_f32 root;
-        if (side != -chain->limit && crosses_f32(chain, &left, points.at, points.count, &root) && root.t < end->at.t) {
+        instant_f32 root = end->at;
+        if (side != -chain->limit && crosses_f32(chain, &left, points, count, &root) && root.t < end->at.t) {
             end->at = root;
             end->kind = END_PULL_f32;
             end->limit = chain->limit == 0 ? side : 0;
@@ -402,26 +392,26 @@ static void end_at_touchdown_f32(flight_chain_f32 *chain, flight_phase_end_f32 *
     const flight_function_f32 rate = derivative_of_f32(chain, foot);
     const flight_function_f32 curvature = derivative_of_f32(chain, &rate);
     const float turn = chain->side == 0 ? HOPFORM_NEVER_f32 : turn_of_jerk_f32(chain);
-    points_f32 points;
-    points_of_f32(chain, turn, &end->at, &points);
+    instant_f32 points[MOST_POINTS_f32] = {0};
+    int count = points_of_f32(chain, turn, &end->at, points);
     if (HOPFORM_LEG_HAS_DAMPER) {
-        split_f32(chain, derivative_of_f32(chain, &curvature), &points);
+        count = split_f32(chain, derivative_of_f32(chain, &curvature), points, count);
     }
-    split_f32(chain, curvature, &points);
+    count = split_f32(chain, curvature, points, count);
     /* A concave way has no more than one root behind its start. */
-    const bool is_concave = points.count == 2 && flight_value_f32(&curvature, &chain->first) < 0.0f;
+    const bool is_concave = count == 2 && flight_value_f32(&curvature, &chain->first) < 0.0f;
     const float start = flight_value_f32(foot, &chain->first);
     const bool stays = start >= 0.0f && flight_value_f32(foot, &end->at) > flight_rounding_f32(foot, &end->at);
     if (!is_concave || !(start > 0.0f || stays)) {
-        split_f32(chain, rate, &points);
+        count = split_f32(chain, rate, points, count);
     }
     int from = 0;
-    while (!chain->airborne && from < points.count - 1) {
+    while (!chain->airborne && from < count - 1) {
         from++;
-        remember_highest_f32(chain, points.at[from]);
-        chain->airborne = flight_value_f32(foot, points.at[from]) > flight_rounding_f32(foot, points.at[from]);
+        remember_highest_f32(chain, &points[from]);
+        chain->airborne = flight_value_f32(foot, &points[from]) > flight_rounding_f32(foot, &points[from]);
     }
-    if (chain->airborne && crosses_f32(chain, foot, &points.at[from], points.count - from, &end->at)) {
+    if (chain->airborne && crosses_f32(chain, foot, &points[from], count - from, &end->at)) {
         end->kind = END_TOUCHDOWN_f32;
     }
 }

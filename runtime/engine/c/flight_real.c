@@ -16,7 +16,11 @@
 #include "linear_real.h"
 #include "overlap_real.h"
 
-enum { MOST_POINTS_real = HOPFORM_LEG_HAS_DAMPER ? 17 : 9, DERIVATIVES_real = HOPFORM_LEG_HAS_DAMPER ? 9 : 8 };
+enum {
+    MOST_POINTS_real = HOPFORM_LEG_HAS_DAMPER ? 17 : 9,
+    MOST_TURNS_real = 3,
+    DERIVATIVES_real = HOPFORM_LEG_HAS_DAMPER ? 9 : 8
+};
 
 /* How a phase ends. */
 typedef enum {
@@ -42,13 +46,6 @@ typedef struct {
     real size;
     int order;
 } flight_function_real;
-
-/* Times of a phase: its start, what lies inside, and its end. */
-typedef struct {
-    int count;
-    const instant_real *at[MOST_POINTS_real];
-    instant_real inside[MOST_POINTS_real - 2];
-} points_real;
 
 typedef struct {
     instant_real at;
@@ -244,44 +241,36 @@ static instant_real root_between_real(const flight_chain_real *chain, const flig
     return last;
 }
 
-/* Put a time between the point n and the next one. */
-static void insert_real(points_real *points, int n, const instant_real *root)
+/* Put the roots of a function that is monotone between the points among them; the new number of points. */
+static int split_real(const flight_chain_real *chain, flight_function_real g, instant_real *points, int count)
 {
-    for (int m = points->count; m > n + 1; m--) {
-        points->at[m] = points->at[m - 1];
-    }
-    points->inside[points->count - 2] = *root;
-    points->at[n + 1] = &points->inside[points->count - 2];
-    points->count++;
-}
-
-/* Put the roots of a function that is monotone between the points among them. */
-static void split_real(const flight_chain_real *chain, flight_function_real g, points_real *points)
-{
-    for (int n = 0; n < points->count - 1 && points->count < MOST_POINTS_real; n++) {
-        const instant_real *from = points->at[n];
-        const instant_real *to = points->at[n + 1];
-        const real before = flight_value_real(&g, from);
-        const real after = flight_value_real(&g, to);
+    for (int n = 0; n < count - 1 && count < MOST_POINTS_real; n++) {
+        const real before = flight_value_real(&g, &points[n]);
+        const real after = flight_value_real(&g, &points[n + 1]);
         if ((before > 0.0 && after < 0.0) || (before < 0.0 && after > 0.0)) {
             const flight_function_real falls = times_real(before > 0.0 ? 1.0 : -1.0, &g);
-            const instant_real root = root_between_real(chain, &falls, from, to);
-            if (root.t > from->t && root.t < to->t) {
-                insert_real(points, n, &root);
+            const instant_real root = root_between_real(chain, &falls, &points[n], &points[n + 1]);
+            if (root.t > points[n].t && root.t < points[n + 1].t) {
+                for (int m = count; m > n + 1; m--) {
+                    points[m] = points[m - 1];
+                }
+                points[n + 1] = root;
+                count++;
                 n++; /* between its root and the next point it keeps its sign */
             }
         }
     }
+    return count;
 }
 
 /* Where a function that is monotone between the points falls below zero, by more than rounding or so steeply that the
  * root is near; a touch is none. */
-static bool crosses_real(const flight_chain_real *chain, const flight_function_real *g,
-                         const instant_real *const *points, int count, instant_real *root)
+static bool crosses_real(const flight_chain_real *chain, const flight_function_real *g, const instant_real *points,
+                         int count, instant_real *root)
 {
     for (int n = 1; n < count; n++) {
-        const instant_real *from = points[n - 1];
-        const instant_real *to = points[n];
+        const instant_real *from = &points[n - 1];
+        const instant_real *to = &points[n];
         const real after = flight_value_real(g, to);
         if (after < 0.0) {
             const real before = flight_value_real(g, from);
@@ -315,16 +304,16 @@ static real turn_of_jerk_real(const flight_chain_real *chain)
 
 /* ---- the end of a phase ---- */
 
-/* The start of a phase, a time in it at which something turns, and its end. */
-static void points_of_real(const flight_chain_real *chain, real turn, const instant_real *end, points_real *points)
+/* The start of a phase, a time in it at which something turns, and its end; how many there are. */
+static int points_of_real(const flight_chain_real *chain, real turn, const instant_real *end, instant_real *points)
 {
-    points->count = 2;
-    points->at[0] = &chain->first;
-    points->at[1] = end;
+    int count = 0;
+    points[count++] = chain->first;
     if (turn < end->t) {
-        const instant_real inside = look_real(chain, turn);
-        insert_real(points, 0, &inside);
+        points[count++] = look_real(chain, turn);
     }
+    points[count++] = *end;
+    return count;
 }
 
 /* The stop ahead, if x_1, monotone in a phase, is beyond it at the end, or comes to rest there within rounding. */
@@ -334,7 +323,7 @@ static void end_at_stop_real(const flight_chain_real *chain, flight_phase_end_re
     const real side = (real)chain->side;
     const real size = fabs_real(stop) + fabs_real(chain->actuator.x1);
     const flight_function_real gap = {side * (stop - chain->actuator.x1), 0.0, 0.0, -side, 0.0, 0.0, size, 0};
-    const instant_real *const points[] = {&chain->first, &end->at};
+    const instant_real points[] = {chain->first, end->at};
     if (hopform_is_finite_real(stop)
         && ((end->kind == END_VELOCITY_real
              && fabs_real(flight_value_real(&gap, &end->at)) <= flight_rounding_real(&gap, &end->at))
@@ -354,14 +343,15 @@ static void end_at_limit_of_pull_real(const flight_chain_real *chain, flight_pha
     const real size = chain->largest + gains->Kp * fabs_real(x->x1) + gains->Kd * fabs_real(x->v1);
     const flight_function_real pull = {gains->Kp * x->x1, 0.0, 0.0, gains->Kp, gains->Kd, 0.0, size, 0};
     const jet_real first = flight_jet_real(chain, &pull, &chain->first);
-    points_real points;
-    points_of_real(chain, zero_of_pair_real(&chain->poles, first.rate, first.curvature), &end->at, &points);
+    instant_real points[MOST_TURNS_real] = {0};
+    const int count =
+        points_of_real(chain, zero_of_pair_real(&chain->poles, first.rate, first.curvature), &end->at, points);
     for (int side = -1; side <= 1; side += 2) {
         flight_function_real beyond = pull;
         beyond.start -= (real)side * chain->largest;
         const flight_function_real left = times_real((real)(chain->limit == 0 ? -side : side), &beyond);
-        instant_real root;
-        if (side != -chain->limit && crosses_real(chain, &left, points.at, points.count, &root) && root.t < end->at.t) {
+        instant_real root = end->at;
+        if (side != -chain->limit && crosses_real(chain, &left, points, count, &root) && root.t < end->at.t) {
             end->at = root;
             end->kind = END_PULL_real;
             end->limit = chain->limit == 0 ? side : 0;
@@ -402,26 +392,26 @@ static void end_at_touchdown_real(flight_chain_real *chain, flight_phase_end_rea
     const flight_function_real rate = derivative_of_real(chain, foot);
     const flight_function_real curvature = derivative_of_real(chain, &rate);
     const real turn = chain->side == 0 ? HOPFORM_NEVER_real : turn_of_jerk_real(chain);
-    points_real points;
-    points_of_real(chain, turn, &end->at, &points);
+    instant_real points[MOST_POINTS_real] = {0};
+    int count = points_of_real(chain, turn, &end->at, points);
     if (HOPFORM_LEG_HAS_DAMPER) {
-        split_real(chain, derivative_of_real(chain, &curvature), &points);
+        count = split_real(chain, derivative_of_real(chain, &curvature), points, count);
     }
-    split_real(chain, curvature, &points);
+    count = split_real(chain, curvature, points, count);
     /* A concave way has no more than one root behind its start. */
-    const bool is_concave = points.count == 2 && flight_value_real(&curvature, &chain->first) < 0.0;
+    const bool is_concave = count == 2 && flight_value_real(&curvature, &chain->first) < 0.0;
     const real start = flight_value_real(foot, &chain->first);
     const bool stays = start >= 0.0 && flight_value_real(foot, &end->at) > flight_rounding_real(foot, &end->at);
     if (!is_concave || !(start > 0.0 || stays)) {
-        split_real(chain, rate, &points);
+        count = split_real(chain, rate, points, count);
     }
     int from = 0;
-    while (!chain->airborne && from < points.count - 1) {
+    while (!chain->airborne && from < count - 1) {
         from++;
-        remember_highest_real(chain, points.at[from]);
-        chain->airborne = flight_value_real(foot, points.at[from]) > flight_rounding_real(foot, points.at[from]);
+        remember_highest_real(chain, &points[from]);
+        chain->airborne = flight_value_real(foot, &points[from]) > flight_rounding_real(foot, &points[from]);
     }
-    if (chain->airborne && crosses_real(chain, foot, &points.at[from], points.count - from, &end->at)) {
+    if (chain->airborne && crosses_real(chain, foot, &points[from], count - from, &end->at)) {
         end->kind = END_TOUCHDOWN_real;
     }
 }

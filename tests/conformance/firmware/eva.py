@@ -27,7 +27,8 @@ OPTIONS = (
 UNROLLED = {
     "": "hopform_refuse_f32:300,hopform_overlap_f32:40,add_thresholds_f32:40,lost_at_once_f32:10,put_events_f32:40",
     "ONLY_FLIGHT": "hopform_flight_at_f32:40,hopform_flight_energy_f32:60,reading_status_f32:40,state_of_flight_f32:20,"
-                   "watch_level_f32:40,watch_pull_f32:40",
+                   "crosses_f32:200,split_f32:200,points_of_f32:40,end_at_limit_of_pull_f32:100,"
+                   "end_at_stop_f32:40,end_at_touchdown_f32:200",
     "ONLY_STANCE": "hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,"
                    "hopform_stance_grid_f32:300,samples_of_phase_f32:100,fill_table_f32:100,sample_behind_f32:100,"
                    "sum_up_f32:50,sum_up_x1_f32:50,put_same_f32:50,put_samples_f32:50,put_basis_f32:50,"
