@@ -19,7 +19,7 @@
 enum {
     MOST_POINTS_f32 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9,
     MOST_TURNS_f32 = 3,
-    DERIVATIVES_f32 = HOPFORM_LEG_HAS_DAMPER ? 9 : 8
+    DERIVATIVES_f32 = HOPFORM_LEG_HAS_DAMPER ? 5 : 4
 };
 
 /* How a phase ends. */
@@ -156,10 +156,7 @@ static float leg_at_f32(const flight_chain_f32 *chain, float t)
 static instant_f32 look_f32(const flight_chain_f32 *chain, float t)
 {
     const hopform_actuator_at_f32 x = move_f32(&chain->actuator, &chain->poles, chain->side, t);
-    instant_f32 now = {t, leg_at_f32(chain, t), {x.moved, x.v1_t, x.acc1_t, x.jerk1_t}};
-    for (int n = 4; n < DERIVATIVES_f32; n++) {
-        now.way[n] = -chain->poles.p * now.way[n - 1] - chain->poles.q * now.way[n - 2];
-    }
+    const instant_f32 now = {t, leg_at_f32(chain, t), {x.moved, x.v1_t, x.acc1_t, x.jerk1_t}};
     return now;
 }
 
@@ -188,17 +185,28 @@ static flight_function_f32 times_f32(float sign, const flight_function_f32 *g)
     return of;
 }
 
-static jet_f32 flight_jet_f32(const flight_chain_f32 *chain, const flight_function_f32 *g, const instant_f32 *at)
+/* Its value and derivatives, the fourth one apart. */
+static jet_f32 flight_jet_f32(const flight_chain_f32 *chain, const flight_function_f32 *g, const instant_f32 *at,
+                                float *fourth)
 {
-    const float *way = &at->way[g->order];
+    const float p = chain->poles.p;
+    const float q = chain->poles.q;
+    const float fourth_of_way = -p * at->way[3] - q * at->way[2];
+    const float fifth = -p * fourth_of_way - q * at->way[3];
+    const float sixth = -p * fifth - q * fourth_of_way;
+    const float ways[] = {
+        at->way[0], at->way[1], at->way[2], at->way[3], fourth_of_way, fifth, sixth, -p * sixth - q * fifth, 0.0f};
+    const float *way = &ways[g->order];
     jet_f32 jet = {
         flight_value_f32(g, at), g->rate + g->curvature * at->t + g->of_way * way[1] + g->of_velocity * way[2],
         g->curvature + g->of_way * way[2] + g->of_velocity * way[3], g->of_way * way[3] + g->of_velocity * way[4]};
-    if (HOPFORM_LEG_HAS_DAMPER) {
+    *fourth = g->of_way * way[4] + g->of_velocity * way[5];
+    if (HOPFORM_LEG_HAS_DAMPER && fabs_f32(g->of_leg) > 0.0f) {
         const float rate = -chain->relaxes * g->of_leg * at->leg;
         jet.rate += rate;
         jet.curvature -= chain->relaxes * rate;
         jet.third += chain->relaxes * chain->relaxes * rate;
+        *fourth = HOPFORM_NEVER_f32; /* its rate is no pole: no step is known to land */
     }
     return jet;
 }
@@ -221,11 +229,9 @@ static instant_f32 root_between_f32(const flight_chain_f32 *chain, const flight_
     float high = to->t;
     instant_f32 last = *to;
     for (int n = 0; n < 100; n++) {
-        const jet_f32 jet = flight_jet_f32(chain, g, &last);
-        const float fourth = g->of_way * last.way[g->order + 4] + g->of_velocity * last.way[g->order + 5];
-        const bool fades = HOPFORM_LEG_HAS_DAMPER && fabs_f32(g->of_leg) > 0.0f; /* at a rate that is no pole */
-        const root_step_f32 step =
-            step_between_f32(&chain->poles, &jet, fades ? HOPFORM_NEVER_f32 : fourth, last.t, low, high);
+        float fourth = 0.0f;
+        const jet_f32 jet = flight_jet_f32(chain, g, &last, &fourth);
+        const root_step_f32 step = step_between_f32(&chain->poles, &jet, fourth, last.t, low, high);
         low = step.low;
         high = step.high;
         const bool follows = step.inside && !(n > 8 && n % 2 == 1);
@@ -297,9 +303,12 @@ static float zero_of_pair_f32(const hopform_poles_f32 *poles, float value, float
 static float turn_of_jerk_f32(const flight_chain_f32 *chain)
 {
     const float *way = chain->first.way;
-    return HOPFORM_LEG_HAS_DAMPER
-               ? zero_of_pair_f32(&chain->poles, way[4] + chain->relaxes * way[3], way[5] + chain->relaxes * way[4])
-               : zero_of_pair_f32(&chain->poles, way[3], way[4]);
+    const float snap = -chain->poles.p * way[3] - chain->poles.q * way[2];
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const float crackle = -chain->poles.p * snap - chain->poles.q * way[3];
+        return zero_of_pair_f32(&chain->poles, snap + chain->relaxes * way[3], crackle + chain->relaxes * snap);
+    }
+    return zero_of_pair_f32(&chain->poles, way[3], snap);
 }
 
 /* ---- the end of a phase ---- */
@@ -323,11 +332,11 @@ static void end_at_stop_f32(const flight_chain_f32 *chain, flight_phase_end_f32 
     const float side = (float)chain->side;
     const float size = fabs_f32(stop) + fabs_f32(chain->actuator.x1);
     const flight_function_f32 gap = {side * (stop - chain->actuator.x1), 0.0f, 0.0f, -side, 0.0f, 0.0f, size, 0};
+    if (!hopform_is_finite_f32(stop) || flight_value_f32(&gap, &end->at) > flight_rounding_f32(&gap, &end->at)) {
+        return;
+    }
     const instant_f32 points[] = {chain->first, end->at};
-    if (hopform_is_finite_f32(stop)
-        && ((end->kind == END_VELOCITY_f32
-             && fabs_f32(flight_value_f32(&gap, &end->at)) <= flight_rounding_f32(&gap, &end->at))
-            || crosses_f32(chain, &gap, points, 2, &end->at))) {
+    if (crosses_f32(chain, &gap, points, 2, &end->at) || end->kind == END_VELOCITY_f32) {
         end->kind = FLIGHT_END_STOP_f32;
     }
 }
@@ -342,10 +351,12 @@ static void end_at_limit_of_pull_f32(const flight_chain_f32 *chain, flight_phase
     }
     const float size = chain->largest + gains->Kp * fabs_f32(x->x1) + gains->Kd * fabs_f32(x->v1);
     const flight_function_f32 pull = {gains->Kp * x->x1, 0.0f, 0.0f, gains->Kp, gains->Kd, 0.0f, size, 0};
-    const jet_f32 first = flight_jet_f32(chain, &pull, &chain->first);
+    const flight_function_f32 rate = derivative_of_f32(chain, &pull);
+    const flight_function_f32 curvature = derivative_of_f32(chain, &rate);
+    const float turn = zero_of_pair_f32(&chain->poles, flight_value_f32(&rate, &chain->first),
+                                        flight_value_f32(&curvature, &chain->first));
     instant_f32 points[MOST_TURNS_f32] = {0};
-    const int count =
-        points_of_f32(chain, zero_of_pair_f32(&chain->poles, first.rate, first.curvature), &end->at, points);
+    const int count = points_of_f32(chain, turn, &end->at, points);
     for (int side = -1; side <= 1; side += 2) {
         flight_function_f32 beyond = pull;
         beyond.start -= (float)side * chain->largest;

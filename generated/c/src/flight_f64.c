@@ -19,7 +19,7 @@
 enum {
     MOST_POINTS_f64 = HOPFORM_LEG_HAS_DAMPER ? 17 : 9,
     MOST_TURNS_f64 = 3,
-    DERIVATIVES_f64 = HOPFORM_LEG_HAS_DAMPER ? 9 : 8
+    DERIVATIVES_f64 = HOPFORM_LEG_HAS_DAMPER ? 5 : 4
 };
 
 /* How a phase ends. */
@@ -156,10 +156,7 @@ static double leg_at_f64(const flight_chain_f64 *chain, double t)
 static instant_f64 look_f64(const flight_chain_f64 *chain, double t)
 {
     const hopform_actuator_at_f64 x = move_f64(&chain->actuator, &chain->poles, chain->side, t);
-    instant_f64 now = {t, leg_at_f64(chain, t), {x.moved, x.v1_t, x.acc1_t, x.jerk1_t}};
-    for (int n = 4; n < DERIVATIVES_f64; n++) {
-        now.way[n] = -chain->poles.p * now.way[n - 1] - chain->poles.q * now.way[n - 2];
-    }
+    const instant_f64 now = {t, leg_at_f64(chain, t), {x.moved, x.v1_t, x.acc1_t, x.jerk1_t}};
     return now;
 }
 
@@ -188,17 +185,28 @@ static flight_function_f64 times_f64(double sign, const flight_function_f64 *g)
     return of;
 }
 
-static jet_f64 flight_jet_f64(const flight_chain_f64 *chain, const flight_function_f64 *g, const instant_f64 *at)
+/* Its value and derivatives, the fourth one apart. */
+static jet_f64 flight_jet_f64(const flight_chain_f64 *chain, const flight_function_f64 *g, const instant_f64 *at,
+                                double *fourth)
 {
-    const double *way = &at->way[g->order];
+    const double p = chain->poles.p;
+    const double q = chain->poles.q;
+    const double fourth_of_way = -p * at->way[3] - q * at->way[2];
+    const double fifth = -p * fourth_of_way - q * at->way[3];
+    const double sixth = -p * fifth - q * fourth_of_way;
+    const double ways[] = {
+        at->way[0], at->way[1], at->way[2], at->way[3], fourth_of_way, fifth, sixth, -p * sixth - q * fifth, 0.0};
+    const double *way = &ways[g->order];
     jet_f64 jet = {
         flight_value_f64(g, at), g->rate + g->curvature * at->t + g->of_way * way[1] + g->of_velocity * way[2],
         g->curvature + g->of_way * way[2] + g->of_velocity * way[3], g->of_way * way[3] + g->of_velocity * way[4]};
-    if (HOPFORM_LEG_HAS_DAMPER) {
+    *fourth = g->of_way * way[4] + g->of_velocity * way[5];
+    if (HOPFORM_LEG_HAS_DAMPER && fabs_f64(g->of_leg) > 0.0) {
         const double rate = -chain->relaxes * g->of_leg * at->leg;
         jet.rate += rate;
         jet.curvature -= chain->relaxes * rate;
         jet.third += chain->relaxes * chain->relaxes * rate;
+        *fourth = HOPFORM_NEVER_f64; /* its rate is no pole: no step is known to land */
     }
     return jet;
 }
@@ -221,11 +229,9 @@ static instant_f64 root_between_f64(const flight_chain_f64 *chain, const flight_
     double high = to->t;
     instant_f64 last = *to;
     for (int n = 0; n < 100; n++) {
-        const jet_f64 jet = flight_jet_f64(chain, g, &last);
-        const double fourth = g->of_way * last.way[g->order + 4] + g->of_velocity * last.way[g->order + 5];
-        const bool fades = HOPFORM_LEG_HAS_DAMPER && fabs_f64(g->of_leg) > 0.0; /* at a rate that is no pole */
-        const root_step_f64 step =
-            step_between_f64(&chain->poles, &jet, fades ? HOPFORM_NEVER_f64 : fourth, last.t, low, high);
+        double fourth = 0.0;
+        const jet_f64 jet = flight_jet_f64(chain, g, &last, &fourth);
+        const root_step_f64 step = step_between_f64(&chain->poles, &jet, fourth, last.t, low, high);
         low = step.low;
         high = step.high;
         const bool follows = step.inside && !(n > 8 && n % 2 == 1);
@@ -297,9 +303,12 @@ static double zero_of_pair_f64(const hopform_poles_f64 *poles, double value, dou
 static double turn_of_jerk_f64(const flight_chain_f64 *chain)
 {
     const double *way = chain->first.way;
-    return HOPFORM_LEG_HAS_DAMPER
-               ? zero_of_pair_f64(&chain->poles, way[4] + chain->relaxes * way[3], way[5] + chain->relaxes * way[4])
-               : zero_of_pair_f64(&chain->poles, way[3], way[4]);
+    const double snap = -chain->poles.p * way[3] - chain->poles.q * way[2];
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const double crackle = -chain->poles.p * snap - chain->poles.q * way[3];
+        return zero_of_pair_f64(&chain->poles, snap + chain->relaxes * way[3], crackle + chain->relaxes * snap);
+    }
+    return zero_of_pair_f64(&chain->poles, way[3], snap);
 }
 
 /* ---- the end of a phase ---- */
@@ -323,11 +332,11 @@ static void end_at_stop_f64(const flight_chain_f64 *chain, flight_phase_end_f64 
     const double side = (double)chain->side;
     const double size = fabs_f64(stop) + fabs_f64(chain->actuator.x1);
     const flight_function_f64 gap = {side * (stop - chain->actuator.x1), 0.0, 0.0, -side, 0.0, 0.0, size, 0};
+    if (!hopform_is_finite_f64(stop) || flight_value_f64(&gap, &end->at) > flight_rounding_f64(&gap, &end->at)) {
+        return;
+    }
     const instant_f64 points[] = {chain->first, end->at};
-    if (hopform_is_finite_f64(stop)
-        && ((end->kind == END_VELOCITY_f64
-             && fabs_f64(flight_value_f64(&gap, &end->at)) <= flight_rounding_f64(&gap, &end->at))
-            || crosses_f64(chain, &gap, points, 2, &end->at))) {
+    if (crosses_f64(chain, &gap, points, 2, &end->at) || end->kind == END_VELOCITY_f64) {
         end->kind = FLIGHT_END_STOP_f64;
     }
 }
@@ -342,10 +351,12 @@ static void end_at_limit_of_pull_f64(const flight_chain_f64 *chain, flight_phase
     }
     const double size = chain->largest + gains->Kp * fabs_f64(x->x1) + gains->Kd * fabs_f64(x->v1);
     const flight_function_f64 pull = {gains->Kp * x->x1, 0.0, 0.0, gains->Kp, gains->Kd, 0.0, size, 0};
-    const jet_f64 first = flight_jet_f64(chain, &pull, &chain->first);
+    const flight_function_f64 rate = derivative_of_f64(chain, &pull);
+    const flight_function_f64 curvature = derivative_of_f64(chain, &rate);
+    const double turn = zero_of_pair_f64(&chain->poles, flight_value_f64(&rate, &chain->first),
+                                        flight_value_f64(&curvature, &chain->first));
     instant_f64 points[MOST_TURNS_f64] = {0};
-    const int count =
-        points_of_f64(chain, zero_of_pair_f64(&chain->poles, first.rate, first.curvature), &end->at, points);
+    const int count = points_of_f64(chain, turn, &end->at, points);
     for (int side = -1; side <= 1; side += 2) {
         flight_function_f64 beyond = pull;
         beyond.start -= (double)side * chain->largest;

@@ -19,7 +19,7 @@
 enum {
     MOST_POINTS_real = HOPFORM_LEG_HAS_DAMPER ? 17 : 9,
     MOST_TURNS_real = 3,
-    DERIVATIVES_real = HOPFORM_LEG_HAS_DAMPER ? 9 : 8
+    DERIVATIVES_real = HOPFORM_LEG_HAS_DAMPER ? 5 : 4
 };
 
 /* How a phase ends. */
@@ -156,10 +156,7 @@ static real leg_at_real(const flight_chain_real *chain, real t)
 static instant_real look_real(const flight_chain_real *chain, real t)
 {
     const hopform_actuator_at_real x = move_real(&chain->actuator, &chain->poles, chain->side, t);
-    instant_real now = {t, leg_at_real(chain, t), {x.moved, x.v1_t, x.acc1_t, x.jerk1_t}};
-    for (int n = 4; n < DERIVATIVES_real; n++) {
-        now.way[n] = -chain->poles.p * now.way[n - 1] - chain->poles.q * now.way[n - 2];
-    }
+    const instant_real now = {t, leg_at_real(chain, t), {x.moved, x.v1_t, x.acc1_t, x.jerk1_t}};
     return now;
 }
 
@@ -188,17 +185,28 @@ static flight_function_real times_real(real sign, const flight_function_real *g)
     return of;
 }
 
-static jet_real flight_jet_real(const flight_chain_real *chain, const flight_function_real *g, const instant_real *at)
+/* Its value and derivatives, the fourth one apart. */
+static jet_real flight_jet_real(const flight_chain_real *chain, const flight_function_real *g, const instant_real *at,
+                                real *fourth)
 {
-    const real *way = &at->way[g->order];
+    const real p = chain->poles.p;
+    const real q = chain->poles.q;
+    const real fourth_of_way = -p * at->way[3] - q * at->way[2];
+    const real fifth = -p * fourth_of_way - q * at->way[3];
+    const real sixth = -p * fifth - q * fourth_of_way;
+    const real ways[] = {
+        at->way[0], at->way[1], at->way[2], at->way[3], fourth_of_way, fifth, sixth, -p * sixth - q * fifth, 0.0};
+    const real *way = &ways[g->order];
     jet_real jet = {
         flight_value_real(g, at), g->rate + g->curvature * at->t + g->of_way * way[1] + g->of_velocity * way[2],
         g->curvature + g->of_way * way[2] + g->of_velocity * way[3], g->of_way * way[3] + g->of_velocity * way[4]};
-    if (HOPFORM_LEG_HAS_DAMPER) {
+    *fourth = g->of_way * way[4] + g->of_velocity * way[5];
+    if (HOPFORM_LEG_HAS_DAMPER && fabs_real(g->of_leg) > 0.0) {
         const real rate = -chain->relaxes * g->of_leg * at->leg;
         jet.rate += rate;
         jet.curvature -= chain->relaxes * rate;
         jet.third += chain->relaxes * chain->relaxes * rate;
+        *fourth = HOPFORM_NEVER_real; /* its rate is no pole: no step is known to land */
     }
     return jet;
 }
@@ -221,11 +229,9 @@ static instant_real root_between_real(const flight_chain_real *chain, const flig
     real high = to->t;
     instant_real last = *to;
     for (int n = 0; n < 100; n++) {
-        const jet_real jet = flight_jet_real(chain, g, &last);
-        const real fourth = g->of_way * last.way[g->order + 4] + g->of_velocity * last.way[g->order + 5];
-        const bool fades = HOPFORM_LEG_HAS_DAMPER && fabs_real(g->of_leg) > 0.0; /* at a rate that is no pole */
-        const root_step_real step =
-            step_between_real(&chain->poles, &jet, fades ? HOPFORM_NEVER_real : fourth, last.t, low, high);
+        real fourth = 0.0;
+        const jet_real jet = flight_jet_real(chain, g, &last, &fourth);
+        const root_step_real step = step_between_real(&chain->poles, &jet, fourth, last.t, low, high);
         low = step.low;
         high = step.high;
         const bool follows = step.inside && !(n > 8 && n % 2 == 1);
@@ -297,9 +303,12 @@ static real zero_of_pair_real(const hopform_poles_real *poles, real value, real 
 static real turn_of_jerk_real(const flight_chain_real *chain)
 {
     const real *way = chain->first.way;
-    return HOPFORM_LEG_HAS_DAMPER
-               ? zero_of_pair_real(&chain->poles, way[4] + chain->relaxes * way[3], way[5] + chain->relaxes * way[4])
-               : zero_of_pair_real(&chain->poles, way[3], way[4]);
+    const real snap = -chain->poles.p * way[3] - chain->poles.q * way[2];
+    if (HOPFORM_LEG_HAS_DAMPER) {
+        const real crackle = -chain->poles.p * snap - chain->poles.q * way[3];
+        return zero_of_pair_real(&chain->poles, snap + chain->relaxes * way[3], crackle + chain->relaxes * snap);
+    }
+    return zero_of_pair_real(&chain->poles, way[3], snap);
 }
 
 /* ---- the end of a phase ---- */
@@ -323,11 +332,11 @@ static void end_at_stop_real(const flight_chain_real *chain, flight_phase_end_re
     const real side = (real)chain->side;
     const real size = fabs_real(stop) + fabs_real(chain->actuator.x1);
     const flight_function_real gap = {side * (stop - chain->actuator.x1), 0.0, 0.0, -side, 0.0, 0.0, size, 0};
+    if (!hopform_is_finite_real(stop) || flight_value_real(&gap, &end->at) > flight_rounding_real(&gap, &end->at)) {
+        return;
+    }
     const instant_real points[] = {chain->first, end->at};
-    if (hopform_is_finite_real(stop)
-        && ((end->kind == END_VELOCITY_real
-             && fabs_real(flight_value_real(&gap, &end->at)) <= flight_rounding_real(&gap, &end->at))
-            || crosses_real(chain, &gap, points, 2, &end->at))) {
+    if (crosses_real(chain, &gap, points, 2, &end->at) || end->kind == END_VELOCITY_real) {
         end->kind = FLIGHT_END_STOP_real;
     }
 }
@@ -342,10 +351,12 @@ static void end_at_limit_of_pull_real(const flight_chain_real *chain, flight_pha
     }
     const real size = chain->largest + gains->Kp * fabs_real(x->x1) + gains->Kd * fabs_real(x->v1);
     const flight_function_real pull = {gains->Kp * x->x1, 0.0, 0.0, gains->Kp, gains->Kd, 0.0, size, 0};
-    const jet_real first = flight_jet_real(chain, &pull, &chain->first);
+    const flight_function_real rate = derivative_of_real(chain, &pull);
+    const flight_function_real curvature = derivative_of_real(chain, &rate);
+    const real turn = zero_of_pair_real(&chain->poles, flight_value_real(&rate, &chain->first),
+                                        flight_value_real(&curvature, &chain->first));
     instant_real points[MOST_TURNS_real] = {0};
-    const int count =
-        points_of_real(chain, zero_of_pair_real(&chain->poles, first.rate, first.curvature), &end->at, points);
+    const int count = points_of_real(chain, turn, &end->at, points);
     for (int side = -1; side <= 1; side += 2) {
         flight_function_real beyond = pull;
         beyond.start -= (real)side * chain->largest;
