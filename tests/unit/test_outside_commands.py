@@ -32,7 +32,8 @@ def quick_answers():
     """One fit and one picture for all: what is tried is what stands around them."""
     fit = fit_drop_test(DECAY, attached=True, holdout=False, compare=False)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(identify_command, "_fitted", lambda *_: fit)
+        for one in "fit", "fit_force":
+            patch.setattr(identify_command, one, lambda *_, **__: fit)
         patch.setattr(figures_command, "drawn", lambda *_: ({figures_command.CAPTIONS: b"new"}, [], []))
         patch.setattr("hopform._figures.plots.render", lambda figure, suffix: b"<svg>new</svg>")
         yield
