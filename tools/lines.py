@@ -20,7 +20,7 @@ NO_SOURCE = {".json", ".png", ".svg", ".typed", ".npz", ".csv"}
 
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 QUOTED = r'"(?:\\.|[^"\\\n])*"|' + r"'(?:\\.|[^'\\\n])*'"
-SUFFIXES_OF_C = {".c", ".h", ".cpp", ".ino", ".S", ".ld"}
+SUFFIXES_OF_C = {".c", ".h", ".inc", ".cpp", ".ino", ".S", ".ld"}
 
 
 def lines_of(name: str, text: str) -> int:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDEST = 120
-SUFFIXES = {".py", ".c", ".h", ".cpp", ".sh", ".toml", ".j2"}
+SUFFIXES = {".py", ".c", ".h", ".inc", ".cpp", ".sh", ".toml", ".j2"}
 NAMES = {"Makefile", ".ci/run"}
 MADE = ("generated/", "docs/")
 

@@ -11,7 +11,7 @@ from tests.mutation.python import NEAREST, QUICK, ROOT, SEED, drawn
 
 lines = pytest.importorskip("tests.mutation.draw", reason="universalmutator is absent (`sh tools/venv.sh dev` adds it)")
 
-SOURCES = {name: path.read_text("utf-8") for name, path in engine() if name in {"c/energy_real.c", "c/trial_real.h"}}
+SOURCES = {name: path.read_text("utf-8") for name, path in engine() if name in {"c/energy_real.inc", "c/trial_real.h"}}
 CODE = """/* Two lines,
  * x = 1; */
 static real next_real(real x)

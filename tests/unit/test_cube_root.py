@@ -159,7 +159,7 @@ def needed(compiler: str, source: Path, target: Path, *flags: str) -> set[str]:
 
 def asks(source: Path) -> set[str]:
     """What a compiler makes of asking the processor what it has."""
-    return {"__cpu_model", "__cpu_indicator_init"} if source.name.startswith("grid_") else set()
+    return {"__cpu_model", "__cpu_indicator_init"} if source.name.startswith("hopform_") else set()
 
 
 @pytest.mark.sliced

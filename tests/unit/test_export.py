@@ -46,7 +46,7 @@ def test_a_package_has_sources_licence_readme_costs_and_no_word_left_to_fill_in(
         "costs.md",
         "amalgamated/hopform.c",
         "amalgamated/hopform.h",
-        "src/stance_f32.c",
+        "src/hopform_f32.c",
     } <= names
     assert not [name for name in names if "batch" in name or "lanes" in name]
     for file in files:
@@ -186,7 +186,7 @@ def test_the_arduino_sketch_compiles_against_its_src(packages, tmp_path):
     )
     (tmp_path / "sketch.cpp").write_text(core + sketch.read_text("utf-8"), "utf-8")
     run("c++", "-std=c++17", "-Wall", "-Werror", "-I", root / "src", "-c", "sketch.cpp", "-o", "sketch.o", cwd=tmp_path)
-    run(*CC, "-std=c99", "-I", root / "src", "-c", root / "src" / "stance_f32.c", "-o", "stance.o", cwd=tmp_path)
+    run(*CC, "-std=c99", "-I", root / "src", "-c", root / "src" / "hopform_f32.c", "-o", "hopform.o", cwd=tmp_path)
 
 
 def test_the_platformio_manifest_keeps_to_its_schema(packages):

@@ -337,10 +337,10 @@ def test_a_file_of_ones_own_where_one_would_be_made_is_refused_by_name(run, tmp_
     """Beside what derive made before, and listed nowhere; a text that is the derived one does no harm."""
     out = tmp_path / "out"
     assert run("--out", out, "--float32").code == 0
-    (out / "c" / "src" / "stance_f64.c").write_text("mine")
+    (out / "c" / "src" / "hopform_f64.c").write_text("mine")
     before = contents(out)
     line = refused(run("--out", out))
-    assert "c/src/stance_f64.c" in line
+    assert "c/src/hopform_f64.c" in line
     assert "not made by derive" in line
     assert contents(out) == before
 
@@ -362,9 +362,9 @@ def test_a_stray_file_that_was_edited_by_hand_is_left(run, tmp_path):
     """It is no longer what derive made: only the others of the precision that is left out go."""
     out = tmp_path / "out"
     assert run("--out", out).code == 0
-    (out / "c" / "src" / "stance_f64.c").write_text("mine")
+    (out / "c" / "src" / "hopform_f64.c").write_text("mine")
     assert run("--out", out, "--float32") == (0, "", "")
-    assert [path for path in contents(out) if "_f64" in path] == ["c/src/stance_f64.c"]
+    assert [path for path in contents(out) if "_f64" in path] == ["c/src/hopform_f64.c"]
     assert "stance_f64" not in (out / "MANIFEST").read_text("utf-8")
 
 
@@ -372,7 +372,7 @@ def test_an_interrupted_change_of_options_is_taken_up_again(run, tmp_path):
     """Files that are already what is asked for, while MANIFEST still has the hashes of before."""
     out, wanted = tmp_path / "out", tmp_path / "wanted"
     assert run("--out", out, "--float32").code == run("--out", wanted).code == 0
-    for path in ("c/src/version.c", "c/include/hopform/hopform.h", "c/src/stance_f64.c"):
+    for path in ("c/src/version.c", "c/include/hopform/hopform.h", "c/src/hopform_f64.c"):
         shutil.copy(wanted / path, out / path)
     assert run("--out", out).code == 0
     assert contents(out) == contents(wanted)

@@ -145,8 +145,8 @@ def test_a_grid_that_cannot_be_is_refused(arguments, words):
 
 
 def is_another(name: str) -> bool:
-    """Whether a file is the source of something else than the grid and its refusals, which need none of them."""
-    return name.endswith(".c") and not name.startswith(("grid_", "overlap_"))
+    """Whether a file is the source of something else than what firmware compiles, which needs none of them."""
+    return name.endswith(".c") and not name.startswith("hopform_")
 
 
 @needs.library

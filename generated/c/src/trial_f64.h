@@ -3,10 +3,10 @@
  * One candidate current, followed while its stance is solved: the apex, the largest x_1, by how little the upper stop
  * is hit, the least minimum of the contact force, and how each of them changes with the current, through the events.
  *
- * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under
- * the acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau, as in sensitivity_f64.c. Extrema
- * of x_1 and of the contact force move to first order as if their time stood still; where they jump, at a stop, the
- * time counts.
+ * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset,
+ * under the acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau, as in
+ * sensitivity_f64.inc. Extrema of x_1 and of the contact force move to first order as if their time stood still;
+ * where they jump, at a stop, the time counts.
  */
 #ifndef HOPFORM_TRIAL_H_f64
 #define HOPFORM_TRIAL_H_f64

@@ -19,9 +19,6 @@ BOARDS = HERE / "boards"
 OUT = ROOT / "out" / "firmware"
 
 COMMON = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-ffunction-sections", "-fdata-sections")
-UNITS = ("control", "energy", "flight", "grid", "overlap", "selftest", "sensitivity", "stance", "states", "touchdown")
-"""Sources of the library for firmware, in each precision; batches are for computers with vector registers."""
-
 
 DIGEST = r"(f32|f64) ([0-9a-f]{8})"
 
@@ -135,11 +132,8 @@ def run(command: list[str], timeout: float = 120.0, cwd: Path | None = None) -> 
 
 
 def sources(precisions: tuple[str, ...] = ("f32", "f64")) -> list[Path]:
-    """The library's sources for firmware."""
-    return [
-        *(C / "src" / f"{unit}_{precision}.c" for unit in UNITS for precision in precisions),
-        C / "src" / "version.c",
-    ]
+    """The library's sources for firmware; batches are for computers with vector registers."""
+    return [*(C / "src" / f"hopform_{precision}.c" for precision in precisions), C / "src" / "version.c"]
 
 
 @cache
