@@ -92,6 +92,15 @@ CONTACTS = Kind("What touchdown detection returns for a sample.", "Contact", "CO
     Word(2, "takeoff", "the foot has left the ground"),
 )
 KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
+EVENTS_OF_ELEMENT = 4
+"""The number of an event of the second element is larger than that of the first by so much."""
+
+
+def events_of_first() -> list[tuple[str, int]]:
+    """What an event of an element is, and its number for the first element."""
+    return [(word.text.removeprefix("x1_"), word.number) for word in EVENTS.words if word.text.startswith("x1_")]
+
+
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)
 """Events that start a phase of a flight."""
 

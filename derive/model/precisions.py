@@ -68,6 +68,11 @@ def _behind(value: Fraction, precision: Precision) -> Fraction:
     return value - Fraction(_leading(value, _room(precision)))
 
 
+def _carried(precision: Precision, order: int) -> float:
+    """The square of x below which x^(order + 1)/(order + 1)!, the remainder of exp(x), is 1/32 of epsilon."""
+    return float((math.factorial(order + 1) * precision.epsilon / 32.0) ** (2.0 / (order + 1)))
+
+
 TERMS = Constant("TERMS", 24, 40, "terms of the power series of W")
 LIMITS = (
     _each("EPS", lambda p: p.epsilon, "distance from 1 to the next number"),
@@ -100,6 +105,8 @@ CONSTANTS = (
     Constant("TINY_UP", 2.0**24, 2.0**54, "scales a subnormal number up to a normal one"),
     Constant("TINY_DOWN", 2.0**-8, 2.0**-18, "scales its cube root back"),
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
+    Constant("POLISH", 1, 2, "steps of Newton's that correct a predicted root"),
+    Constant("CARRIED_SQUARE", _carried(F32, 4), _carried(F64, 8), "the square of a step, in rates, that a Taylor series carries exactly"),
     Constant("LANE_COUNT", 32, 32, "stances that are solved at a time"),
 )
 """Those of the C library, the limits among them."""

@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "c09811859d8a562e"
+#define HOPFORM_SOURCE "7ad95ae1316555e1"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -18,6 +18,20 @@
 /* Whether the foot is bolted to the ground, so that the leg may pull; whether the body is. */
 #define HOPFORM_FOOT_IS_FIXED 0
 #define HOPFORM_BODY_IS_FIXED 0
+
+/* Elements, which slip or are held, in the order in which they win a tie: how many, axes of the state, the element whose
+ * position has stops, whether the ground holds one, and what an event of one is. */
+#define HOPFORM_ELEMENTS 2
+#define HOPFORM_AXES 4
+#define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)
+#define HOPFORM_POSITION_AXIS 0
+#define HOPFORM_COMPRESSION_AXIS 3
+#define HOPFORM_STOPPED_ELEMENT 0
+#define HOPFORM_IS_FIXED(element) (HOPFORM_BODY_IS_FIXED && (element) == 1)
+#define HOPFORM_EVENT_REVERSES(element) (1 + 4 * (element))
+#define HOPFORM_EVENT_STICKS(element) (2 + 4 * (element))
+#define HOPFORM_EVENT_SLIPS(element) (3 + 4 * (element))
+#define HOPFORM_EVENT_HITS_STOP(element) (4 + 4 * (element))
 
 
 /* What the hopper is made of. */

@@ -29,12 +29,12 @@ enum { MOST_EVENT_FUNCTIONS_f32 = 3, MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f
 #define HOPFORM_MOST_INTERVALS 100000
 #endif
 
-/* An event function. `kind` and `side` are the caller's. */
+/* An event function. `owner` and `side` are the caller's. */
 typedef struct {
     float H3, H2, H1; /* its numerator */
     float H0;         /* 0 but for the distance from a stop */
     float start;
-    int32_t kind;
+    int32_t owner;
     int32_t side;
 } event_function_f32;
 
@@ -61,10 +61,15 @@ typedef struct {
     float third;
 } jet_f32;
 
+static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis)
+{
+    return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
+}
+
 static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t,
                                                  const hopform_basis_f32 *basis)
 {
-    const propagator_f32 at = {t, *basis, -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W)};
+    const propagator_f32 at = {t, *basis, third_of_basis_f32(poles, basis)};
     return at;
 }
 
@@ -230,34 +235,53 @@ static inline float step_to_root_f32(const jet_f32 *at)
     return usable ? step : HOPFORM_NEVER_f32;
 }
 
-/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of
- * the fifth order in d/t and in r d, r above all poles. */
+/* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
+ * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
 static inline bool is_near_f32(const hopform_poles_f32 *poles, float t, float d)
 {
     const float share = t > 0.0f ? d / t : 1.0f;
-    const float square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
-    return square * square * square <= 0.0078125f * HOPFORM_EPS_f32;
+    return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_f32;
 }
 
+/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a function
+ * whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
+typedef struct {
+    float w0, w1, w2, w3, w4;
+} derivatives_f32;
+
+static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const derivatives_f32 *from, float d)
+{
+    derivatives_f32 w = *from;
+    derivatives_f32 sum = w;
+    float power = 1.0f;
+#define ADD_ORDER(inverse)                                                                                             \
+    {                                                                                                                  \
+        const float next = -(poles->s_1 * w.w4 + poles->s_2 * w.w3 + poles->s_3 * w.w2);                                \
+        power *= d * (inverse);                                                                                        \
+        w.w0 = w.w1;                                                                                                   \
+        w.w1 = w.w2;                                                                                                   \
+        w.w2 = w.w3;                                                                                                   \
+        w.w3 = w.w4;                                                                                                   \
+        w.w4 = next;                                                                                                   \
+        sum.w0 += power * w.w0;                                                                                        \
+        sum.w1 += power * w.w1;                                                                                        \
+        sum.w2 += power * w.w2;                                                                                        \
+        sum.w3 += power * w.w3;                                                                                        \
+        sum.w4 += power * w.w4;                                                                                        \
+    }
+    HOPFORM_CARRY_ORDERS_f32(ADD_ORDER)
+#undef ADD_ORDER
+        return sum;
+}
+
+/* The propagator's basis d later. */
 static inline hopform_basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *from,
                                                     float d)
 {
-    const hopform_propagated_f32 later = hopform_taylor_step_f32(poles, from, d);
-    const hopform_basis_f32 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+    const derivatives_f32 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
+    const derivatives_f32 later = carried_f32(poles, &w, d);
+    const hopform_basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return basis;
-}
-
-/* True where Householder's step lands on the root to rounding, and the propagator can be carried there. Its error is of
- * the fourth order in the step: products of the derivatives up to the fourth. */
-static inline bool step_converges_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float fourth, float t,
-                                       float step)
-{
-    const float per_rate = fabs_f32(step) / (fabs_f32(at->rate) > 0.0f ? fabs_f32(at->rate) : 1.0f);
-    const float bend = per_rate * fabs_f32(at->curvature);
-    const float twist = per_rate * fabs_f32(step * at->third);
-    const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabs_f32(step * step * fourth);
-    return (fabs_f32(at->value) <= 2.0f * fabs_f32(step * at->rate))
-           & (fabs_f32(step) * error <= HOPFORM_EPS_f32 * t) & is_near_f32(poles, t, step);
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
@@ -273,51 +297,66 @@ typedef struct {
     float low, high, next;
 } root_step_f32;
 
-/* Of a function that is above zero at the lower time; `fourth` is its fourth derivative, but for the sign. */
+/* Of a function that is above zero at the lower time; `fourth` is its fourth derivative, but for the sign. Householder's
+ * step is corrected by Newton's on the Taylor polynomial. It lands where the last of these is so small that nothing is
+ * left of its square, and where the propagator can be carried there. */
 static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float fourth, float t,
                                                float low, float high)
 {
     const bool arrives = fabs_f32(at->value) <= HOPFORM_EPS_f32 * t * fabs_f32(at->rate);
-    const float step = step_to_root_f32(at);
-    const float next = t - step;
+    const derivatives_f32 g = {at->value, at->rate, at->curvature, at->third, -fourth};
+    const float first = -step_to_root_f32(at);
+    const bool near = is_near_f32(poles, t, first);
+    float step = first;
+    float more = 0.0f;
+    for (int n = 0; n < HOPFORM_POLISH_f32; n++) { /* Newton's steps */
+        const derivatives_f32 there = carried_f32(poles, &g, step);
+        more = -there.w0 / (fabs_f32(there.w1) > 0.0f ? there.w1 : 1.0f);
+        step += more;
+    }
+    const bool small = more * more <= 0.25f * HOPFORM_EPS_f32 * t * fabs_f32(first);
+    const bool steep = fabs_f32(at->value) <= 2.0f * fabs_f32(first * at->rate);
+    const float next = t + (near & small ? step : first);
     const float from = at->value > 0.0f ? t : low;
     const float to = at->value < 0.0f ? t : high;
     const bool inside = (next > from) & (next < to);
-    const bool lands = (!arrives) & inside & step_converges_f32(poles, at, fourth, next, step);
+    const bool lands = (!arrives) & inside & near & small & steep;
     const root_step_f32 towards = {arrives, lands, inside, from, to, next};
     return towards;
 }
 
-/* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
-static inline propagator_f32 located_root_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, float low,
-                                                const propagator_f32 *last, float guess)
+/* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. */
+static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, float low,
+                                    propagator_f32 *at, float guess)
 {
-    propagator_f32 high = *last;
+    float high = at->t;
     float t = guess;
     for (int n = 0; n < 100; n++) {
-        if (!(t > low && t < high.t)) {
-            t = low + 0.5f * (high.t - low);
-            if (!(t > low && t < high.t)) {
-                break;
+        if (!(t > low && t < high)) {
+            t = low + 0.5f * (high - low);
+            if (!(t > low && t < high)) {
+                *at = propagator_at_f32(poles, high);
+                return;
             }
         }
-        const propagator_f32 at = propagator_at_f32(poles, t);
-        const jet_f32 jet = jet_at_f32(poles, g, &at);
-        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high.t);
+        at->t = t;
+        at->basis = hopform_basis_at_f32(poles, t);
+        at->W_third = third_of_basis_f32(poles, &at->basis);
+        const jet_f32 jet = jet_at_f32(poles, g, at);
+        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
         if (step.arrives) {
-            return at;
+            return;
         }
         if (step.lands) {
-            const hopform_basis_f32 carried = carried_basis_f32(poles, &at.basis, step.next - t);
-            return propagator_of_f32(poles, step.next, &carried);
-        }
-        if (jet.value < 0.0f) {
-            high = at;
+            at->basis = carried_basis_f32(poles, &at->basis, step.next - t);
+            at->W_third = third_of_basis_f32(poles, &at->basis);
+            at->t = step.next;
+            return;
         }
         low = step.low;
+        high = step.high;
         t = n > 8 && n % 2 == 1 ? low : step.next;
     }
-    return high;
 }
 
 /* ---- certificate ---- */
@@ -512,6 +551,7 @@ typedef struct {
     propagator_f32 high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    bool monotone; /* all functions are, until the end of the phase: where they cross zero they do once */
     jet_f32 from[MOST_EVENT_FUNCTIONS_f32];
     jet_f32 to[MOST_EVENT_FUNCTIONS_f32];
 } interval_f32;
@@ -537,32 +577,45 @@ static inline void look_there_f32(const event_set_f32 *set, interval_f32 *in)
     }
 }
 
+/* Where in (0, 1) of the interval function n, which is below zero at its end, has crossed zero, if it has: a guess; 2
+ * if it has not. */
+static inline float guessed_crossing_f32(const event_set_f32 *set, const interval_f32 *in, int32_t n, float value)
+{
+    const event_function_f32 *g = &set->function[n];
+    const propagator_f32 *high = &in->high;
+    const hopform_basis_f32 *w = &high->basis;
+    const jet_f32 to = {value, rate_at_f32(g, high), g->H3 * high->W_third + g->H2 * w->Wdd + g->H1 * w->Wd,
+                         third_of_f32(set->poles, g, high)};
+    const float h = high->t - in->low;
+    if (!has_crossed_f32(&to, h, rounding_of_f32(g, high, to.rate), in->found < 0)) {
+        return 2.0f;
+    }
+    const interpolant_f32 p = interpolant_of_f32(&in->from[n], &to, to.third, h);
+    return refined_root_f32(&p, rough_root_f32(&in->from[n], &to, h));
+}
+
 /* Ends the interval at the earliest root of the functions that have crossed zero by its end. */
 static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in)
 {
-    look_there_f32(set, in);
     for (int32_t tries = 0; tries < MOST_TRIES_f32; tries++) {
-        const float h = in->high.t - in->low;
         int32_t first = -1;
         float share = 2.0f;
         for (int32_t n = 0; n < set->count; n++) {
-            const jet_f32 *to = &in->to[n];
-            if (to->value < 0.0f && n != in->found
-                && has_crossed_f32(to, h, rounding_of_f32(&set->function[n], &in->high, to->rate), in->found < 0)) {
-                const float third = third_of_f32(set->poles, &set->function[n], &in->high);
-                const interpolant_f32 p = interpolant_of_f32(&in->from[n], to, third, h);
-                const float guess = refined_root_f32(&p, rough_root_f32(&in->from[n], to, h));
+            const float value = value_at_f32(&set->function[n], &in->high);
+            if (value < 0.0f && n != in->found) {
+                const float guess = guessed_crossing_f32(set, in, n, value);
                 first = guess < share ? n : first;
                 share = guess < share ? guess : share;
             }
         }
         if (first < 0) {
-            return;
+            break;
         }
-        in->high = located_root_f32(set->poles, &set->function[first], in->low, &in->high, in->low + h * share);
+        const float guess = in->low + (in->high.t - in->low) * share;
+        locate_root_f32(set->poles, &set->function[first], in->low, &in->high, guess);
         in->found = first;
-        look_there_f32(set, in);
     }
+    look_there_f32(set, in);
 }
 
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
@@ -666,6 +719,9 @@ static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *i
         in->count++;
         end_at_first_crossing_f32(set, in);
         certified = true;
+        if (in->monotone) {
+            break;
+        }
         for (int32_t n = 0; n < set->count && certified; n++) {
             certified = is_certified_f32(set, in, n) || is_certified_inside_f32(set, in, n);
         }

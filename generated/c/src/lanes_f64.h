@@ -99,7 +99,7 @@ typedef struct {
     stance_chain_f64 chain;
     hopform_step_f64 step;
     hopform_state_f64 start;
-    hopform_motion_f64 motion; /* of its phase */
+    hopform_numerators_f64 motion; /* of its phase */
     stance_search_f64 search;
     int64_t index;
     hopform_phase_f64 phases[PHASES_OF_LANE];
@@ -235,7 +235,7 @@ static void put_phase(lanes *w, int l)
     const event_set_f64 *set = &one->search.events.set;
     one->motion = motion_from_f64(chain);
     stance_begin_search_f64(chain, &one->motion, &one->search);
-    w->mode[l] = 3 * (chain->side_1 + 1) + chain->side_2 + 1;
+    w->mode[l] = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     w->limit[l] = one->search.limit;
     keep_function(&w->function[STOP], l, true, &one->search.events.stop);
     for (int s = 0; s < SLOTS; s++) {

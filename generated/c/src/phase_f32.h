@@ -7,6 +7,7 @@
 
 #include "facts.h"
 #include "kernels_f32.h"
+#include "model_f32.h"
 #include "overlap_f32.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */

@@ -7,6 +7,7 @@
 
 #include "facts.h"
 #include "kernels_f64.h"
+#include "model_f64.h"
 #include "overlap_f64.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */

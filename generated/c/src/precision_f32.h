@@ -34,6 +34,8 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_TINY_UP_f32 16777216.0f /* scales a subnormal number up to a normal one */
 #define HOPFORM_TINY_DOWN_f32 0.00390625f /* scales its cube root back */
 #define HOPFORM_EXPONENT_BIAS_f32 127 /* of the exponent's bits */
+#define HOPFORM_POLISH_f32 1 /* steps of Newton's that correct a predicted root */
+#define HOPFORM_CARRIED_SQUARE_f32 0.0028849384f /* the square of a step, in rates, that a Taylor series carries exactly */
 #define HOPFORM_LANE_COUNT_f32 32 /* stances that are solved at a time */
 
 /* Domains of parameters; NaN lies in none. */

@@ -29,12 +29,12 @@ enum { MOST_EVENT_FUNCTIONS_real = 3, MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS
 #define HOPFORM_MOST_INTERVALS 100000
 #endif
 
-/* An event function. `kind` and `side` are the caller's. */
+/* An event function. `owner` and `side` are the caller's. */
 typedef struct {
     real H3, H2, H1; /* its numerator */
     real H0;         /* 0 but for the distance from a stop */
     real start;
-    int32_t kind;
+    int32_t owner;
     int32_t side;
 } event_function_real;
 
@@ -61,10 +61,15 @@ typedef struct {
     real third;
 } jet_real;
 
+static inline real third_of_basis_real(const hopform_poles_real *poles, const hopform_basis_real *basis)
+{
+    return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
+}
+
 static inline propagator_real propagator_of_real(const hopform_poles_real *poles, real t,
                                                  const hopform_basis_real *basis)
 {
-    const propagator_real at = {t, *basis, -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W)};
+    const propagator_real at = {t, *basis, third_of_basis_real(poles, basis)};
     return at;
 }
 
@@ -230,34 +235,53 @@ static inline real step_to_root_real(const jet_real *at)
     return usable ? step : HOPFORM_NEVER_real;
 }
 
-/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of
- * the fifth order in d/t and in r d, r above all poles. */
+/* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
+ * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
 static inline bool is_near_real(const hopform_poles_real *poles, real t, real d)
 {
     const real share = t > 0.0 ? d / t : 1.0;
-    const real square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
-    return square * square * square <= 0.0078125 * HOPFORM_EPS_real;
+    return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_real;
 }
 
+/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a function
+ * whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
+typedef struct {
+    real w0, w1, w2, w3, w4;
+} derivatives_real;
+
+static inline derivatives_real carried_real(const hopform_poles_real *poles, const derivatives_real *from, real d)
+{
+    derivatives_real w = *from;
+    derivatives_real sum = w;
+    real power = 1.0;
+#define ADD_ORDER(inverse)                                                                                             \
+    {                                                                                                                  \
+        const real next = -(poles->s_1 * w.w4 + poles->s_2 * w.w3 + poles->s_3 * w.w2);                                \
+        power *= d * (inverse);                                                                                        \
+        w.w0 = w.w1;                                                                                                   \
+        w.w1 = w.w2;                                                                                                   \
+        w.w2 = w.w3;                                                                                                   \
+        w.w3 = w.w4;                                                                                                   \
+        w.w4 = next;                                                                                                   \
+        sum.w0 += power * w.w0;                                                                                        \
+        sum.w1 += power * w.w1;                                                                                        \
+        sum.w2 += power * w.w2;                                                                                        \
+        sum.w3 += power * w.w3;                                                                                        \
+        sum.w4 += power * w.w4;                                                                                        \
+    }
+    HOPFORM_CARRY_ORDERS_real(ADD_ORDER)
+#undef ADD_ORDER
+        return sum;
+}
+
+/* The propagator's basis d later. */
 static inline hopform_basis_real carried_basis_real(const hopform_poles_real *poles, const hopform_basis_real *from,
                                                     real d)
 {
-    const hopform_propagated_real later = hopform_taylor_step_real(poles, from, d);
-    const hopform_basis_real basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+    const derivatives_real w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
+    const derivatives_real later = carried_real(poles, &w, d);
+    const hopform_basis_real basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return basis;
-}
-
-/* True where Householder's step lands on the root to rounding, and the propagator can be carried there. Its error is of
- * the fourth order in the step: products of the derivatives up to the fourth. */
-static inline bool step_converges_real(const hopform_poles_real *poles, const jet_real *at, real fourth, real t,
-                                       real step)
-{
-    const real per_rate = fabs_real(step) / (fabs_real(at->rate) > 0.0 ? fabs_real(at->rate) : 1.0);
-    const real bend = per_rate * fabs_real(at->curvature);
-    const real twist = per_rate * fabs_real(step * at->third);
-    const real error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs_real(step * step * fourth);
-    return (fabs_real(at->value) <= 2.0 * fabs_real(step * at->rate))
-           & (fabs_real(step) * error <= HOPFORM_EPS_real * t) & is_near_real(poles, t, step);
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
@@ -273,51 +297,66 @@ typedef struct {
     real low, high, next;
 } root_step_real;
 
-/* Of a function that is above zero at the lower time; `fourth` is its fourth derivative, but for the sign. */
+/* Of a function that is above zero at the lower time; `fourth` is its fourth derivative, but for the sign. Householder's
+ * step is corrected by Newton's on the Taylor polynomial. It lands where the last of these is so small that nothing is
+ * left of its square, and where the propagator can be carried there. */
 static inline root_step_real step_between_real(const hopform_poles_real *poles, const jet_real *at, real fourth, real t,
                                                real low, real high)
 {
     const bool arrives = fabs_real(at->value) <= HOPFORM_EPS_real * t * fabs_real(at->rate);
-    const real step = step_to_root_real(at);
-    const real next = t - step;
+    const derivatives_real g = {at->value, at->rate, at->curvature, at->third, -fourth};
+    const real first = -step_to_root_real(at);
+    const bool near = is_near_real(poles, t, first);
+    real step = first;
+    real more = 0.0;
+    for (int n = 0; n < HOPFORM_POLISH_real; n++) { /* Newton's steps */
+        const derivatives_real there = carried_real(poles, &g, step);
+        more = -there.w0 / (fabs_real(there.w1) > 0.0 ? there.w1 : 1.0);
+        step += more;
+    }
+    const bool small = more * more <= 0.25 * HOPFORM_EPS_real * t * fabs_real(first);
+    const bool steep = fabs_real(at->value) <= 2.0 * fabs_real(first * at->rate);
+    const real next = t + (near & small ? step : first);
     const real from = at->value > 0.0 ? t : low;
     const real to = at->value < 0.0 ? t : high;
     const bool inside = (next > from) & (next < to);
-    const bool lands = (!arrives) & inside & step_converges_real(poles, at, fourth, next, step);
+    const bool lands = (!arrives) & inside & near & small & steep;
     const root_step_real towards = {arrives, lands, inside, from, to, next};
     return towards;
 }
 
-/* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
-static inline propagator_real located_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
-                                                const propagator_real *last, real guess)
+/* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. */
+static inline void locate_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
+                                    propagator_real *at, real guess)
 {
-    propagator_real high = *last;
+    real high = at->t;
     real t = guess;
     for (int n = 0; n < 100; n++) {
-        if (!(t > low && t < high.t)) {
-            t = low + 0.5 * (high.t - low);
-            if (!(t > low && t < high.t)) {
-                break;
+        if (!(t > low && t < high)) {
+            t = low + 0.5 * (high - low);
+            if (!(t > low && t < high)) {
+                *at = propagator_at_real(poles, high);
+                return;
             }
         }
-        const propagator_real at = propagator_at_real(poles, t);
-        const jet_real jet = jet_at_real(poles, g, &at);
-        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high.t);
+        at->t = t;
+        at->basis = hopform_basis_at_real(poles, t);
+        at->W_third = third_of_basis_real(poles, &at->basis);
+        const jet_real jet = jet_at_real(poles, g, at);
+        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
         if (step.arrives) {
-            return at;
+            return;
         }
         if (step.lands) {
-            const hopform_basis_real carried = carried_basis_real(poles, &at.basis, step.next - t);
-            return propagator_of_real(poles, step.next, &carried);
-        }
-        if (jet.value < 0.0) {
-            high = at;
+            at->basis = carried_basis_real(poles, &at->basis, step.next - t);
+            at->W_third = third_of_basis_real(poles, &at->basis);
+            at->t = step.next;
+            return;
         }
         low = step.low;
+        high = step.high;
         t = n > 8 && n % 2 == 1 ? low : step.next;
     }
-    return high;
 }
 
 /* ---- certificate ---- */
@@ -512,6 +551,7 @@ typedef struct {
     propagator_real high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    bool monotone; /* all functions are, until the end of the phase: where they cross zero they do once */
     jet_real from[MOST_EVENT_FUNCTIONS_real];
     jet_real to[MOST_EVENT_FUNCTIONS_real];
 } interval_real;
@@ -537,32 +577,45 @@ static inline void look_there_real(const event_set_real *set, interval_real *in)
     }
 }
 
+/* Where in (0, 1) of the interval function n, which is below zero at its end, has crossed zero, if it has: a guess; 2
+ * if it has not. */
+static inline real guessed_crossing_real(const event_set_real *set, const interval_real *in, int32_t n, real value)
+{
+    const event_function_real *g = &set->function[n];
+    const propagator_real *high = &in->high;
+    const hopform_basis_real *w = &high->basis;
+    const jet_real to = {value, rate_at_real(g, high), g->H3 * high->W_third + g->H2 * w->Wdd + g->H1 * w->Wd,
+                         third_of_real(set->poles, g, high)};
+    const real h = high->t - in->low;
+    if (!has_crossed_real(&to, h, rounding_of_real(g, high, to.rate), in->found < 0)) {
+        return 2.0;
+    }
+    const interpolant_real p = interpolant_of_real(&in->from[n], &to, to.third, h);
+    return refined_root_real(&p, rough_root_real(&in->from[n], &to, h));
+}
+
 /* Ends the interval at the earliest root of the functions that have crossed zero by its end. */
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in)
 {
-    look_there_real(set, in);
     for (int32_t tries = 0; tries < MOST_TRIES_real; tries++) {
-        const real h = in->high.t - in->low;
         int32_t first = -1;
         real share = 2.0;
         for (int32_t n = 0; n < set->count; n++) {
-            const jet_real *to = &in->to[n];
-            if (to->value < 0.0 && n != in->found
-                && has_crossed_real(to, h, rounding_of_real(&set->function[n], &in->high, to->rate), in->found < 0)) {
-                const real third = third_of_real(set->poles, &set->function[n], &in->high);
-                const interpolant_real p = interpolant_of_real(&in->from[n], to, third, h);
-                const real guess = refined_root_real(&p, rough_root_real(&in->from[n], to, h));
+            const real value = value_at_real(&set->function[n], &in->high);
+            if (value < 0.0 && n != in->found) {
+                const real guess = guessed_crossing_real(set, in, n, value);
                 first = guess < share ? n : first;
                 share = guess < share ? guess : share;
             }
         }
         if (first < 0) {
-            return;
+            break;
         }
-        in->high = located_root_real(set->poles, &set->function[first], in->low, &in->high, in->low + h * share);
+        const real guess = in->low + (in->high.t - in->low) * share;
+        locate_root_real(set->poles, &set->function[first], in->low, &in->high, guess);
         in->found = first;
-        look_there_real(set, in);
     }
+    look_there_real(set, in);
 }
 
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
@@ -666,6 +719,9 @@ static inline bool find_first_root_real(const event_set_real *set, interval_real
         in->count++;
         end_at_first_crossing_real(set, in);
         certified = true;
+        if (in->monotone) {
+            break;
+        }
         for (int32_t n = 0; n < set->count && certified; n++) {
             certified = is_certified_real(set, in, n) || is_certified_inside_real(set, in, n);
         }

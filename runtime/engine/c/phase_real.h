@@ -7,6 +7,7 @@
 
 #include "facts.h"
 #include "kernels_real.h"
+#include "model_real.h"
 #include "overlap_real.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
