@@ -214,6 +214,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "options": options,
         "model": options.model,
         "contact_is_compression": int(contact.is_compression(options.model)),
+        "is_coupled": int(modes.is_coupled(options.model)),
         "leg_has_damper": int(contact.has_damper(options.model)),
         "is_fixed": {name: int(name in options.model.fixed) for name in FIXED},
         "public_structs": [*public, *structs.structs(options.model.robot)],

@@ -23,6 +23,12 @@ FRICTION = Record("Friction", "How far the free acceleration of a mass that is h
 )
 
 
+def is_coupled(model: Model) -> bool:
+    """Whether the velocity of an element acts on another one."""
+    first, second = model.in_compression
+    return bool(first.diff(v2) != 0 or second.diff(v1) != 0)
+
+
 @function(takes=(ROBOT,), returns=FRICTION)
 def friction_of(model: Model) -> Steps:
     """Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force."""

@@ -84,7 +84,7 @@ LIMITS = (
     Constant("NEAR_WITHIN", 4e-6, 2e-10, "[m] an apex this near is reached"),
     TERMS,
     Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0"),
-    Constant("PREDICTION", 0.1, 0.01, "a shorter step, of an interval, predicts a root well enough"),
+    Constant("PREDICTION", 0.1, 0.1, "a shorter step, of an interval, predicts a root well enough"),
 )
 """Limits that both back ends have."""
 

@@ -14,16 +14,6 @@
  * the order in which they win a tie. */
 enum { NO_OWNER_f32 = -1, CONTACT_f32 = 0, ELEMENT_f32 = 1, NO_ELEMENT_f32 = -1 };
 
-/* How a phase ends. */
-typedef struct {
-    float t;                   /* since the phase began */
-    int owner;                /* NO_OWNER where nothing happens until the current changes, or until the horizon */
-    int side;                 /* of an element that slips: where it goes */
-    bool stops;               /* the element has met a stop */
-    bool uncertified;         /* the first event is not known: the phase is, up to here */
-    hopform_basis_f32 basis; /* at t */
-} stance_phase_end_f32;
-
 /* The chain while it grows. */
 typedef struct {
     const hopform_plan_f32 *plan;
@@ -48,6 +38,8 @@ typedef struct {
     int32_t count;
     int32_t event_count;
     int event; /* with which the phase began */
+    hopform_drive_by_element_f32 drive; /* of the phase, as its numerators */
+    hopform_numerators_f32 motion;
     hopform_follow_f32 *follow;
     hopform_tally_f32 *tally;
 } stance_chain_f32;
@@ -70,19 +62,29 @@ static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element
     return locked || (side < 0 && chain->from_lower <= 0.0f) || (side > 0 && chain->from_upper >= 0.0f);
 }
 
-static inline hopform_numerators_f32 numerators_f32(const stance_chain_f32 *chain, int side_1, int side_2)
+/* The constant accelerations, and the numerators from the chain's state, with given sides. */
+static inline hopform_drive_by_element_f32 drive_of_chain_f32(const stance_chain_f32 *chain, const int *side)
 {
+    hopform_drive_by_element_f32 drive;
+    drive.named = hopform_drive_of_f32(&chain->plan->robot, &chain->plan->rates, current_of_chain_f32(chain),
+                                        (float)side[0], (float)side[1]);
+    return drive;
+}
+
+static inline hopform_numerators_f32 numerators_f32(const stance_chain_f32 *chain, const int *side)
+{
+    const hopform_drive_by_element_f32 drive = drive_of_chain_f32(chain, side);
     hopform_numerators_f32 made;
     made.motion =
-        hopform_motion_of_f32(chain->plan, &chain->at.state, current_of_chain_f32(chain), side_1, side_2);
+        hopform_motion_under_f32(&chain->plan->rates, &drive.named, &chain->at.state, side[0], side[1]);
     return made;
 }
 
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline float drift_of_free_f32(const stance_chain_f32 *chain, int element)
 {
-    const hopform_numerators_f32 motion =
-        numerators_f32(chain, element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]);
+    const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
+    const hopform_numerators_f32 motion = numerators_f32(chain, side);
     const hopform_numerator_f32 free = hopform_free_numerator_f32(&chain->plan->rates, element, &motion);
     if (fabs_f32(free.H3) > 0.0f) {
         return free.H3;
@@ -167,33 +169,24 @@ static inline void add_event_function_f32(event_set_f32 *set, const hopform_nume
     g->side = side;
 }
 
-/* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static inline void add_thresholds_f32(const stance_chain_f32 *chain, const hopform_numerators_f32 *motion,
-                                       int element, event_set_f32 *set)
+/* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
+ * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
+static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, event_set_f32 *set)
 {
-    const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.state);
-    const hopform_numerator_f32 h = hopform_free_numerator_f32(&chain->plan->rates, element, motion);
-    const float friction = hopform_level_f32(&chain->plan->robot, element);
-    const int towards = hopform_side_of_slip_f32(&chain->plan->rates, chain->side[0], chain->side[1]);
+    const bool open[] = {!stance_blocked_f32(chain, element, -1), !stance_blocked_f32(chain, element, 1)};
+    if (!open[0] && !open[1]) {
+        return;
+    }
+    const hopform_numerator_f32 h = hopform_free_numerator_f32(&chain->plan->rates, element, &chain->motion);
+    const float drift = fabs_f32(h.H3) > 0.0f ? h.H3 : h.H2;
     for (int side = -1; side <= 1; side += 2) {
-        if (side != -towards && !stance_blocked_f32(chain, element, side)) {
-            const float sign = (float)side;
-            add_event_function_f32(set, &h, free.of[element] - sign * friction, -sign, ELEMENT_f32 + element, side);
+        const float sign = (float)side;
+        if (open[side > 0] && (sign * drift > 0.0f || HOPFORM_IS_COUPLED)) {
+            const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.state);
+            const float level = sign * hopform_level_f32(&chain->plan->robot, element);
+            add_event_function_f32(set, &h, free.of[element] - level, -sign, ELEMENT_f32 + element, side);
         }
     }
-}
-
-/* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
- * velocity does: its first zero is known however far it has faded by then. */
-static inline bool rings_about_zero_f32(const stance_chain_f32 *chain, int slips)
-{
-    const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
-    if (chain->at.axis[HOPFORM_COMPRESSION_AXIS] < 0.0f) {
-        return false;
-    }
-    const hopform_free_by_element_f32 free = free_of_f32(chain, &slack);
-    const float left = free.of[slips] - (float)chain->side[slips] * hopform_level_f32(&chain->plan->robot, slips);
-    return !(fabs_f32(left) > 0.0f);
 }
 
 /* How far the position is from the stop ahead. */
@@ -202,11 +195,10 @@ static inline float gap_ahead_f32(const stance_chain_f32 *chain)
     return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
 }
 
-static inline void put_stop_f32(event_function_f32 *stop, const stance_chain_f32 *chain,
-                                 const hopform_numerators_f32 *motion)
+static inline void put_stop_f32(event_function_f32 *stop, const stance_chain_f32 *chain)
 {
     const float away = -(float)chain->side[HOPFORM_STOPPED_ELEMENT];
-    const hopform_numerator_f32 *h = &motion->of.position;
+    const hopform_numerator_f32 *h = &chain->motion.of.position;
     stop->H3 = away * chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     stop->H2 = away * h->H3;
     stop->H1 = away * h->H2;
@@ -216,8 +208,9 @@ static inline void put_stop_f32(event_function_f32 *stop, const stance_chain_f32
     stop->side = 0;
 }
 
-static inline void put_events_f32(stance_events_f32 *events, const stance_chain_f32 *chain,
-                                   const hopform_numerators_f32 *motion)
+/* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
+ * velocity does: its first zero is known however far it has faded by then. */
+static inline void put_events_f32(stance_events_f32 *events, const stance_chain_f32 *chain)
 {
     const float *at = chain->at.axis;
     const int *side = chain->side;
@@ -229,18 +222,19 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     set->poles = poles;
     set->node = hopform_node_of_f32(chain->plan, side[0], side[1]);
     set->count = 0;
-    put_stop_f32(&events->stop, chain, motion);
+    put_stop_f32(&events->stop, chain);
     events->rest_time = HOPFORM_NEVER_f32;
     events->rests = NO_OWNER_f32;
-    const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && rings_about_zero_f32(chain, slips);
+    const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0f)
+                       && !(fabs_f32(chain->drive.of[slips]) > 0.0f);
     const bool may_fall = hopform_compression_may_fall_f32(side) || compression < 0.0f; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &motion->motion);
+        const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &chain->motion.motion);
         add_event_function_f32(set, &leg, hopform_contact_of_f32(&chain->plan->robot, &chain->at.state), 1.0f,
                                 CONTACT_f32, 0);
     }
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
-        hopform_numerator_f32 h = motion->of.velocity[element];
+        hopform_numerator_f32 h = chain->motion.of.velocity[element];
         h.H3 = chain->just_switched == element ? 0.0f : h.H3;
         add_event_function_f32(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (float)side[element],
                                 ELEMENT_f32 + element, 0);
@@ -249,11 +243,11 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
         return;
     }
     const float sign = (float)side[slips];
-    add_thresholds_f32(chain, motion, 1 - slips, set);
-    events->rest_time =
-        time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * motion->of.velocity[slips].H3);
+    add_thresholds_f32(chain, 1 - slips, set);
+    events->rest_time = time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
+                                          sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_f32 + slips;
-    const float lift = rings ? time_to_rest_f32(poles, compression, motion->of.compression.H3) : HOPFORM_NEVER_f32;
+    const float lift = rings ? time_to_rest_f32(poles, compression, chain->motion.of.compression.H3) : HOPFORM_NEVER_f32;
     if (rings && lift <= events->rest_time) {
         events->rest_time = lift;
         events->rests = CONTACT_f32;
@@ -276,13 +270,18 @@ static inline float distance_from_stop_f32(const event_function_f32 *stop, const
     return value_at_f32(stop, at) + stop->H0 * at->basis.W2;
 }
 
-/* The interval ends where the position, monotone within a phase, meets the stop ahead, if it does and does not just
- * touch it. */
+/* Whether the position, monotone within a phase, is beyond the stop ahead at a time, and does not just touch it. */
+static inline bool is_beyond_stop_f32(const event_function_f32 *stop, const propagator_f32 *at)
+{
+    const float distance = distance_from_stop_f32(stop, at);
+    return distance < 0.0f && distance < -grazing_tolerance_f32(stop, at);
+}
+
+/* The interval ends where the position meets the stop ahead, if it does. */
 static inline bool meets_stop_f32(const stance_events_f32 *events, propagator_f32 *end)
 {
     const event_function_f32 *stop = &events->stop;
-    const float distance = distance_from_stop_f32(stop, end);
-    if (!(distance < 0.0f) || !(distance < -grazing_tolerance_f32(stop, end))) {
+    if (!is_beyond_stop_f32(stop, end)) {
         return false;
     }
     const jet_f32 jet = jet_at_f32(events->set.poles, stop, end);
@@ -364,62 +363,55 @@ static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, f
     end_interval_at_f32(set, in, far > low && far < limit && set->count > 0 ? far : limit);
 }
 
-/* The event functions of a phase, and where their first root is searched. */
+/* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
 typedef struct {
     stance_events_f32 events;
     interval_f32 in;
-    float limit; /* the end of the phase: since it began, as all its times */
-    bool open;  /* whether an event is still looked for */
+    float limit;     /* the end of the phase: since it began, as all its times */
+    bool open;      /* whether an event is still looked for */
+    bool certified; /* else the first event is not known: the phase is, up to the end of the interval */
+    bool stops;     /* the element has met a stop */
+    int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
+    int side;       /* of an element that slips: where it goes */
 } stance_search_f32;
 
 /* What ends the phase at the end of its last interval. */
-static inline stance_phase_end_f32 end_of_f32(const stance_search_f32 *search, bool stops)
+static inline void stance_conclude_f32(stance_search_f32 *search, bool stops)
 {
     const stance_events_f32 *events = &search->events;
     const interval_f32 *in = &search->in;
     const float limit = search->limit;
-    stance_phase_end_f32 result = {in->high.t, NO_OWNER_f32, 0, stops, false, in->high.basis};
-    const event_function_f32 *found = in->found >= 0 ? &events->set.function[in->found] : NULL;
     const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
-    if (stops) {
-        result.owner = events->stop.owner;
-    } else if (found != NULL && !(rests && events->rests < found->owner)) {
-        result.owner = found->owner;
-        result.side = found->side;
-    } else if (rests) {
-        result.owner = events->rests;
+    int owner = rests ? events->rests : NO_OWNER_f32;
+    int side = 0;
+    if (in->found >= 0) {
+        const event_function_f32 *found = &events->set.function[in->found];
+        const bool first = owner == NO_OWNER_f32 || owner >= found->owner;
+        owner = first ? found->owner : owner;
+        side = first ? found->side : 0;
     }
-    return result;
-}
-
-/* Whether an element slips alone, and all that is looked for depends on its position alone. */
-static inline bool is_monotone_phase_f32(const stance_chain_f32 *chain)
-{
-    return (chain->side[0] == 0 || chain->side[1] == 0)
-           && hopform_side_of_slip_f32(&chain->plan->rates, chain->side[0], chain->side[1]) != 0;
+    search->owner = stops ? events->stop.owner : owner;
+    search->side = side;
+    search->stops = stops;
+    search->certified = true;
 }
 
 /* The search at the start of the phase that starts at the chain's state. */
-static inline void stance_begin_search_f32(const stance_chain_f32 *chain, const hopform_numerators_f32 *motion,
-                                            stance_search_f32 *search)
+static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search)
 {
     const float until = end_of_step_f32(chain) - chain->t;
-    put_events_f32(&search->events, chain, motion);
+    put_events_f32(&search->events, chain);
     const event_set_f32 *set = &search->events.set;
     interval_f32 *in = &search->in;
     in->low = 0.0f;
-    in->high.t = 0.0f;
     in->count = 0;
-    in->monotone = HOPFORM_CONTACT_IS_COMPRESSION && is_monotone_phase_f32(chain);
-    for (int32_t n = 0; n < set->count; n++) {
-        in->from[n] = jet_at_start_f32(set->poles, &set->function[n]);
-    }
-    in->found = lost_at_once_f32(set, in);
+    in->monotone =
+        HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED && (chain->side[0] == 0 || chain->side[1] == 0);
+    in->found = begin_at_start_f32(set, in);
     search->limit = hopform_lesser_f32(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0f;
     if (!search->open) {
-        const hopform_basis_f32 start = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-        in->high = propagator_of_f32(set->poles, 0.0f, &start);
+        in->high = propagator_at_start_f32(set->poles);
     }
 }
 
@@ -437,7 +429,7 @@ static inline bool next_interval_f32(const event_set_f32 *set, interval_f32 *in,
 }
 
 /* The first event, from the first interval on; a root in it that ends it may be known. */
-static inline stance_phase_end_f32 stance_end_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search)
+static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search)
 {
     const stance_events_f32 *events = &search->events;
     const event_set_f32 *set = &events->set;
@@ -462,29 +454,30 @@ static inline stance_phase_end_f32 stance_end_search_f32(const stance_chain_f32 
         open = in->found < 0 && !stops && certified && in->high.t < limit;
         quiet = open && next_interval_f32(set, in, limit);
     }
+    stance_conclude_f32(search, stops);
     if (!certified) {
-        const propagator_f32 last = propagator_at_f32(set->poles, in->low);
-        const stance_phase_end_f32 result = {in->low, NO_OWNER_f32, 0, false, true, last.basis};
-        return result;
+        in->high = propagator_at_f32(set->poles, in->low);
+        search->owner = NO_OWNER_f32;
+        search->certified = false;
     }
-    return end_of_f32(search, stops);
 }
 
 /* The first event of the phase that starts at the chain's state. */
-static inline stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *chain,
-                                                         const hopform_numerators_f32 *motion,
-                                                         stance_search_f32 *search)
+static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_search_f32 *search)
 {
     if (chain->side[0] == 0 && chain->side[1] == 0) {
-        const stance_phase_end_f32 result = {
-            end_of_step_f32(chain) - chain->t, NO_OWNER_f32, 0, false, false, {1.0f, 0.0f, 0.0f, 0.0f, 0.0f}};
-        return result;
+        search->in.high = propagator_at_start_f32(&chain->plan->both);
+        search->in.high.t = end_of_step_f32(chain) - chain->t;
+        search->owner = NO_OWNER_f32;
+        search->stops = false;
+        search->certified = true;
+        return;
     }
-    stance_begin_search_f32(chain, motion, search);
+    stance_begin_search_f32(chain, search);
     if (search->open) {
         reach_ahead_f32(&search->events.set, &search->in, search->limit);
     }
-    return stance_end_search_f32(chain, search);
+    stance_end_search_f32(chain, search);
 }
 
 /* ---- the chain ---- */
@@ -554,8 +547,7 @@ static inline void next_step_f32(stance_chain_f32 *chain)
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const hopform_numerators_f32 *motion,
-                                                const hopform_basis_f32 *basis)
+static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis)
 {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f32 *rates = &chain->plan->rates;
@@ -567,7 +559,7 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ho
     if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * fabs_f32(by_spring))) {
         return;
     }
-    const hopform_numerator_f32 *h = &motion->of.velocity[element];
+    const hopform_numerator_f32 *h = &chain->motion.of.velocity[element];
     const float terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const float rate = terms[0] + terms[1] + terms[2];
     if (fabs_f32(rate) > 16.0f * HOPFORM_EPS_f32 * (fabs_f32(terms[0]) + fabs_f32(terms[1]) + fabs_f32(terms[2]))) {
@@ -577,8 +569,7 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ho
 }
 
 /* What is known of the free acceleration of an element that comes to rest from its motion. */
-static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const hopform_numerators_f32 *motion,
-                                               const stance_phase_end_f32 *end)
+static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const stance_search_f32 *end)
 {
     const int element = end->owner - ELEMENT_f32;
     chain->alone = NO_ELEMENT_f32;
@@ -586,26 +577,25 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const hop
         return;
     }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        const hopform_numerator_f32 *h = &motion->of.velocity[element];
+        const hopform_numerator_f32 *h = &chain->motion.of.velocity[element];
         chain->alone = element;
         chain->free = hopform_free_after_motion_f32((float)chain->side[element],
                                                      hopform_level_f32(&chain->plan->robot, element), h->H3, h->H2,
-                                                     &end->basis);
+                                                     &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
-        keep_faint_acceleration_f32(chain, motion, &end->basis);
+        keep_faint_acceleration_f32(chain, &end->in.high.basis);
     }
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_numerators_f32 *motion,
-                                      const hopform_basis_f32 *basis)
+static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis)
 {
     hopform_axes_f32 from_zero = chain->at;
     from_zero.axis[HOPFORM_POSITION_AXIS] = 0.0f;
     hopform_axes_f32 moved;
     moved.state =
-        hopform_arrive_f32(&from_zero.state, &motion->motion, basis, chain->side[0], chain->side[1]);
+        hopform_arrive_f32(&from_zero.state, &chain->motion.motion, basis, chain->side[0], chain->side[1]);
     const float way = moved.axis[HOPFORM_POSITION_AXIS];
     moved.axis[HOPFORM_POSITION_AXIS] = chain->at.axis[HOPFORM_POSITION_AXIS] + way;
     chain->from_lower += way;
@@ -613,16 +603,17 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_nume
     chain->at = moved;
 }
 
-/* The numerators of the next phase. */
-static inline hopform_numerators_f32 motion_from_f32(const stance_chain_f32 *chain)
+/* The drive and the numerators of the phase that begins at the chain's state. */
+static inline void stance_begin_phase_f32(stance_chain_f32 *chain)
 {
-    hopform_numerators_f32 motion = numerators_f32(chain, chain->side[0], chain->side[1]);
     const int element = chain->alone;
+    chain->drive = drive_of_chain_f32(chain, chain->side);
+    chain->motion.motion = hopform_motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.state,
+                                                     chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const float level = (float)chain->side[element] * hopform_level_f32(&chain->plan->robot, element);
-        hopform_go_on_f32(&motion.motion, element + 1, chain->side[1 - element] == 0, chain->free - level);
+        hopform_go_on_f32(&chain->motion.motion, element + 1, chain->side[1 - element] == 0, chain->free - level);
     }
-    return motion;
 }
 
 /* The AED of a phase that lasts for t. */
@@ -635,11 +626,10 @@ static inline float aed_in_phase_f32(const stance_chain_f32 *chain, float t)
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
-static inline void stance_pass_f32(stance_chain_f32 *chain, const hopform_numerators_f32 *motion,
-                                    const stance_phase_end_f32 *end, bool touches)
+static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_f32 *end, bool touches)
 {
     const int element = end->owner - ELEMENT_f32;
-    keep_free_acceleration_f32(chain, motion, end);
+    keep_free_acceleration_f32(chain, end);
     chain->just_switched = NO_ELEMENT_f32;
     if (end->owner == NO_OWNER_f32) {
         next_step_f32(chain);
@@ -664,20 +654,20 @@ static inline bool leaves_at_once_f32(const stance_chain_f32 *chain)
     if (fabs_f32(contact) > 0.0f || rises) {
         return contact < 0.0f;
     }
-    const hopform_numerators_f32 motion = numerators_f32(chain, chain->side[0], chain->side[1]);
+    const hopform_numerators_f32 motion = numerators_f32(chain, chain->side);
     const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &motion.motion);
     const float first = fabs_f32(leg.H3) > 0.0f ? leg.H3 : leg.H2;
     return fabs_f32(first) > 0.0f ? first < 0.0f : leg.H1 < 0.0f;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
-static inline void show_phase_f32(const stance_chain_f32 *chain, const hopform_numerators_f32 *motion,
-                                   const hopform_axes_f32 *start, float length, const hopform_basis_f32 *end)
+static inline void show_phase_f32(const stance_chain_f32 *chain, const hopform_axes_f32 *start, float length,
+                                   const hopform_basis_f32 *end)
 {
     if (chain->follow != NULL) {
         const hopform_passage_f32 passage = {
             hopform_poles_of_f32(chain->plan, chain->side[0], chain->side[1]),
-            &motion->motion,
+            &chain->motion.motion,
             end,
             length,
             start->state,
@@ -691,12 +681,12 @@ static inline void show_phase_f32(const stance_chain_f32 *chain, const hopform_n
 }
 
 /* The same of a last phase in which no time passes. */
-static inline void show_ending_f32(const stance_chain_f32 *chain)
+static inline void show_ending_f32(stance_chain_f32 *chain)
 {
     if (chain->follow != NULL) {
         const hopform_basis_f32 now = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-        const hopform_numerators_f32 motion = motion_from_f32(chain);
-        show_phase_f32(chain, &motion, &chain->at, 0.0f, &now);
+        stance_begin_phase_f32(chain);
+        show_phase_f32(chain, &chain->at, 0.0f, &now);
     }
 }
 
@@ -733,32 +723,29 @@ static inline int32_t stance_begin_f32(stance_chain_f32 *chain)
 }
 
 /* Whether the element with stops, which has come to rest, is at the stop ahead within rounding. */
-static inline bool touches_stop_f32(const stance_chain_f32 *chain, const hopform_numerators_f32 *motion,
-                                     const stance_phase_end_f32 *end)
+static inline bool touches_stop_f32(const stance_chain_f32 *chain, const stance_search_f32 *end)
 {
-    const float gap = gap_ahead_f32(chain);
-    if (end->owner != ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT || end->stops || !hopform_is_finite_f32(gap)
+    const event_function_f32 *stop = &end->events.stop;
+    if (end->owner != ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT || end->stops || !hopform_is_finite_f32(stop->start)
         || chain->side[HOPFORM_STOPPED_ELEMENT] == 0) {
         return false;
     }
-    event_function_f32 stop;
-    put_stop_f32(&stop, chain, motion);
-    const propagator_f32 at = {end->t, end->basis, 0.0f};
-    return fabs_f32(distance_from_stop_f32(&stop, &at)) <= grazing_tolerance_f32(&stop, &at);
+    const propagator_f32 *at = &end->in.high;
+    return fabs_f32(distance_from_stop_f32(stop, at)) <= grazing_tolerance_f32(stop, at);
 }
 
 /* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
-static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const hopform_numerators_f32 *motion,
-                                            const stance_phase_end_f32 *end)
+static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance_search_f32 *end)
 {
     const float until = end_of_step_f32(chain);
     const hopform_axes_f32 start = chain->at;
-    const bool passes = end->owner == NO_OWNER_f32 && !end->uncertified;
-    const bool touches = touches_stop_f32(chain, motion, end);
-    chain->aed += chain->adds_up ? aed_in_phase_f32(chain, end->t) : 0.0f;
-    stance_arrive_f32(chain, motion, &end->basis);
-    show_phase_f32(chain, motion, &start, end->t, &end->basis);
-    chain->t = passes ? until : chain->t + end->t;
+    const bool passes = end->owner == NO_OWNER_f32 && end->certified;
+    const float length = end->in.high.t;
+    const bool touches = touches_stop_f32(chain, end);
+    chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
+    stance_arrive_f32(chain, &end->in.high.basis);
+    show_phase_f32(chain, &start, length, &end->in.high.basis);
+    chain->t = passes ? until : chain->t + length;
     if (end->owner == CONTACT_f32) {
         float *compression = &chain->at.axis[HOPFORM_COMPRESSION_AXIS];
         *compression = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : *compression;
@@ -767,10 +754,10 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const hopfor
     if (passes && !(until < chain->horizon)) {
         return HOPFORM_ENDING_HORIZON;
     }
-    if (end->uncertified) {
+    if (!end->certified) {
         return HOPFORM_ENDING_UNCERTIFIED;
     }
-    stance_pass_f32(chain, motion, end, touches);
+    stance_pass_f32(chain, end, touches);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
         && hopform_contact_of_f32(&chain->plan->robot, &chain->at.state) < 0.0f) {
         show_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */
@@ -785,11 +772,11 @@ static inline bool is_finite_state_f32(const hopform_state_f32 *state)
 {
     hopform_axes_f32 at;
     at.state = *state;
-    bool finite = true;
+    float sum = 0.0f;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
-        finite = finite && hopform_is_finite_f32(at.axis[axis]);
+        sum += fabs_f32(at.axis[axis]);
     }
-    return finite;
+    return sum <= HOPFORM_NEVER_f32;
 }
 
 /* Status of a stance that is to be solved, but for its current. */
@@ -814,36 +801,35 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
 
-/* The chain of a stance at its start. What each element does there is no event. */
-static inline stance_chain_f32 stance_chain_from_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
-                                                       const hopform_step_f32 *steps, int32_t step_count, float horizon,
-                                                       int32_t max_phases, hopform_phase_f32 *phases, int32_t capacity)
+/* Put the chain of a stance at its start. What each element does there is no event. */
+static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_f32 *plan,
+                                     const hopform_state_f32 *start, const hopform_step_f32 *steps,
+                                     int32_t step_count, float horizon, int32_t max_phases, hopform_phase_f32 *phases,
+                                     int32_t capacity)
 {
-    stance_chain_f32 chain;
-    chain.plan = plan;
-    chain.steps = steps;
-    chain.step_count = step_count;
-    chain.step = 0;
-    chain.horizon = horizon;
-    chain.t = 0.0f;
-    chain.at.state = *start;
-    chain.from_lower = chain.at.axis[HOPFORM_POSITION_AXIS] - hopform_lower_stop_f32(&plan->robot);
-    chain.from_upper = chain.at.axis[HOPFORM_POSITION_AXIS] - hopform_upper_stop_f32(&plan->robot);
-    chain.just_switched = NO_ELEMENT_f32;
-    chain.alone = NO_ELEMENT_f32;
-    chain.free = 0.0f;
-    chain.start_loss = 0.0f;
-    chain.adds_up = hopform_stores_much_f32(&plan->robot, start);
-    chain.aed = 0.0f;
-    chain.max_phases = max_phases;
-    chain.phases = phases;
-    chain.capacity = capacity;
-    chain.count = 0;
-    chain.event_count = 0;
-    chain.event = HOPFORM_EVENT_NONE;
-    chain.follow = NULL;
-    chain.tally = NULL;
-    return chain;
+    chain->plan = plan;
+    chain->steps = steps;
+    chain->step_count = step_count;
+    chain->step = 0;
+    chain->horizon = horizon;
+    chain->t = 0.0f;
+    chain->at.state = *start;
+    chain->from_lower = chain->at.axis[HOPFORM_POSITION_AXIS] - hopform_lower_stop_f32(&plan->robot);
+    chain->from_upper = chain->at.axis[HOPFORM_POSITION_AXIS] - hopform_upper_stop_f32(&plan->robot);
+    chain->just_switched = NO_ELEMENT_f32;
+    chain->alone = NO_ELEMENT_f32;
+    chain->free = 0.0f;
+    chain->start_loss = 0.0f;
+    chain->adds_up = hopform_stores_much_f32(&plan->robot, start);
+    chain->aed = 0.0f;
+    chain->max_phases = max_phases;
+    chain->phases = phases;
+    chain->capacity = capacity;
+    chain->count = 0;
+    chain->event_count = 0;
+    chain->event = HOPFORM_EVENT_NONE;
+    chain->follow = NULL;
+    chain->tally = NULL;
 }
 
 /* Put a stance that has come to its ending into its record. */
@@ -865,8 +851,8 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
     if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f32(robot) > 0.0f) {
         stance->apex = hopform_apex_f32(robot, end);
     }
-    if (!is_finite_state_f32(end) || !hopform_is_finite_f32(stance->duration) || !hopform_is_finite_f32(stance->apex)
-        || !hopform_is_finite_f32(stance->aed) || !hopform_is_finite_f32(stance->start_loss)) {
+    const float others = fabs_f32(stance->duration) + fabs_f32(stance->apex) + fabs_f32(stance->aed);
+    if (!is_finite_state_f32(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f32)) {
         const hopform_stance_f32 zero = {0};
         *stance = zero;
         return HOPFORM_ERROR_NUMBERS;

@@ -14,16 +14,6 @@
  * the order in which they win a tie. */
 enum { NO_OWNER_f64 = -1, CONTACT_f64 = 0, ELEMENT_f64 = 1, NO_ELEMENT_f64 = -1 };
 
-/* How a phase ends. */
-typedef struct {
-    double t;                   /* since the phase began */
-    int owner;                /* NO_OWNER where nothing happens until the current changes, or until the horizon */
-    int side;                 /* of an element that slips: where it goes */
-    bool stops;               /* the element has met a stop */
-    bool uncertified;         /* the first event is not known: the phase is, up to here */
-    hopform_basis_f64 basis; /* at t */
-} stance_phase_end_f64;
-
 /* The chain while it grows. */
 typedef struct {
     const hopform_plan_f64 *plan;
@@ -48,6 +38,8 @@ typedef struct {
     int32_t count;
     int32_t event_count;
     int event; /* with which the phase began */
+    hopform_drive_by_element_f64 drive; /* of the phase, as its numerators */
+    hopform_numerators_f64 motion;
     hopform_follow_f64 *follow;
     hopform_tally_f64 *tally;
 } stance_chain_f64;
@@ -70,19 +62,29 @@ static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
-static inline hopform_numerators_f64 numerators_f64(const stance_chain_f64 *chain, int side_1, int side_2)
+/* The constant accelerations, and the numerators from the chain's state, with given sides. */
+static inline hopform_drive_by_element_f64 drive_of_chain_f64(const stance_chain_f64 *chain, const int *side)
 {
+    hopform_drive_by_element_f64 drive;
+    drive.named = hopform_drive_of_f64(&chain->plan->robot, &chain->plan->rates, current_of_chain_f64(chain),
+                                        (double)side[0], (double)side[1]);
+    return drive;
+}
+
+static inline hopform_numerators_f64 numerators_f64(const stance_chain_f64 *chain, const int *side)
+{
+    const hopform_drive_by_element_f64 drive = drive_of_chain_f64(chain, side);
     hopform_numerators_f64 made;
     made.motion =
-        hopform_motion_of_f64(chain->plan, &chain->at.state, current_of_chain_f64(chain), side_1, side_2);
+        hopform_motion_under_f64(&chain->plan->rates, &drive.named, &chain->at.state, side[0], side[1]);
     return made;
 }
 
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline double drift_of_free_f64(const stance_chain_f64 *chain, int element)
 {
-    const hopform_numerators_f64 motion =
-        numerators_f64(chain, element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]);
+    const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
+    const hopform_numerators_f64 motion = numerators_f64(chain, side);
     const hopform_numerator_f64 free = hopform_free_numerator_f64(&chain->plan->rates, element, &motion);
     if (fabs_f64(free.H3) > 0.0) {
         return free.H3;
@@ -167,33 +169,24 @@ static inline void add_event_function_f64(event_set_f64 *set, const hopform_nume
     g->side = side;
 }
 
-/* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static inline void add_thresholds_f64(const stance_chain_f64 *chain, const hopform_numerators_f64 *motion,
-                                       int element, event_set_f64 *set)
+/* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
+ * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
+static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element, event_set_f64 *set)
 {
-    const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.state);
-    const hopform_numerator_f64 h = hopform_free_numerator_f64(&chain->plan->rates, element, motion);
-    const double friction = hopform_level_f64(&chain->plan->robot, element);
-    const int towards = hopform_side_of_slip_f64(&chain->plan->rates, chain->side[0], chain->side[1]);
+    const bool open[] = {!stance_blocked_f64(chain, element, -1), !stance_blocked_f64(chain, element, 1)};
+    if (!open[0] && !open[1]) {
+        return;
+    }
+    const hopform_numerator_f64 h = hopform_free_numerator_f64(&chain->plan->rates, element, &chain->motion);
+    const double drift = fabs_f64(h.H3) > 0.0 ? h.H3 : h.H2;
     for (int side = -1; side <= 1; side += 2) {
-        if (side != -towards && !stance_blocked_f64(chain, element, side)) {
-            const double sign = (double)side;
-            add_event_function_f64(set, &h, free.of[element] - sign * friction, -sign, ELEMENT_f64 + element, side);
+        const double sign = (double)side;
+        if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
+            const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.state);
+            const double level = sign * hopform_level_f64(&chain->plan->robot, element);
+            add_event_function_f64(set, &h, free.of[element] - level, -sign, ELEMENT_f64 + element, side);
         }
     }
-}
-
-/* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
- * velocity does: its first zero is known however far it has faded by then. */
-static inline bool rings_about_zero_f64(const stance_chain_f64 *chain, int slips)
-{
-    const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
-    if (chain->at.axis[HOPFORM_COMPRESSION_AXIS] < 0.0) {
-        return false;
-    }
-    const hopform_free_by_element_f64 free = free_of_f64(chain, &slack);
-    const double left = free.of[slips] - (double)chain->side[slips] * hopform_level_f64(&chain->plan->robot, slips);
-    return !(fabs_f64(left) > 0.0);
 }
 
 /* How far the position is from the stop ahead. */
@@ -202,11 +195,10 @@ static inline double gap_ahead_f64(const stance_chain_f64 *chain)
     return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
 }
 
-static inline void put_stop_f64(event_function_f64 *stop, const stance_chain_f64 *chain,
-                                 const hopform_numerators_f64 *motion)
+static inline void put_stop_f64(event_function_f64 *stop, const stance_chain_f64 *chain)
 {
     const double away = -(double)chain->side[HOPFORM_STOPPED_ELEMENT];
-    const hopform_numerator_f64 *h = &motion->of.position;
+    const hopform_numerator_f64 *h = &chain->motion.of.position;
     stop->H3 = away * chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     stop->H2 = away * h->H3;
     stop->H1 = away * h->H2;
@@ -216,8 +208,9 @@ static inline void put_stop_f64(event_function_f64 *stop, const stance_chain_f64
     stop->side = 0;
 }
 
-static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain,
-                                   const hopform_numerators_f64 *motion)
+/* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
+ * velocity does: its first zero is known however far it has faded by then. */
+static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain)
 {
     const double *at = chain->at.axis;
     const int *side = chain->side;
@@ -229,18 +222,19 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     set->poles = poles;
     set->node = hopform_node_of_f64(chain->plan, side[0], side[1]);
     set->count = 0;
-    put_stop_f64(&events->stop, chain, motion);
+    put_stop_f64(&events->stop, chain);
     events->rest_time = HOPFORM_NEVER_f64;
     events->rests = NO_OWNER_f64;
-    const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && rings_about_zero_f64(chain, slips);
+    const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0)
+                       && !(fabs_f64(chain->drive.of[slips]) > 0.0);
     const bool may_fall = hopform_compression_may_fall_f64(side) || compression < 0.0; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &motion->motion);
+        const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &chain->motion.motion);
         add_event_function_f64(set, &leg, hopform_contact_of_f64(&chain->plan->robot, &chain->at.state), 1.0,
                                 CONTACT_f64, 0);
     }
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
-        hopform_numerator_f64 h = motion->of.velocity[element];
+        hopform_numerator_f64 h = chain->motion.of.velocity[element];
         h.H3 = chain->just_switched == element ? 0.0 : h.H3;
         add_event_function_f64(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (double)side[element],
                                 ELEMENT_f64 + element, 0);
@@ -249,11 +243,11 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
         return;
     }
     const double sign = (double)side[slips];
-    add_thresholds_f64(chain, motion, 1 - slips, set);
-    events->rest_time =
-        time_to_rest_f64(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * motion->of.velocity[slips].H3);
+    add_thresholds_f64(chain, 1 - slips, set);
+    events->rest_time = time_to_rest_f64(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
+                                          sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_f64 + slips;
-    const double lift = rings ? time_to_rest_f64(poles, compression, motion->of.compression.H3) : HOPFORM_NEVER_f64;
+    const double lift = rings ? time_to_rest_f64(poles, compression, chain->motion.of.compression.H3) : HOPFORM_NEVER_f64;
     if (rings && lift <= events->rest_time) {
         events->rest_time = lift;
         events->rests = CONTACT_f64;
@@ -276,13 +270,18 @@ static inline double distance_from_stop_f64(const event_function_f64 *stop, cons
     return value_at_f64(stop, at) + stop->H0 * at->basis.W2;
 }
 
-/* The interval ends where the position, monotone within a phase, meets the stop ahead, if it does and does not just
- * touch it. */
+/* Whether the position, monotone within a phase, is beyond the stop ahead at a time, and does not just touch it. */
+static inline bool is_beyond_stop_f64(const event_function_f64 *stop, const propagator_f64 *at)
+{
+    const double distance = distance_from_stop_f64(stop, at);
+    return distance < 0.0 && distance < -grazing_tolerance_f64(stop, at);
+}
+
+/* The interval ends where the position meets the stop ahead, if it does. */
 static inline bool meets_stop_f64(const stance_events_f64 *events, propagator_f64 *end)
 {
     const event_function_f64 *stop = &events->stop;
-    const double distance = distance_from_stop_f64(stop, end);
-    if (!(distance < 0.0) || !(distance < -grazing_tolerance_f64(stop, end))) {
+    if (!is_beyond_stop_f64(stop, end)) {
         return false;
     }
     const jet_f64 jet = jet_at_f64(events->set.poles, stop, end);
@@ -364,62 +363,55 @@ static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, d
     end_interval_at_f64(set, in, far > low && far < limit && set->count > 0 ? far : limit);
 }
 
-/* The event functions of a phase, and where their first root is searched. */
+/* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
 typedef struct {
     stance_events_f64 events;
     interval_f64 in;
-    double limit; /* the end of the phase: since it began, as all its times */
-    bool open;  /* whether an event is still looked for */
+    double limit;     /* the end of the phase: since it began, as all its times */
+    bool open;      /* whether an event is still looked for */
+    bool certified; /* else the first event is not known: the phase is, up to the end of the interval */
+    bool stops;     /* the element has met a stop */
+    int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
+    int side;       /* of an element that slips: where it goes */
 } stance_search_f64;
 
 /* What ends the phase at the end of its last interval. */
-static inline stance_phase_end_f64 end_of_f64(const stance_search_f64 *search, bool stops)
+static inline void stance_conclude_f64(stance_search_f64 *search, bool stops)
 {
     const stance_events_f64 *events = &search->events;
     const interval_f64 *in = &search->in;
     const double limit = search->limit;
-    stance_phase_end_f64 result = {in->high.t, NO_OWNER_f64, 0, stops, false, in->high.basis};
-    const event_function_f64 *found = in->found >= 0 ? &events->set.function[in->found] : NULL;
     const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
-    if (stops) {
-        result.owner = events->stop.owner;
-    } else if (found != NULL && !(rests && events->rests < found->owner)) {
-        result.owner = found->owner;
-        result.side = found->side;
-    } else if (rests) {
-        result.owner = events->rests;
+    int owner = rests ? events->rests : NO_OWNER_f64;
+    int side = 0;
+    if (in->found >= 0) {
+        const event_function_f64 *found = &events->set.function[in->found];
+        const bool first = owner == NO_OWNER_f64 || owner >= found->owner;
+        owner = first ? found->owner : owner;
+        side = first ? found->side : 0;
     }
-    return result;
-}
-
-/* Whether an element slips alone, and all that is looked for depends on its position alone. */
-static inline bool is_monotone_phase_f64(const stance_chain_f64 *chain)
-{
-    return (chain->side[0] == 0 || chain->side[1] == 0)
-           && hopform_side_of_slip_f64(&chain->plan->rates, chain->side[0], chain->side[1]) != 0;
+    search->owner = stops ? events->stop.owner : owner;
+    search->side = side;
+    search->stops = stops;
+    search->certified = true;
 }
 
 /* The search at the start of the phase that starts at the chain's state. */
-static inline void stance_begin_search_f64(const stance_chain_f64 *chain, const hopform_numerators_f64 *motion,
-                                            stance_search_f64 *search)
+static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance_search_f64 *search)
 {
     const double until = end_of_step_f64(chain) - chain->t;
-    put_events_f64(&search->events, chain, motion);
+    put_events_f64(&search->events, chain);
     const event_set_f64 *set = &search->events.set;
     interval_f64 *in = &search->in;
     in->low = 0.0;
-    in->high.t = 0.0;
     in->count = 0;
-    in->monotone = HOPFORM_CONTACT_IS_COMPRESSION && is_monotone_phase_f64(chain);
-    for (int32_t n = 0; n < set->count; n++) {
-        in->from[n] = jet_at_start_f64(set->poles, &set->function[n]);
-    }
-    in->found = lost_at_once_f64(set, in);
+    in->monotone =
+        HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED && (chain->side[0] == 0 || chain->side[1] == 0);
+    in->found = begin_at_start_f64(set, in);
     search->limit = hopform_lesser_f64(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
     if (!search->open) {
-        const hopform_basis_f64 start = {1.0, 0.0, 0.0, 0.0, 0.0};
-        in->high = propagator_of_f64(set->poles, 0.0, &start);
+        in->high = propagator_at_start_f64(set->poles);
     }
 }
 
@@ -437,7 +429,7 @@ static inline bool next_interval_f64(const event_set_f64 *set, interval_f64 *in,
 }
 
 /* The first event, from the first interval on; a root in it that ends it may be known. */
-static inline stance_phase_end_f64 stance_end_search_f64(const stance_chain_f64 *chain, stance_search_f64 *search)
+static inline void stance_end_search_f64(const stance_chain_f64 *chain, stance_search_f64 *search)
 {
     const stance_events_f64 *events = &search->events;
     const event_set_f64 *set = &events->set;
@@ -462,29 +454,30 @@ static inline stance_phase_end_f64 stance_end_search_f64(const stance_chain_f64 
         open = in->found < 0 && !stops && certified && in->high.t < limit;
         quiet = open && next_interval_f64(set, in, limit);
     }
+    stance_conclude_f64(search, stops);
     if (!certified) {
-        const propagator_f64 last = propagator_at_f64(set->poles, in->low);
-        const stance_phase_end_f64 result = {in->low, NO_OWNER_f64, 0, false, true, last.basis};
-        return result;
+        in->high = propagator_at_f64(set->poles, in->low);
+        search->owner = NO_OWNER_f64;
+        search->certified = false;
     }
-    return end_of_f64(search, stops);
 }
 
 /* The first event of the phase that starts at the chain's state. */
-static inline stance_phase_end_f64 stance_find_end_f64(const stance_chain_f64 *chain,
-                                                         const hopform_numerators_f64 *motion,
-                                                         stance_search_f64 *search)
+static inline void stance_find_end_f64(const stance_chain_f64 *chain, stance_search_f64 *search)
 {
     if (chain->side[0] == 0 && chain->side[1] == 0) {
-        const stance_phase_end_f64 result = {
-            end_of_step_f64(chain) - chain->t, NO_OWNER_f64, 0, false, false, {1.0, 0.0, 0.0, 0.0, 0.0}};
-        return result;
+        search->in.high = propagator_at_start_f64(&chain->plan->both);
+        search->in.high.t = end_of_step_f64(chain) - chain->t;
+        search->owner = NO_OWNER_f64;
+        search->stops = false;
+        search->certified = true;
+        return;
     }
-    stance_begin_search_f64(chain, motion, search);
+    stance_begin_search_f64(chain, search);
     if (search->open) {
         reach_ahead_f64(&search->events.set, &search->in, search->limit);
     }
-    return stance_end_search_f64(chain, search);
+    stance_end_search_f64(chain, search);
 }
 
 /* ---- the chain ---- */
@@ -554,8 +547,7 @@ static inline void next_step_f64(stance_chain_f64 *chain)
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const hopform_numerators_f64 *motion,
-                                                const hopform_basis_f64 *basis)
+static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const hopform_basis_f64 *basis)
 {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f64 *rates = &chain->plan->rates;
@@ -567,7 +559,7 @@ static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const ho
     if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * fabs_f64(by_spring))) {
         return;
     }
-    const hopform_numerator_f64 *h = &motion->of.velocity[element];
+    const hopform_numerator_f64 *h = &chain->motion.of.velocity[element];
     const double terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const double rate = terms[0] + terms[1] + terms[2];
     if (fabs_f64(rate) > 16.0 * HOPFORM_EPS_f64 * (fabs_f64(terms[0]) + fabs_f64(terms[1]) + fabs_f64(terms[2]))) {
@@ -577,8 +569,7 @@ static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const ho
 }
 
 /* What is known of the free acceleration of an element that comes to rest from its motion. */
-static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const hopform_numerators_f64 *motion,
-                                               const stance_phase_end_f64 *end)
+static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const stance_search_f64 *end)
 {
     const int element = end->owner - ELEMENT_f64;
     chain->alone = NO_ELEMENT_f64;
@@ -586,26 +577,25 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const hop
         return;
     }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        const hopform_numerator_f64 *h = &motion->of.velocity[element];
+        const hopform_numerator_f64 *h = &chain->motion.of.velocity[element];
         chain->alone = element;
         chain->free = hopform_free_after_motion_f64((double)chain->side[element],
                                                      hopform_level_f64(&chain->plan->robot, element), h->H3, h->H2,
-                                                     &end->basis);
+                                                     &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
-        keep_faint_acceleration_f64(chain, motion, &end->basis);
+        keep_faint_acceleration_f64(chain, &end->in.high.basis);
     }
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f64(stance_chain_f64 *chain, const hopform_numerators_f64 *motion,
-                                      const hopform_basis_f64 *basis)
+static inline void stance_arrive_f64(stance_chain_f64 *chain, const hopform_basis_f64 *basis)
 {
     hopform_axes_f64 from_zero = chain->at;
     from_zero.axis[HOPFORM_POSITION_AXIS] = 0.0;
     hopform_axes_f64 moved;
     moved.state =
-        hopform_arrive_f64(&from_zero.state, &motion->motion, basis, chain->side[0], chain->side[1]);
+        hopform_arrive_f64(&from_zero.state, &chain->motion.motion, basis, chain->side[0], chain->side[1]);
     const double way = moved.axis[HOPFORM_POSITION_AXIS];
     moved.axis[HOPFORM_POSITION_AXIS] = chain->at.axis[HOPFORM_POSITION_AXIS] + way;
     chain->from_lower += way;
@@ -613,16 +603,17 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const hopform_nume
     chain->at = moved;
 }
 
-/* The numerators of the next phase. */
-static inline hopform_numerators_f64 motion_from_f64(const stance_chain_f64 *chain)
+/* The drive and the numerators of the phase that begins at the chain's state. */
+static inline void stance_begin_phase_f64(stance_chain_f64 *chain)
 {
-    hopform_numerators_f64 motion = numerators_f64(chain, chain->side[0], chain->side[1]);
     const int element = chain->alone;
+    chain->drive = drive_of_chain_f64(chain, chain->side);
+    chain->motion.motion = hopform_motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.state,
+                                                     chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const double level = (double)chain->side[element] * hopform_level_f64(&chain->plan->robot, element);
-        hopform_go_on_f64(&motion.motion, element + 1, chain->side[1 - element] == 0, chain->free - level);
+        hopform_go_on_f64(&chain->motion.motion, element + 1, chain->side[1 - element] == 0, chain->free - level);
     }
-    return motion;
 }
 
 /* The AED of a phase that lasts for t. */
@@ -635,11 +626,10 @@ static inline double aed_in_phase_f64(const stance_chain_f64 *chain, double t)
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
-static inline void stance_pass_f64(stance_chain_f64 *chain, const hopform_numerators_f64 *motion,
-                                    const stance_phase_end_f64 *end, bool touches)
+static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_f64 *end, bool touches)
 {
     const int element = end->owner - ELEMENT_f64;
-    keep_free_acceleration_f64(chain, motion, end);
+    keep_free_acceleration_f64(chain, end);
     chain->just_switched = NO_ELEMENT_f64;
     if (end->owner == NO_OWNER_f64) {
         next_step_f64(chain);
@@ -664,20 +654,20 @@ static inline bool leaves_at_once_f64(const stance_chain_f64 *chain)
     if (fabs_f64(contact) > 0.0 || rises) {
         return contact < 0.0;
     }
-    const hopform_numerators_f64 motion = numerators_f64(chain, chain->side[0], chain->side[1]);
+    const hopform_numerators_f64 motion = numerators_f64(chain, chain->side);
     const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &motion.motion);
     const double first = fabs_f64(leg.H3) > 0.0 ? leg.H3 : leg.H2;
     return fabs_f64(first) > 0.0 ? first < 0.0 : leg.H1 < 0.0;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
-static inline void show_phase_f64(const stance_chain_f64 *chain, const hopform_numerators_f64 *motion,
-                                   const hopform_axes_f64 *start, double length, const hopform_basis_f64 *end)
+static inline void show_phase_f64(const stance_chain_f64 *chain, const hopform_axes_f64 *start, double length,
+                                   const hopform_basis_f64 *end)
 {
     if (chain->follow != NULL) {
         const hopform_passage_f64 passage = {
             hopform_poles_of_f64(chain->plan, chain->side[0], chain->side[1]),
-            &motion->motion,
+            &chain->motion.motion,
             end,
             length,
             start->state,
@@ -691,12 +681,12 @@ static inline void show_phase_f64(const stance_chain_f64 *chain, const hopform_n
 }
 
 /* The same of a last phase in which no time passes. */
-static inline void show_ending_f64(const stance_chain_f64 *chain)
+static inline void show_ending_f64(stance_chain_f64 *chain)
 {
     if (chain->follow != NULL) {
         const hopform_basis_f64 now = {1.0, 0.0, 0.0, 0.0, 0.0};
-        const hopform_numerators_f64 motion = motion_from_f64(chain);
-        show_phase_f64(chain, &motion, &chain->at, 0.0, &now);
+        stance_begin_phase_f64(chain);
+        show_phase_f64(chain, &chain->at, 0.0, &now);
     }
 }
 
@@ -733,32 +723,29 @@ static inline int32_t stance_begin_f64(stance_chain_f64 *chain)
 }
 
 /* Whether the element with stops, which has come to rest, is at the stop ahead within rounding. */
-static inline bool touches_stop_f64(const stance_chain_f64 *chain, const hopform_numerators_f64 *motion,
-                                     const stance_phase_end_f64 *end)
+static inline bool touches_stop_f64(const stance_chain_f64 *chain, const stance_search_f64 *end)
 {
-    const double gap = gap_ahead_f64(chain);
-    if (end->owner != ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT || end->stops || !hopform_is_finite_f64(gap)
+    const event_function_f64 *stop = &end->events.stop;
+    if (end->owner != ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT || end->stops || !hopform_is_finite_f64(stop->start)
         || chain->side[HOPFORM_STOPPED_ELEMENT] == 0) {
         return false;
     }
-    event_function_f64 stop;
-    put_stop_f64(&stop, chain, motion);
-    const propagator_f64 at = {end->t, end->basis, 0.0};
-    return fabs_f64(distance_from_stop_f64(&stop, &at)) <= grazing_tolerance_f64(&stop, &at);
+    const propagator_f64 *at = &end->in.high;
+    return fabs_f64(distance_from_stop_f64(stop, at)) <= grazing_tolerance_f64(stop, at);
 }
 
 /* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
-static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const hopform_numerators_f64 *motion,
-                                            const stance_phase_end_f64 *end)
+static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance_search_f64 *end)
 {
     const double until = end_of_step_f64(chain);
     const hopform_axes_f64 start = chain->at;
-    const bool passes = end->owner == NO_OWNER_f64 && !end->uncertified;
-    const bool touches = touches_stop_f64(chain, motion, end);
-    chain->aed += chain->adds_up ? aed_in_phase_f64(chain, end->t) : 0.0;
-    stance_arrive_f64(chain, motion, &end->basis);
-    show_phase_f64(chain, motion, &start, end->t, &end->basis);
-    chain->t = passes ? until : chain->t + end->t;
+    const bool passes = end->owner == NO_OWNER_f64 && end->certified;
+    const double length = end->in.high.t;
+    const bool touches = touches_stop_f64(chain, end);
+    chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
+    stance_arrive_f64(chain, &end->in.high.basis);
+    show_phase_f64(chain, &start, length, &end->in.high.basis);
+    chain->t = passes ? until : chain->t + length;
     if (end->owner == CONTACT_f64) {
         double *compression = &chain->at.axis[HOPFORM_COMPRESSION_AXIS];
         *compression = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : *compression;
@@ -767,10 +754,10 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const hopfor
     if (passes && !(until < chain->horizon)) {
         return HOPFORM_ENDING_HORIZON;
     }
-    if (end->uncertified) {
+    if (!end->certified) {
         return HOPFORM_ENDING_UNCERTIFIED;
     }
-    stance_pass_f64(chain, motion, end, touches);
+    stance_pass_f64(chain, end, touches);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
         && hopform_contact_of_f64(&chain->plan->robot, &chain->at.state) < 0.0) {
         show_ending_f64(chain); /* what the velocity has lost at the stop was in the contact force */
@@ -785,11 +772,11 @@ static inline bool is_finite_state_f64(const hopform_state_f64 *state)
 {
     hopform_axes_f64 at;
     at.state = *state;
-    bool finite = true;
+    double sum = 0.0;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
-        finite = finite && hopform_is_finite_f64(at.axis[axis]);
+        sum += fabs_f64(at.axis[axis]);
     }
-    return finite;
+    return sum <= HOPFORM_NEVER_f64;
 }
 
 /* Status of a stance that is to be solved, but for its current. */
@@ -814,36 +801,35 @@ static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const ho
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
 
-/* The chain of a stance at its start. What each element does there is no event. */
-static inline stance_chain_f64 stance_chain_from_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
-                                                       const hopform_step_f64 *steps, int32_t step_count, double horizon,
-                                                       int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity)
+/* Put the chain of a stance at its start. What each element does there is no event. */
+static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_f64 *plan,
+                                     const hopform_state_f64 *start, const hopform_step_f64 *steps,
+                                     int32_t step_count, double horizon, int32_t max_phases, hopform_phase_f64 *phases,
+                                     int32_t capacity)
 {
-    stance_chain_f64 chain;
-    chain.plan = plan;
-    chain.steps = steps;
-    chain.step_count = step_count;
-    chain.step = 0;
-    chain.horizon = horizon;
-    chain.t = 0.0;
-    chain.at.state = *start;
-    chain.from_lower = chain.at.axis[HOPFORM_POSITION_AXIS] - hopform_lower_stop_f64(&plan->robot);
-    chain.from_upper = chain.at.axis[HOPFORM_POSITION_AXIS] - hopform_upper_stop_f64(&plan->robot);
-    chain.just_switched = NO_ELEMENT_f64;
-    chain.alone = NO_ELEMENT_f64;
-    chain.free = 0.0;
-    chain.start_loss = 0.0;
-    chain.adds_up = hopform_stores_much_f64(&plan->robot, start);
-    chain.aed = 0.0;
-    chain.max_phases = max_phases;
-    chain.phases = phases;
-    chain.capacity = capacity;
-    chain.count = 0;
-    chain.event_count = 0;
-    chain.event = HOPFORM_EVENT_NONE;
-    chain.follow = NULL;
-    chain.tally = NULL;
-    return chain;
+    chain->plan = plan;
+    chain->steps = steps;
+    chain->step_count = step_count;
+    chain->step = 0;
+    chain->horizon = horizon;
+    chain->t = 0.0;
+    chain->at.state = *start;
+    chain->from_lower = chain->at.axis[HOPFORM_POSITION_AXIS] - hopform_lower_stop_f64(&plan->robot);
+    chain->from_upper = chain->at.axis[HOPFORM_POSITION_AXIS] - hopform_upper_stop_f64(&plan->robot);
+    chain->just_switched = NO_ELEMENT_f64;
+    chain->alone = NO_ELEMENT_f64;
+    chain->free = 0.0;
+    chain->start_loss = 0.0;
+    chain->adds_up = hopform_stores_much_f64(&plan->robot, start);
+    chain->aed = 0.0;
+    chain->max_phases = max_phases;
+    chain->phases = phases;
+    chain->capacity = capacity;
+    chain->count = 0;
+    chain->event_count = 0;
+    chain->event = HOPFORM_EVENT_NONE;
+    chain->follow = NULL;
+    chain->tally = NULL;
 }
 
 /* Put a stance that has come to its ending into its record. */
@@ -865,8 +851,8 @@ static inline int32_t stance_report_f64(const stance_chain_f64 *chain, const hop
     if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f64(robot) > 0.0) {
         stance->apex = hopform_apex_f64(robot, end);
     }
-    if (!is_finite_state_f64(end) || !hopform_is_finite_f64(stance->duration) || !hopform_is_finite_f64(stance->apex)
-        || !hopform_is_finite_f64(stance->aed) || !hopform_is_finite_f64(stance->start_loss)) {
+    const double others = fabs_f64(stance->duration) + fabs_f64(stance->apex) + fabs_f64(stance->aed);
+    if (!is_finite_state_f64(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f64)) {
         const hopform_stance_f64 zero = {0};
         *stance = zero;
         return HOPFORM_ERROR_NUMBERS;

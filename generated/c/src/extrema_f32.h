@@ -25,7 +25,7 @@ static inline void hopform_find_minimum_f32(const event_set_f32 *set, const jet_
     const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
     const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
     const float apart = high - low;
-    const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, fourth_of_f32(poles, g, to), apart);
+    const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, apart);
     float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
     propagator_f32 at = propagator_at_f32(poles, t);
     for (int n = 0; n < 100; n++) {

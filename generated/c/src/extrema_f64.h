@@ -25,7 +25,7 @@ static inline void hopform_find_minimum_f64(const event_set_f64 *set, const jet_
     const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, from)};
     const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const double apart = high - low;
-    const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, fourth_of_f64(poles, g, to), apart);
+    const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, apart);
     double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
     propagator_f64 at = propagator_at_f64(poles, t);
     for (int n = 0; n < 100; n++) {

@@ -53,6 +53,13 @@ typedef struct {
     float W_third; /* W''' */
 } propagator_f32;
 
+/* That of any poles at the start of a phase. */
+static inline propagator_f32 propagator_at_start_f32(const hopform_poles_f32 *poles)
+{
+    const propagator_f32 at = {0.0f, {1.0f, 0.0f, 0.0f, 0.0f, 0.0f}, -poles->s_1};
+    return at;
+}
+
 /* Value and derivatives of an event function. */
 typedef struct {
     float value;
@@ -167,29 +174,22 @@ static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float
     return start > 0.0f ? share : 0.75f;
 }
 
-/* The polynomial of degree 7 through the jets at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3
- * x^3
- * + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2 + s3 (x - 1)^3). */
+/* The quintic through value, rate and curvature at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2
+ * + x^3 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
 typedef struct {
-    float c0, c1, c2, c3, r0, s1, s2, s3;
+    float c0, c1, c2, r0, s1, s2;
 } interpolant_f32;
 
-static inline interpolant_f32 interpolant_of_f32(const jet_f32 *from, const jet_f32 *to, float third, float h)
+static inline interpolant_f32 interpolant_of_f32(const jet_f32 *from, const jet_f32 *to, float h)
 {
     const float hh = 0.5f * h * h;
-    const float hhh = (1.0f / 3.0f) * h * hh;
     const float c0 = from->value;
     const float c1 = h * from->rate;
     const float c2 = hh * from->curvature;
-    const float c3 = hhh * from->third;
-    const float r0 = to->value - (c0 + c1 + c2 + c3);
-    const float r1 = h * to->rate - (c1 + 2.0f * c2 + 3.0f * c3);
-    const float r2 = hh * to->curvature - (c2 + 3.0f * c3);
-    const float r3 = hhh * third - c3;
-    const float s1 = r1 - 4.0f * r0;
-    const float s2 = r2 - 4.0f * s1 - 6.0f * r0;
-    const float s3 = r3 - 4.0f * s2 - 6.0f * s1 - 4.0f * r0;
-    const interpolant_f32 p = {c0, c1, c2, c3, r0, s1, s2, s3};
+    const float r0 = to->value - (c0 + c1 + c2);
+    const float s1 = h * to->rate - (c1 + 2.0f * c2) - 3.0f * r0;
+    const float s2 = hh * to->curvature - c2 - 3.0f * (r0 + s1);
+    const interpolant_f32 p = {c0, c1, c2, r0, s1, s2};
     return p;
 }
 
@@ -199,12 +199,11 @@ enum { PREDICTION_STEPS_f32 = 3 };
 static inline float prediction_step_f32(const interpolant_f32 *p, float x)
 {
     const float y = x - 1.0f;
-    const float tail = p->r0 + y * (p->s1 + y * (p->s2 + y * p->s3));
-    const float tail_1 = p->s1 + y * (2.0f * p->s2 + y * 3.0f * p->s3);
-    const float tail_2 = p->s2 + 3.0f * y * p->s3;
-    const float value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
-    const float slope = p->c1 + x * (2.0f * p->c2 + x * (3.0f * p->c3 + x * (4.0f * tail + x * tail_1)));
-    const float bend = p->c2 + x * (3.0f * p->c3 + x * (6.0f * tail + x * (4.0f * tail_1 + x * tail_2)));
+    const float tail = p->r0 + y * (p->s1 + y * p->s2);
+    const float tail_1 = p->s1 + 2.0f * y * p->s2;
+    const float value = p->c0 + x * (p->c1 + x * (p->c2 + x * tail));
+    const float slope = p->c1 + x * (2.0f * p->c2 + x * (3.0f * tail + x * tail_1));
+    const float bend = p->c2 + x * (3.0f * (tail + x * tail_1) + x * x * p->s2);
     const float below = slope * slope - value * bend;
     const float step = value * slope / (below > 0.0f ? below : 1.0f);
     return below > 0.0f ? step : 0.0f;
@@ -290,38 +289,33 @@ static inline float fourth_of_f32(const hopform_poles_f32 *poles, const event_fu
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
-/* A step towards a root between two times: whether t is it, or the step lands on it, and else where it is looked for
- * next: `next` if that is inside. */
+/* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
 typedef struct {
-    bool arrives, lands, inside;
+    bool lands;
     float low, high, next;
 } root_step_f32;
 
-/* Of a function that is above zero at the lower time; `fourth` is its fourth derivative, but for the sign. Householder's
- * step is corrected by Newton's on the Taylor polynomial. It lands where the last of these is so small that nothing is
- * left of its square, and where the propagator can be carried there. */
+/* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
+ * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so small
+ * that nothing is left of its square, and where the propagator can be carried there. */
 static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float fourth, float t,
                                                float low, float high)
 {
-    const bool arrives = fabs_f32(at->value) <= HOPFORM_EPS_f32 * t * fabs_f32(at->rate);
     const derivatives_f32 g = {at->value, at->rate, at->curvature, at->third, -fourth};
     const float first = -step_to_root_f32(at);
-    const bool near = is_near_f32(poles, t, first);
     float step = first;
     float more = 0.0f;
-    for (int n = 0; n < HOPFORM_POLISH_f32; n++) { /* Newton's steps */
+    for (int n = 0; n < HOPFORM_POLISH_f32; n++) {
         const derivatives_f32 there = carried_f32(poles, &g, step);
-        more = -there.w0 / (fabs_f32(there.w1) > 0.0f ? there.w1 : 1.0f);
+        more = -there.w0 / (there.w1 < 0.0f ? there.w1 : -1.0f);
         step += more;
     }
-    const bool small = more * more <= 0.25f * HOPFORM_EPS_f32 * t * fabs_f32(first);
-    const bool steep = fabs_f32(at->value) <= 2.0f * fabs_f32(first * at->rate);
-    const float next = t + (near & small ? step : first);
+    const float next = t + step;
+    const bool lands = (at->rate < 0.0f) & (next > low) & (next < high) & is_near_f32(poles, next, step)
+                       & (more * more <= 0.25f * HOPFORM_EPS_f32 * t * fabs_f32(step));
     const float from = at->value > 0.0f ? t : low;
     const float to = at->value < 0.0f ? t : high;
-    const bool inside = (next > from) & (next < to);
-    const bool lands = (!arrives) & inside & near & small & steep;
-    const root_step_f32 towards = {arrives, lands, inside, from, to, next};
+    const root_step_f32 towards = {lands, from, to, lands ? next : t + first};
     return towards;
 }
 
@@ -332,7 +326,7 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
     float high = at->t;
     float t = guess;
     for (int n = 0; n < 100; n++) {
-        if (!(t > low && t < high)) {
+        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5f * (high - low);
             if (!(t > low && t < high)) {
                 *at = propagator_at_f32(poles, high);
@@ -343,10 +337,10 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
         at->basis = hopform_basis_at_f32(poles, t);
         at->W_third = third_of_basis_f32(poles, &at->basis);
         const jet_f32 jet = jet_at_f32(poles, g, at);
-        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
-        if (step.arrives) {
+        if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) {
             return;
         }
+        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
         if (step.lands) {
             at->basis = carried_basis_f32(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f32(poles, &at->basis);
@@ -355,7 +349,7 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
         }
         low = step.low;
         high = step.high;
-        t = n > 8 && n % 2 == 1 ? low : step.next;
+        t = step.next;
     }
 }
 
@@ -579,19 +573,16 @@ static inline void look_there_f32(const event_set_f32 *set, interval_f32 *in)
 
 /* Where in (0, 1) of the interval function n, which is below zero at its end, has crossed zero, if it has: a guess; 2
  * if it has not. */
-static inline float guessed_crossing_f32(const event_set_f32 *set, const interval_f32 *in, int32_t n, float value)
+static inline float guessed_crossing_f32(const event_set_f32 *set, const interval_f32 *in, int32_t n)
 {
     const event_function_f32 *g = &set->function[n];
-    const propagator_f32 *high = &in->high;
-    const hopform_basis_f32 *w = &high->basis;
-    const jet_f32 to = {value, rate_at_f32(g, high), g->H3 * high->W_third + g->H2 * w->Wdd + g->H1 * w->Wd,
-                         third_of_f32(set->poles, g, high)};
-    const float h = high->t - in->low;
-    if (!has_crossed_f32(&to, h, rounding_of_f32(g, high, to.rate), in->found < 0)) {
+    const jet_f32 *to = &in->to[n];
+    const float h = in->high.t - in->low;
+    if (!has_crossed_f32(to, h, rounding_of_f32(g, &in->high, to->rate), in->found < 0)) {
         return 2.0f;
     }
-    const interpolant_f32 p = interpolant_of_f32(&in->from[n], &to, to.third, h);
-    return refined_root_f32(&p, rough_root_f32(&in->from[n], &to, h));
+    const interpolant_f32 p = interpolant_of_f32(&in->from[n], to, h);
+    return refined_root_f32(&p, rough_root_f32(&in->from[n], to, h));
 }
 
 /* Ends the interval at the earliest root of the functions that have crossed zero by its end. */
@@ -601,9 +592,9 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
         int32_t first = -1;
         float share = 2.0f;
         for (int32_t n = 0; n < set->count; n++) {
-            const float value = value_at_f32(&set->function[n], &in->high);
-            if (value < 0.0f && n != in->found) {
-                const float guess = guessed_crossing_f32(set, in, n, value);
+            in->to[n] = short_jet_at_f32(&set->function[n], &in->high);
+            if (in->to[n].value < 0.0f && n != in->found) {
+                const float guess = guessed_crossing_f32(set, in, n);
                 first = guess < share ? n : first;
                 share = guess < share ? guess : share;
             }
@@ -615,7 +606,6 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
         locate_root_f32(set->poles, &set->function[first], in->low, &in->high, guess);
         in->found = first;
     }
-    look_there_f32(set, in);
 }
 
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
@@ -755,18 +745,18 @@ static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32
     return in->low + quiet;
 }
 
-/* A function that is below zero already when the phase begins; -1 if there is none. */
-static inline int32_t lost_at_once_f32(const event_set_f32 *set, interval_f32 *in)
+/* Begin the first interval. A function that is below zero already and falls is found; -1 if there is none. */
+static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 *in)
 {
-    for (int32_t n = 0; n < set->count; n++) {
+    int32_t found = -1;
+    for (int32_t n = set->count - 1; n >= 0; n--) {
+        in->from[n] = jet_at_start_f32(set->poles, &set->function[n]);
         if (in->from[n].value < 0.0f) {
-            if (in->from[n].rate <= 0.0f) {
-                return n;
-            }
+            found = in->from[n].rate <= 0.0f ? n : found;
             in->from[n].value = 0.0f;
         }
     }
-    return -1;
+    return found;
 }
 
 /* ---- closed forms, contacts ---- */

@@ -53,6 +53,13 @@ typedef struct {
     double W_third; /* W''' */
 } propagator_f64;
 
+/* That of any poles at the start of a phase. */
+static inline propagator_f64 propagator_at_start_f64(const hopform_poles_f64 *poles)
+{
+    const propagator_f64 at = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, -poles->s_1};
+    return at;
+}
+
 /* Value and derivatives of an event function. */
 typedef struct {
     double value;
@@ -167,29 +174,22 @@ static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, doub
     return start > 0.0 ? share : 0.75;
 }
 
-/* The polynomial of degree 7 through the jets at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3
- * x^3
- * + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2 + s3 (x - 1)^3). */
+/* The quintic through value, rate and curvature at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2
+ * + x^3 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
 typedef struct {
-    double c0, c1, c2, c3, r0, s1, s2, s3;
+    double c0, c1, c2, r0, s1, s2;
 } interpolant_f64;
 
-static inline interpolant_f64 interpolant_of_f64(const jet_f64 *from, const jet_f64 *to, double third, double h)
+static inline interpolant_f64 interpolant_of_f64(const jet_f64 *from, const jet_f64 *to, double h)
 {
     const double hh = 0.5 * h * h;
-    const double hhh = (1.0 / 3.0) * h * hh;
     const double c0 = from->value;
     const double c1 = h * from->rate;
     const double c2 = hh * from->curvature;
-    const double c3 = hhh * from->third;
-    const double r0 = to->value - (c0 + c1 + c2 + c3);
-    const double r1 = h * to->rate - (c1 + 2.0 * c2 + 3.0 * c3);
-    const double r2 = hh * to->curvature - (c2 + 3.0 * c3);
-    const double r3 = hhh * third - c3;
-    const double s1 = r1 - 4.0 * r0;
-    const double s2 = r2 - 4.0 * s1 - 6.0 * r0;
-    const double s3 = r3 - 4.0 * s2 - 6.0 * s1 - 4.0 * r0;
-    const interpolant_f64 p = {c0, c1, c2, c3, r0, s1, s2, s3};
+    const double r0 = to->value - (c0 + c1 + c2);
+    const double s1 = h * to->rate - (c1 + 2.0 * c2) - 3.0 * r0;
+    const double s2 = hh * to->curvature - c2 - 3.0 * (r0 + s1);
+    const interpolant_f64 p = {c0, c1, c2, r0, s1, s2};
     return p;
 }
 
@@ -199,12 +199,11 @@ enum { PREDICTION_STEPS_f64 = 3 };
 static inline double prediction_step_f64(const interpolant_f64 *p, double x)
 {
     const double y = x - 1.0;
-    const double tail = p->r0 + y * (p->s1 + y * (p->s2 + y * p->s3));
-    const double tail_1 = p->s1 + y * (2.0 * p->s2 + y * 3.0 * p->s3);
-    const double tail_2 = p->s2 + 3.0 * y * p->s3;
-    const double value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
-    const double slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * p->c3 + x * (4.0 * tail + x * tail_1)));
-    const double bend = p->c2 + x * (3.0 * p->c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * tail_2)));
+    const double tail = p->r0 + y * (p->s1 + y * p->s2);
+    const double tail_1 = p->s1 + 2.0 * y * p->s2;
+    const double value = p->c0 + x * (p->c1 + x * (p->c2 + x * tail));
+    const double slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * tail + x * tail_1));
+    const double bend = p->c2 + x * (3.0 * (tail + x * tail_1) + x * x * p->s2);
     const double below = slope * slope - value * bend;
     const double step = value * slope / (below > 0.0 ? below : 1.0);
     return below > 0.0 ? step : 0.0;
@@ -290,38 +289,33 @@ static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_f
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
-/* A step towards a root between two times: whether t is it, or the step lands on it, and else where it is looked for
- * next: `next` if that is inside. */
+/* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
 typedef struct {
-    bool arrives, lands, inside;
+    bool lands;
     double low, high, next;
 } root_step_f64;
 
-/* Of a function that is above zero at the lower time; `fourth` is its fourth derivative, but for the sign. Householder's
- * step is corrected by Newton's on the Taylor polynomial. It lands where the last of these is so small that nothing is
- * left of its square, and where the propagator can be carried there. */
+/* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
+ * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so small
+ * that nothing is left of its square, and where the propagator can be carried there. */
 static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double fourth, double t,
                                                double low, double high)
 {
-    const bool arrives = fabs_f64(at->value) <= HOPFORM_EPS_f64 * t * fabs_f64(at->rate);
     const derivatives_f64 g = {at->value, at->rate, at->curvature, at->third, -fourth};
     const double first = -step_to_root_f64(at);
-    const bool near = is_near_f64(poles, t, first);
     double step = first;
     double more = 0.0;
-    for (int n = 0; n < HOPFORM_POLISH_f64; n++) { /* Newton's steps */
+    for (int n = 0; n < HOPFORM_POLISH_f64; n++) {
         const derivatives_f64 there = carried_f64(poles, &g, step);
-        more = -there.w0 / (fabs_f64(there.w1) > 0.0 ? there.w1 : 1.0);
+        more = -there.w0 / (there.w1 < 0.0 ? there.w1 : -1.0);
         step += more;
     }
-    const bool small = more * more <= 0.25 * HOPFORM_EPS_f64 * t * fabs_f64(first);
-    const bool steep = fabs_f64(at->value) <= 2.0 * fabs_f64(first * at->rate);
-    const double next = t + (near & small ? step : first);
+    const double next = t + step;
+    const bool lands = (at->rate < 0.0) & (next > low) & (next < high) & is_near_f64(poles, next, step)
+                       & (more * more <= 0.25 * HOPFORM_EPS_f64 * t * fabs_f64(step));
     const double from = at->value > 0.0 ? t : low;
     const double to = at->value < 0.0 ? t : high;
-    const bool inside = (next > from) & (next < to);
-    const bool lands = (!arrives) & inside & near & small & steep;
-    const root_step_f64 towards = {arrives, lands, inside, from, to, next};
+    const root_step_f64 towards = {lands, from, to, lands ? next : t + first};
     return towards;
 }
 
@@ -332,7 +326,7 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
     double high = at->t;
     double t = guess;
     for (int n = 0; n < 100; n++) {
-        if (!(t > low && t < high)) {
+        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5 * (high - low);
             if (!(t > low && t < high)) {
                 *at = propagator_at_f64(poles, high);
@@ -343,10 +337,10 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
         at->basis = hopform_basis_at_f64(poles, t);
         at->W_third = third_of_basis_f64(poles, &at->basis);
         const jet_f64 jet = jet_at_f64(poles, g, at);
-        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
-        if (step.arrives) {
+        if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) {
             return;
         }
+        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
         if (step.lands) {
             at->basis = carried_basis_f64(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f64(poles, &at->basis);
@@ -355,7 +349,7 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
         }
         low = step.low;
         high = step.high;
-        t = n > 8 && n % 2 == 1 ? low : step.next;
+        t = step.next;
     }
 }
 
@@ -579,19 +573,16 @@ static inline void look_there_f64(const event_set_f64 *set, interval_f64 *in)
 
 /* Where in (0, 1) of the interval function n, which is below zero at its end, has crossed zero, if it has: a guess; 2
  * if it has not. */
-static inline double guessed_crossing_f64(const event_set_f64 *set, const interval_f64 *in, int32_t n, double value)
+static inline double guessed_crossing_f64(const event_set_f64 *set, const interval_f64 *in, int32_t n)
 {
     const event_function_f64 *g = &set->function[n];
-    const propagator_f64 *high = &in->high;
-    const hopform_basis_f64 *w = &high->basis;
-    const jet_f64 to = {value, rate_at_f64(g, high), g->H3 * high->W_third + g->H2 * w->Wdd + g->H1 * w->Wd,
-                         third_of_f64(set->poles, g, high)};
-    const double h = high->t - in->low;
-    if (!has_crossed_f64(&to, h, rounding_of_f64(g, high, to.rate), in->found < 0)) {
+    const jet_f64 *to = &in->to[n];
+    const double h = in->high.t - in->low;
+    if (!has_crossed_f64(to, h, rounding_of_f64(g, &in->high, to->rate), in->found < 0)) {
         return 2.0;
     }
-    const interpolant_f64 p = interpolant_of_f64(&in->from[n], &to, to.third, h);
-    return refined_root_f64(&p, rough_root_f64(&in->from[n], &to, h));
+    const interpolant_f64 p = interpolant_of_f64(&in->from[n], to, h);
+    return refined_root_f64(&p, rough_root_f64(&in->from[n], to, h));
 }
 
 /* Ends the interval at the earliest root of the functions that have crossed zero by its end. */
@@ -601,9 +592,9 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
         int32_t first = -1;
         double share = 2.0;
         for (int32_t n = 0; n < set->count; n++) {
-            const double value = value_at_f64(&set->function[n], &in->high);
-            if (value < 0.0 && n != in->found) {
-                const double guess = guessed_crossing_f64(set, in, n, value);
+            in->to[n] = short_jet_at_f64(&set->function[n], &in->high);
+            if (in->to[n].value < 0.0 && n != in->found) {
+                const double guess = guessed_crossing_f64(set, in, n);
                 first = guess < share ? n : first;
                 share = guess < share ? guess : share;
             }
@@ -615,7 +606,6 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
         locate_root_f64(set->poles, &set->function[first], in->low, &in->high, guess);
         in->found = first;
     }
-    look_there_f64(set, in);
 }
 
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
@@ -755,18 +745,18 @@ static inline double quiet_until_f64(const event_set_f64 *set, const interval_f6
     return in->low + quiet;
 }
 
-/* A function that is below zero already when the phase begins; -1 if there is none. */
-static inline int32_t lost_at_once_f64(const event_set_f64 *set, interval_f64 *in)
+/* Begin the first interval. A function that is below zero already and falls is found; -1 if there is none. */
+static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 *in)
 {
-    for (int32_t n = 0; n < set->count; n++) {
+    int32_t found = -1;
+    for (int32_t n = set->count - 1; n >= 0; n--) {
+        in->from[n] = jet_at_start_f64(set->poles, &set->function[n]);
         if (in->from[n].value < 0.0) {
-            if (in->from[n].rate <= 0.0) {
-                return n;
-            }
+            found = in->from[n].rate <= 0.0 ? n : found;
             in->from[n].value = 0.0;
         }
     }
-    return -1;
+    return found;
 }
 
 /* ---- closed forms, contacts ---- */

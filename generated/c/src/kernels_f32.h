@@ -26,7 +26,7 @@ static inline float hopform_greater_f32(float a, float b)
 
 static inline bool hopform_is_finite_f32(float value)
 {
-    return value >= -HOPFORM_NEVER_f32 && value <= HOPFORM_NEVER_f32;
+    return fabs_f32(value) <= HOPFORM_NEVER_f32;
 }
 
 /* 1/n for n from 1 on. */

@@ -26,7 +26,7 @@ static inline double hopform_greater_f64(double a, double b)
 
 static inline bool hopform_is_finite_f64(double value)
 {
-    return value >= -HOPFORM_NEVER_f64 && value <= HOPFORM_NEVER_f64;
+    return fabs_f64(value) <= HOPFORM_NEVER_f64;
 }
 
 /* 1/n for n from 1 on. */

@@ -99,7 +99,6 @@ typedef struct {
     stance_chain_f64 chain;
     hopform_step_f64 step;
     hopform_state_f64 start;
-    hopform_numerators_f64 motion; /* of its phase */
     stance_search_f64 search;
     int64_t index;
     hopform_phase_f64 phases[PHASES_OF_LANE];
@@ -231,10 +230,10 @@ LANES_CODE static void bases_at(lanes *restrict w, const double *restrict t, con
 static void put_phase(lanes *w, int l)
 {
     lane *one = &w->stance[l];
-    const stance_chain_f64 *chain = &one->chain;
+    stance_chain_f64 *chain = &one->chain;
     const event_set_f64 *set = &one->search.events.set;
-    one->motion = motion_from_f64(chain);
-    stance_begin_search_f64(chain, &one->motion, &one->search);
+    stance_begin_phase_f64(chain);
+    stance_begin_search_f64(chain, &one->search);
     w->mode[l] = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     w->limit[l] = one->search.limit;
     keep_function(&w->function[STOP], l, true, &one->search.events.stop);
@@ -332,8 +331,7 @@ LANES_CODE static void guess_crossings(lanes *restrict w, int s)
     for (int n = 0; n < PREDICTION_STEPS_f64 && any(going); n++) {
         for (int l = 0; l < LANES; l++) {
             const ends_of_lane ends = look_there(w, &poles, s, l);
-            const double third = third_of_f64(&poles, &ends.g, &ends.high);
-            const interpolant_f64 p = interpolant_of_f64(&ends.from, &ends.to, third, w->end_t[l]);
+            const interpolant_f64 p = interpolant_of_f64(&ends.from, &ends.to, w->end_t[l]);
             const double step = prediction_step_f64(&p, share[l]);
             const double next = share[l] - step;
             keep(&share[l], (going[l] > 0.0) & (next > 0.0) & (next < 1.0), next);
@@ -371,12 +369,14 @@ LANES_CODE static void go_to_roots(lanes *restrict w)
             const jet_f64 jet = jet_at_f64(&poles, &g, &at);
             const root_step_f64 step =
                 step_between_f64(&poles, &jet, fourth_of_f64(&poles, &g, &jet), w->t[l], w->low[l], w->high[l]);
-            const double next = step.inside ? step.next : step.low + 0.5 * (step.high - step.low);
+            const bool arrives = fabs_f64(jet.value) <= HOPFORM_EPS_f64 * w->t[l] * fabs_f64(jet.rate);
+            const bool inside = (step.next > step.low) & (step.next < step.high);
+            const double next = inside ? step.next : step.low + 0.5 * (step.high - step.low);
             const hopform_basis_f64 carried = carried_basis_f64(&poles, &basis, next - w->t[l]);
             const bool goes = w->going[l] > 0.0;
-            keep_basis(&w->basis, l, goes & step.lands, &carried);
-            keep(&w->t[l], goes & !step.arrives, next);
-            keep(&w->going[l], step.arrives | step.lands, 0.0);
+            keep_basis(&w->basis, l, goes & step.lands & !arrives, &carried);
+            keep(&w->t[l], goes & !arrives, next);
+            keep(&w->going[l], arrives | step.lands, 0.0);
             w->low[l] = step.low;
             w->high[l] = step.high;
         }
@@ -481,7 +481,7 @@ LANES_CODE static void meet_stops(lanes *restrict w)
 }
 
 /* The end of a phase whose first interval the lanes have ended: if nothing else can be first, that is it. */
-static stance_phase_end_f64 end_of_phase(lanes *w, int l)
+static void end_phase(lanes *w, int l)
 {
     lane *one = &w->stance[l];
     stance_search_f64 *search = &one->search;
@@ -506,7 +506,11 @@ static stance_phase_end_f64 end_of_phase(lanes *w, int l)
             ends = !(fabs_f64(later_takeoff_f64(&one->chain, set->poles, leg, &in->high.basis, in->high.t)) > 0.0);
         }
     }
-    return ends ? end_of_f64(search, stops) : stance_end_search_f64(&one->chain, search);
+    if (ends) {
+        stance_conclude_f64(search, stops);
+    } else {
+        stance_end_search_f64(&one->chain, search);
+    }
 }
 
 /* ---- stances in and out ---- */
@@ -556,8 +560,8 @@ static void take(lanes *w, int l)
         solve_alone(w, i);
         return;
     }
-    one->chain = stance_chain_from_f64(&w->plan, &one->start, &one->step, 1, horizon, w->in->max_phases, one->phases,
-                                        wanted < PHASES_OF_LANE ? wanted : PHASES_OF_LANE);
+    stance_start_f64(&one->chain, &w->plan, &one->start, &one->step, 1, horizon, w->in->max_phases, one->phases,
+                      wanted < PHASES_OF_LANE ? wanted : PHASES_OF_LANE);
     w->busy++;
     go_on(w, l, stance_begin_f64(&one->chain));
 }
@@ -592,9 +596,12 @@ static void advance(lanes *w)
     for (int l = 0; l < LANES; l++) {
         if (w->turn[l] > 0.0) {
             lane *one = &w->stance[l];
-            const stance_phase_end_f64 end =
-                rings ? end_of_phase(w, l) : stance_find_end_f64(&one->chain, &one->motion, &one->search);
-            go_on(w, l, stance_end_phase_f64(&one->chain, &one->motion, &end));
+            if (rings) {
+                end_phase(w, l);
+            } else {
+                stance_find_end_f64(&one->chain, &one->search);
+            }
+            go_on(w, l, stance_end_phase_f64(&one->chain, &one->search));
         }
     }
 }

@@ -25,6 +25,12 @@ typedef union {
     } of;
 } hopform_numerators_f32;
 
+/* The constant acceleration of each element in a phase. */
+typedef union {
+    hopform_drive_f32 named;
+    float of[HOPFORM_ELEMENTS];
+} hopform_drive_by_element_f32;
+
 /* The free acceleration of each element. */
 typedef union {
     hopform_free_f32 named;

@@ -25,6 +25,12 @@ typedef union {
     } of;
 } hopform_numerators_f64;
 
+/* The constant acceleration of each element in a phase. */
+typedef union {
+    hopform_drive_f64 named;
+    double of[HOPFORM_ELEMENTS];
+} hopform_drive_by_element_f64;
+
 /* The free acceleration of each element. */
 typedef union {
     hopform_free_f64 named;

@@ -20,7 +20,7 @@ typedef int64_t hopform_signed_bits_f64;
 #define HOPFORM_NEAR_WITHIN_f64 2e-10 /* [m] an apex this near is reached */
 #define HOPFORM_TERMS_f64 40 /* terms of the power series of W */
 #define HOPFORM_SMALLEST_EXPONENT_f64 -708.0 /* exp of less counts as 0 */
-#define HOPFORM_PREDICTION_f64 0.01 /* a shorter step, of an interval, predicts a root well enough */
+#define HOPFORM_PREDICTION_f64 0.1 /* a shorter step, of an interval, predicts a root well enough */
 #define HOPFORM_LOG_2_HIGH_f64 0.6931471803691238 /* leading bits of ln 2 */
 #define HOPFORM_LOG_2_LOW_f64 1.9082149292705877e-10 /* ln 2 less those */
 #define HOPFORM_QUARTER_TURN_HIGH_f64 1.5707963267341256 /* leading bits of pi/2 */

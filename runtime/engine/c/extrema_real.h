@@ -25,7 +25,7 @@ static inline void hopform_find_minimum_real(const event_set_real *set, const je
     const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, from)};
     const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const real apart = high - low;
-    const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, fourth_of_real(poles, g, to), apart);
+    const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, apart);
     real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
     propagator_real at = propagator_at_real(poles, t);
     for (int n = 0; n < 100; n++) {

@@ -26,7 +26,7 @@ static inline real hopform_greater_real(real a, real b)
 
 static inline bool hopform_is_finite_real(real value)
 {
-    return value >= -HOPFORM_NEVER_real && value <= HOPFORM_NEVER_real;
+    return fabs_real(value) <= HOPFORM_NEVER_real;
 }
 
 /* 1/n for n from 1 on. */
