@@ -151,13 +151,12 @@ static inline float end_of_step_f32(const stance_chain_f32 *chain)
  * alone, whose time to rest is known, and what cannot happen while the velocities keep their signs. */
 typedef struct {
     event_set_f32 set;
-    event_function_f32 stop; /* how far the position is from the stop ahead */
     float rest_time;           /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
     int rests;                /* whose event that is */
 } stance_events_f32;
 
-static inline void add_event_function_f32(event_set_f32 *set, const hopform_numerator_f32 *h, float start, float sign,
-                                           int owner, int side)
+static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, const hopform_numerator_f32 *h,
+                                                           float start, float sign, int owner, int shape)
 {
     event_function_f32 *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
@@ -166,12 +165,14 @@ static inline void add_event_function_f32(event_set_f32 *set, const hopform_nume
     g->H0 = 0.0f;
     g->start = sign * start;
     g->owner = owner;
-    g->side = side;
+    g->side = 0;
+    g->shape = shape;
+    return g;
 }
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, event_set_f32 *set)
+static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, int shape, event_set_f32 *set)
 {
     const bool open[] = {!stance_blocked_f32(chain, element, -1), !stance_blocked_f32(chain, element, 1)};
     if (!open[0] && !open[1]) {
@@ -184,7 +185,7 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
         if (open[side > 0] && (sign * drift > 0.0f || HOPFORM_IS_COUPLED)) {
             const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.state);
             const float level = sign * hopform_level_f32(&chain->plan->robot, element);
-            add_event_function_f32(set, &h, free.of[element] - level, -sign, ELEMENT_f32 + element, side);
+            add_event_function_f32(set, &h, free.of[element] - level, -sign, ELEMENT_f32 + element, shape)->side = side;
         }
     }
 }
@@ -195,17 +196,19 @@ static inline float gap_ahead_f32(const stance_chain_f32 *chain)
     return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
 }
 
-static inline void put_stop_f32(event_function_f32 *stop, const stance_chain_f32 *chain)
+/* How far the position is from the stop ahead, if there is one. */
+static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *set)
 {
+    const float gap = gap_ahead_f32(chain);
+    if (chain->side[HOPFORM_STOPPED_ELEMENT] == 0 || !hopform_is_finite_f32(gap)) {
+        return;
+    }
     const float away = -(float)chain->side[HOPFORM_STOPPED_ELEMENT];
     const hopform_numerator_f32 *h = &chain->motion.of.position;
-    stop->H3 = away * chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-    stop->H2 = away * h->H3;
-    stop->H1 = away * h->H2;
+    const hopform_numerator_f32 first = {chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
+    event_function_f32 *stop = add_event_function_f32(set, &first, away * gap, away,
+                                                        ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, DISTANCE_f32);
     stop->H0 = away * h->H1;
-    stop->start = gap_ahead_f32(chain);
-    stop->owner = ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT;
-    stop->side = 0;
 }
 
 /* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
@@ -219,10 +222,11 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const float compression = at[HOPFORM_COMPRESSION_AXIS];
+    const int shape =
+        !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_f32 : MAY_TURN_f32;
     set->poles = poles;
     set->node = hopform_node_of_f32(chain->plan, side[0], side[1]);
     set->count = 0;
-    put_stop_f32(&events->stop, chain);
     events->rest_time = HOPFORM_NEVER_f32;
     events->rests = NO_OWNER_f32;
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0f)
@@ -231,19 +235,20 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &chain->motion.motion);
         add_event_function_f32(set, &leg, hopform_contact_of_f32(&chain->plan->robot, &chain->at.state), 1.0f,
-                                CONTACT_f32, 0);
+                                CONTACT_f32, shape);
     }
+    add_stop_f32(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         hopform_numerator_f32 h = chain->motion.of.velocity[element];
         h.H3 = chain->just_switched == element ? 0.0f : h.H3;
         add_event_function_f32(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (float)side[element],
-                                ELEMENT_f32 + element, 0);
+                                ELEMENT_f32 + element, MAY_TURN_f32);
     }
     if (several) {
         return;
     }
     const float sign = (float)side[slips];
-    add_thresholds_f32(chain, 1 - slips, set);
+    add_thresholds_f32(chain, 1 - slips, shape, set);
     events->rest_time = time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
                                           sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_f32 + slips;
@@ -259,36 +264,6 @@ static inline bool is_takeoff_f32(const event_set_f32 *set, int32_t found)
     return found >= 0 && set->function[found].owner == CONTACT_f32;
 }
 
-/* An extremum of the position that is this near to a stop is a grazing contact: 16 ulp of the terms. */
-static inline float grazing_tolerance_f32(const event_function_f32 *stop, const propagator_f32 *at)
-{
-    return rounding_of_f32(stop, at, 0.0f) + 16.0f * HOPFORM_EPS_f32 * fabs_f32(stop->H0 * at->basis.W2);
-}
-
-static inline float distance_from_stop_f32(const event_function_f32 *stop, const propagator_f32 *at)
-{
-    return value_at_f32(stop, at) + stop->H0 * at->basis.W2;
-}
-
-/* Whether the position, monotone within a phase, is beyond the stop ahead at a time, and does not just touch it. */
-static inline bool is_beyond_stop_f32(const event_function_f32 *stop, const propagator_f32 *at)
-{
-    const float distance = distance_from_stop_f32(stop, at);
-    return distance < 0.0f && distance < -grazing_tolerance_f32(stop, at);
-}
-
-/* The interval ends where the position meets the stop ahead, if it does. */
-static inline bool meets_stop_f32(const stance_events_f32 *events, propagator_f32 *end)
-{
-    const event_function_f32 *stop = &events->stop;
-    if (!is_beyond_stop_f32(stop, end)) {
-        return false;
-    }
-    const jet_f32 jet = jet_at_f32(events->set.poles, stop, end);
-    locate_root_f32(events->set.poles, stop, 0.0f, end, end->t - step_to_root_f32(&jet));
-    return true;
-}
-
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
  * current. */
 static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float limit, interval_f32 *in)
@@ -296,11 +271,8 @@ static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float
     const event_set_f32 *set = &events->set;
     const int32_t before = events->rest_time > limit ? ELEMENT_f32 : events->rests;
     for (int32_t n = 0; n < set->count && in->found < 0; n++) {
-        const jet_f32 *at = &in->to[n]; /* first_event has looked at all of them there */
-        const float rounding = rounding_of_f32(&set->function[n], &in->high, at->rate);
-        if (set->function[n].owner < before && crosses_at_limit_f32(at, rounding, limit)) {
-            in->found = n;
-        }
+        const event_function_f32 *g = &set->function[n];
+        in->found = g->owner < before && crosses_at_limit_f32(g, &in->high, limit) ? n : -1;
     }
 }
 
@@ -373,27 +345,42 @@ typedef struct {
     bool stops;     /* the element has met a stop */
     int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
     int side;       /* of an element that slips: where it goes */
+    bool touches;   /* the element that comes to rest is at a stop within rounding */
 } stance_search_f32;
 
+/* Whether the position is within rounding of the stop ahead: a grazing contact. */
+static inline bool is_at_stop_f32(const event_set_f32 *set, const propagator_f32 *at)
+{
+    for (int32_t n = 0; n < set->count; n++) {
+        const event_function_f32 *g = &set->function[n];
+        if (g->shape == DISTANCE_f32) {
+            return fabs_f32(value_at_f32(g, at)) <= rounding_of_f32(g, at, 0.0f);
+        }
+    }
+    return false;
+}
+
 /* What ends the phase at the end of its last interval. */
-static inline void stance_conclude_f32(stance_search_f32 *search, bool stops)
+static inline void stance_conclude_f32(stance_search_f32 *search)
 {
     const stance_events_f32 *events = &search->events;
     const interval_f32 *in = &search->in;
     const float limit = search->limit;
     const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
     int owner = rests ? events->rests : NO_OWNER_f32;
-    int side = 0;
+    search->side = 0;
+    search->stops = false;
     if (in->found >= 0) {
         const event_function_f32 *found = &events->set.function[in->found];
-        const bool first = owner == NO_OWNER_f32 || owner >= found->owner;
-        owner = first ? found->owner : owner;
-        side = first ? found->side : 0;
+        if (owner == NO_OWNER_f32 || owner >= found->owner) {
+            owner = found->owner;
+            search->side = found->side;
+            search->stops = found->shape == DISTANCE_f32;
+        }
     }
-    search->owner = stops ? events->stop.owner : owner;
-    search->side = side;
-    search->stops = stops;
+    search->owner = owner;
     search->certified = true;
+    search->touches = owner == ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT && is_at_stop_f32(&events->set, &in->high);
 }
 
 /* The search at the start of the phase that starts at the chain's state. */
@@ -405,8 +392,6 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     interval_f32 *in = &search->in;
     in->low = 0.0f;
     in->count = 0;
-    in->monotone =
-        HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED && (chain->side[0] == 0 || chain->side[1] == 0);
     in->found = begin_at_start_f32(set, in);
     search->limit = hopform_lesser_f32(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0f;
@@ -435,12 +420,14 @@ static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_s
     const event_set_f32 *set = &events->set;
     const float limit = search->limit;
     interval_f32 *in = &search->in;
-    bool stops = false;
     bool certified = true;
     bool quiet = false;
     bool open = search->open;
     while (open) {
         bool later = !quiet; /* once at most, and then what else happens by then is looked at */
+        if (quiet) {
+            end_at_first_crossing_f32(set, in, DISTANCE_f32);
+        }
         for (int n = 0; n < 2 && later && certified; n++) {
             certified = find_first_root_f32(set, in);
             if (!(in->high.t < limit)) {
@@ -448,13 +435,10 @@ static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_s
             }
             later = n == 0 && is_takeoff_f32(set, in->found) && sharpen_takeoff_f32(chain, events, limit, in);
         }
-        const float t = in->high.t;
-        stops = certified && meets_stop_f32(events, &in->high)
-                && !(is_takeoff_f32(set, in->found) && t <= in->high.t * (1.0f + 8.0f * HOPFORM_EPS_f32));
-        open = in->found < 0 && !stops && certified && in->high.t < limit;
+        open = in->found < 0 && certified && in->high.t < limit;
         quiet = open && next_interval_f32(set, in, limit);
     }
-    stance_conclude_f32(search, stops);
+    stance_conclude_f32(search);
     if (!certified) {
         in->high = propagator_at_f32(set->poles, in->low);
         search->owner = NO_OWNER_f32;
@@ -470,6 +454,7 @@ static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_sea
         search->in.high.t = end_of_step_f32(chain) - chain->t;
         search->owner = NO_OWNER_f32;
         search->stops = false;
+        search->touches = false;
         search->certified = true;
         return;
     }
@@ -626,7 +611,7 @@ static inline float aed_in_phase_f32(const stance_chain_f32 *chain, float t)
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
-static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_f32 *end, bool touches)
+static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_f32 *end)
 {
     const int element = end->owner - ELEMENT_f32;
     keep_free_acceleration_f32(chain, end);
@@ -634,7 +619,7 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
     if (end->owner == NO_OWNER_f32) {
         next_step_f32(chain);
     } else if (chain->side[element] != 0) {
-        end_of_velocity_f32(chain, element, end->stops, touches);
+        end_of_velocity_f32(chain, element, end->stops, end->touches);
     } else {
         chain->side[element] = end->side;
         chain->just_switched = element;
@@ -722,18 +707,6 @@ static inline int32_t stance_begin_f32(stance_chain_f32 *chain)
     return leaves_at_once_f32(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_f32(chain);
 }
 
-/* Whether the element with stops, which has come to rest, is at the stop ahead within rounding. */
-static inline bool touches_stop_f32(const stance_chain_f32 *chain, const stance_search_f32 *end)
-{
-    const event_function_f32 *stop = &end->events.stop;
-    if (end->owner != ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT || end->stops || !hopform_is_finite_f32(stop->start)
-        || chain->side[HOPFORM_STOPPED_ELEMENT] == 0) {
-        return false;
-    }
-    const propagator_f32 *at = &end->in.high;
-    return fabs_f32(distance_from_stop_f32(stop, at)) <= grazing_tolerance_f32(stop, at);
-}
-
 /* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
 static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance_search_f32 *end)
 {
@@ -741,7 +714,6 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     const hopform_axes_f32 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f32 && end->certified;
     const float length = end->in.high.t;
-    const bool touches = touches_stop_f32(chain, end);
     chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
     stance_arrive_f32(chain, &end->in.high.basis);
     show_phase_f32(chain, &start, length, &end->in.high.basis);
@@ -757,7 +729,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     if (!end->certified) {
         return HOPFORM_ENDING_UNCERTIFIED;
     }
-    stance_pass_f32(chain, end, touches);
+    stance_pass_f32(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
         && hopform_contact_of_f32(&chain->plan->robot, &chain->at.state) < 0.0f) {
         show_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */

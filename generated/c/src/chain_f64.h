@@ -151,13 +151,12 @@ static inline double end_of_step_f64(const stance_chain_f64 *chain)
  * alone, whose time to rest is known, and what cannot happen while the velocities keep their signs. */
 typedef struct {
     event_set_f64 set;
-    event_function_f64 stop; /* how far the position is from the stop ahead */
     double rest_time;           /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
     int rests;                /* whose event that is */
 } stance_events_f64;
 
-static inline void add_event_function_f64(event_set_f64 *set, const hopform_numerator_f64 *h, double start, double sign,
-                                           int owner, int side)
+static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, const hopform_numerator_f64 *h,
+                                                           double start, double sign, int owner, int shape)
 {
     event_function_f64 *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
@@ -166,12 +165,14 @@ static inline void add_event_function_f64(event_set_f64 *set, const hopform_nume
     g->H0 = 0.0;
     g->start = sign * start;
     g->owner = owner;
-    g->side = side;
+    g->side = 0;
+    g->shape = shape;
+    return g;
 }
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element, event_set_f64 *set)
+static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element, int shape, event_set_f64 *set)
 {
     const bool open[] = {!stance_blocked_f64(chain, element, -1), !stance_blocked_f64(chain, element, 1)};
     if (!open[0] && !open[1]) {
@@ -184,7 +185,7 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
             const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.state);
             const double level = sign * hopform_level_f64(&chain->plan->robot, element);
-            add_event_function_f64(set, &h, free.of[element] - level, -sign, ELEMENT_f64 + element, side);
+            add_event_function_f64(set, &h, free.of[element] - level, -sign, ELEMENT_f64 + element, shape)->side = side;
         }
     }
 }
@@ -195,17 +196,19 @@ static inline double gap_ahead_f64(const stance_chain_f64 *chain)
     return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
 }
 
-static inline void put_stop_f64(event_function_f64 *stop, const stance_chain_f64 *chain)
+/* How far the position is from the stop ahead, if there is one. */
+static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *set)
 {
+    const double gap = gap_ahead_f64(chain);
+    if (chain->side[HOPFORM_STOPPED_ELEMENT] == 0 || !hopform_is_finite_f64(gap)) {
+        return;
+    }
     const double away = -(double)chain->side[HOPFORM_STOPPED_ELEMENT];
     const hopform_numerator_f64 *h = &chain->motion.of.position;
-    stop->H3 = away * chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-    stop->H2 = away * h->H3;
-    stop->H1 = away * h->H2;
+    const hopform_numerator_f64 first = {chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
+    event_function_f64 *stop = add_event_function_f64(set, &first, away * gap, away,
+                                                        ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, DISTANCE_f64);
     stop->H0 = away * h->H1;
-    stop->start = gap_ahead_f64(chain);
-    stop->owner = ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT;
-    stop->side = 0;
 }
 
 /* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
@@ -219,10 +222,11 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const double compression = at[HOPFORM_COMPRESSION_AXIS];
+    const int shape =
+        !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_f64 : MAY_TURN_f64;
     set->poles = poles;
     set->node = hopform_node_of_f64(chain->plan, side[0], side[1]);
     set->count = 0;
-    put_stop_f64(&events->stop, chain);
     events->rest_time = HOPFORM_NEVER_f64;
     events->rests = NO_OWNER_f64;
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0)
@@ -231,19 +235,20 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &chain->motion.motion);
         add_event_function_f64(set, &leg, hopform_contact_of_f64(&chain->plan->robot, &chain->at.state), 1.0,
-                                CONTACT_f64, 0);
+                                CONTACT_f64, shape);
     }
+    add_stop_f64(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         hopform_numerator_f64 h = chain->motion.of.velocity[element];
         h.H3 = chain->just_switched == element ? 0.0 : h.H3;
         add_event_function_f64(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (double)side[element],
-                                ELEMENT_f64 + element, 0);
+                                ELEMENT_f64 + element, MAY_TURN_f64);
     }
     if (several) {
         return;
     }
     const double sign = (double)side[slips];
-    add_thresholds_f64(chain, 1 - slips, set);
+    add_thresholds_f64(chain, 1 - slips, shape, set);
     events->rest_time = time_to_rest_f64(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
                                           sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_f64 + slips;
@@ -259,36 +264,6 @@ static inline bool is_takeoff_f64(const event_set_f64 *set, int32_t found)
     return found >= 0 && set->function[found].owner == CONTACT_f64;
 }
 
-/* An extremum of the position that is this near to a stop is a grazing contact: 16 ulp of the terms. */
-static inline double grazing_tolerance_f64(const event_function_f64 *stop, const propagator_f64 *at)
-{
-    return rounding_of_f64(stop, at, 0.0) + 16.0 * HOPFORM_EPS_f64 * fabs_f64(stop->H0 * at->basis.W2);
-}
-
-static inline double distance_from_stop_f64(const event_function_f64 *stop, const propagator_f64 *at)
-{
-    return value_at_f64(stop, at) + stop->H0 * at->basis.W2;
-}
-
-/* Whether the position, monotone within a phase, is beyond the stop ahead at a time, and does not just touch it. */
-static inline bool is_beyond_stop_f64(const event_function_f64 *stop, const propagator_f64 *at)
-{
-    const double distance = distance_from_stop_f64(stop, at);
-    return distance < 0.0 && distance < -grazing_tolerance_f64(stop, at);
-}
-
-/* The interval ends where the position meets the stop ahead, if it does. */
-static inline bool meets_stop_f64(const stance_events_f64 *events, propagator_f64 *end)
-{
-    const event_function_f64 *stop = &events->stop;
-    if (!is_beyond_stop_f64(stop, end)) {
-        return false;
-    }
-    const jet_f64 jet = jet_at_f64(events->set.poles, stop, end);
-    locate_root_f64(events->set.poles, stop, 0.0, end, end->t - step_to_root_f64(&jet));
-    return true;
-}
-
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
  * current. */
 static inline void cross_at_the_limit_f64(const stance_events_f64 *events, double limit, interval_f64 *in)
@@ -296,11 +271,8 @@ static inline void cross_at_the_limit_f64(const stance_events_f64 *events, doubl
     const event_set_f64 *set = &events->set;
     const int32_t before = events->rest_time > limit ? ELEMENT_f64 : events->rests;
     for (int32_t n = 0; n < set->count && in->found < 0; n++) {
-        const jet_f64 *at = &in->to[n]; /* first_event has looked at all of them there */
-        const double rounding = rounding_of_f64(&set->function[n], &in->high, at->rate);
-        if (set->function[n].owner < before && crosses_at_limit_f64(at, rounding, limit)) {
-            in->found = n;
-        }
+        const event_function_f64 *g = &set->function[n];
+        in->found = g->owner < before && crosses_at_limit_f64(g, &in->high, limit) ? n : -1;
     }
 }
 
@@ -373,27 +345,42 @@ typedef struct {
     bool stops;     /* the element has met a stop */
     int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
     int side;       /* of an element that slips: where it goes */
+    bool touches;   /* the element that comes to rest is at a stop within rounding */
 } stance_search_f64;
 
+/* Whether the position is within rounding of the stop ahead: a grazing contact. */
+static inline bool is_at_stop_f64(const event_set_f64 *set, const propagator_f64 *at)
+{
+    for (int32_t n = 0; n < set->count; n++) {
+        const event_function_f64 *g = &set->function[n];
+        if (g->shape == DISTANCE_f64) {
+            return fabs_f64(value_at_f64(g, at)) <= rounding_of_f64(g, at, 0.0);
+        }
+    }
+    return false;
+}
+
 /* What ends the phase at the end of its last interval. */
-static inline void stance_conclude_f64(stance_search_f64 *search, bool stops)
+static inline void stance_conclude_f64(stance_search_f64 *search)
 {
     const stance_events_f64 *events = &search->events;
     const interval_f64 *in = &search->in;
     const double limit = search->limit;
     const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
     int owner = rests ? events->rests : NO_OWNER_f64;
-    int side = 0;
+    search->side = 0;
+    search->stops = false;
     if (in->found >= 0) {
         const event_function_f64 *found = &events->set.function[in->found];
-        const bool first = owner == NO_OWNER_f64 || owner >= found->owner;
-        owner = first ? found->owner : owner;
-        side = first ? found->side : 0;
+        if (owner == NO_OWNER_f64 || owner >= found->owner) {
+            owner = found->owner;
+            search->side = found->side;
+            search->stops = found->shape == DISTANCE_f64;
+        }
     }
-    search->owner = stops ? events->stop.owner : owner;
-    search->side = side;
-    search->stops = stops;
+    search->owner = owner;
     search->certified = true;
+    search->touches = owner == ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT && is_at_stop_f64(&events->set, &in->high);
 }
 
 /* The search at the start of the phase that starts at the chain's state. */
@@ -405,8 +392,6 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
     interval_f64 *in = &search->in;
     in->low = 0.0;
     in->count = 0;
-    in->monotone =
-        HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED && (chain->side[0] == 0 || chain->side[1] == 0);
     in->found = begin_at_start_f64(set, in);
     search->limit = hopform_lesser_f64(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
@@ -435,12 +420,14 @@ static inline void stance_end_search_f64(const stance_chain_f64 *chain, stance_s
     const event_set_f64 *set = &events->set;
     const double limit = search->limit;
     interval_f64 *in = &search->in;
-    bool stops = false;
     bool certified = true;
     bool quiet = false;
     bool open = search->open;
     while (open) {
         bool later = !quiet; /* once at most, and then what else happens by then is looked at */
+        if (quiet) {
+            end_at_first_crossing_f64(set, in, DISTANCE_f64);
+        }
         for (int n = 0; n < 2 && later && certified; n++) {
             certified = find_first_root_f64(set, in);
             if (!(in->high.t < limit)) {
@@ -448,13 +435,10 @@ static inline void stance_end_search_f64(const stance_chain_f64 *chain, stance_s
             }
             later = n == 0 && is_takeoff_f64(set, in->found) && sharpen_takeoff_f64(chain, events, limit, in);
         }
-        const double t = in->high.t;
-        stops = certified && meets_stop_f64(events, &in->high)
-                && !(is_takeoff_f64(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_f64));
-        open = in->found < 0 && !stops && certified && in->high.t < limit;
+        open = in->found < 0 && certified && in->high.t < limit;
         quiet = open && next_interval_f64(set, in, limit);
     }
-    stance_conclude_f64(search, stops);
+    stance_conclude_f64(search);
     if (!certified) {
         in->high = propagator_at_f64(set->poles, in->low);
         search->owner = NO_OWNER_f64;
@@ -470,6 +454,7 @@ static inline void stance_find_end_f64(const stance_chain_f64 *chain, stance_sea
         search->in.high.t = end_of_step_f64(chain) - chain->t;
         search->owner = NO_OWNER_f64;
         search->stops = false;
+        search->touches = false;
         search->certified = true;
         return;
     }
@@ -626,7 +611,7 @@ static inline double aed_in_phase_f64(const stance_chain_f64 *chain, double t)
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
-static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_f64 *end, bool touches)
+static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_f64 *end)
 {
     const int element = end->owner - ELEMENT_f64;
     keep_free_acceleration_f64(chain, end);
@@ -634,7 +619,7 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     if (end->owner == NO_OWNER_f64) {
         next_step_f64(chain);
     } else if (chain->side[element] != 0) {
-        end_of_velocity_f64(chain, element, end->stops, touches);
+        end_of_velocity_f64(chain, element, end->stops, end->touches);
     } else {
         chain->side[element] = end->side;
         chain->just_switched = element;
@@ -722,18 +707,6 @@ static inline int32_t stance_begin_f64(stance_chain_f64 *chain)
     return leaves_at_once_f64(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_f64(chain);
 }
 
-/* Whether the element with stops, which has come to rest, is at the stop ahead within rounding. */
-static inline bool touches_stop_f64(const stance_chain_f64 *chain, const stance_search_f64 *end)
-{
-    const event_function_f64 *stop = &end->events.stop;
-    if (end->owner != ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT || end->stops || !hopform_is_finite_f64(stop->start)
-        || chain->side[HOPFORM_STOPPED_ELEMENT] == 0) {
-        return false;
-    }
-    const propagator_f64 *at = &end->in.high;
-    return fabs_f64(distance_from_stop_f64(stop, at)) <= grazing_tolerance_f64(stop, at);
-}
-
 /* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
 static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance_search_f64 *end)
 {
@@ -741,7 +714,6 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     const hopform_axes_f64 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f64 && end->certified;
     const double length = end->in.high.t;
-    const bool touches = touches_stop_f64(chain, end);
     chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
     stance_arrive_f64(chain, &end->in.high.basis);
     show_phase_f64(chain, &start, length, &end->in.high.basis);
@@ -757,7 +729,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     if (!end->certified) {
         return HOPFORM_ENDING_UNCERTIFIED;
     }
-    stance_pass_f64(chain, end, touches);
+    stance_pass_f64(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
         && hopform_contact_of_f64(&chain->plan->robot, &chain->at.state) < 0.0) {
         show_ending_f64(chain); /* what the velocity has lost at the stop was in the contact force */

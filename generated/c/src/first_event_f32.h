@@ -22,20 +22,25 @@
 #include "phase_f32.h"
 
 /* A function may be located at a later root first, and so more than once. */
-enum { MOST_EVENT_FUNCTIONS_f32 = 3, MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f32 };
+enum { MOST_EVENT_FUNCTIONS_f32 = 4, MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f32 };
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
 #define HOPFORM_MOST_INTERVALS 100000
 #endif
 
+/* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
+ * zero it does once; that it is the distance to a limit, which is monotone until the velocity of its element vanishes,
+ * and of which a touch is no event. */
+enum { MAY_TURN_f32, MONOTONE_f32, DISTANCE_f32 };
+
 /* An event function. `owner` and `side` are the caller's. */
 typedef struct {
-    float H3, H2, H1; /* its numerator */
-    float H0;         /* 0 but for the distance from a stop */
+    float H3, H2, H1, H0; /* its numerator */
     float start;
     int32_t owner;
     int32_t side;
+    int32_t shape;
 } event_function_f32;
 
 /* The active event functions of a phase, in the order in which they win a tie. */
@@ -88,12 +93,14 @@ static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, f
 
 static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at)
 {
-    return g->start + (g->H3 * at->basis.Wd + g->H2 * at->basis.W + g->H1 * at->basis.W1);
+    const hopform_basis_f32 *w = &at->basis;
+    return g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
 }
 
 static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at)
 {
-    return g->H3 * at->basis.Wdd + g->H2 * at->basis.Wd + g->H1 * at->basis.W;
+    const hopform_basis_f32 *w = &at->basis;
+    return g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
 }
 
 static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
@@ -101,7 +108,7 @@ static inline float third_of_f32(const hopform_poles_f32 *poles, const event_fun
 {
     const hopform_basis_f32 *w = &at->basis;
     const float fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd;
+    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
 }
 
 static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g)
@@ -114,25 +121,13 @@ static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const eve
     return jet;
 }
 
-/* Without the third derivative, which is 0 here. */
+/* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at)
 {
     const hopform_basis_f32 *w = &at->basis;
-    jet_f32 jet;
-    jet.value = value_at_f32(g, at);
-    jet.rate = rate_at_f32(g, at);
-    jet.curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd;
-    jet.third = 0.0f;
+    const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at),
+                          g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W, 0.0f};
     return jet;
-}
-
-/* What H0 adds to it. */
-static inline void add_fourth_numerator_f32(const event_function_f32 *g, const propagator_f32 *at, jet_f32 *jet)
-{
-    jet->value += g->H0 * at->basis.W2;
-    jet->rate += g->H0 * at->basis.W1;
-    jet->curvature += g->H0 * at->basis.W;
-    jet->third += g->H0 * at->basis.Wd;
 }
 
 static inline jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
@@ -140,9 +135,6 @@ static inline jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_fun
 {
     jet_f32 jet = short_jet_at_f32(g, at);
     jet.third = third_of_f32(poles, g, at);
-    if (fabs_f32(g->H0) > 0.0f) {
-        add_fourth_numerator_f32(g, at, &jet);
-    }
     return jet;
 }
 
@@ -151,7 +143,7 @@ static inline float rounding_of_f32(const event_function_f32 *g, const propagato
 {
     return 16.0f * HOPFORM_EPS_f32
            * (fabs_f32(g->start) + fabs_f32(g->H3 * at->basis.Wd) + fabs_f32(g->H2 * at->basis.W)
-              + fabs_f32(g->H1 * at->basis.W1) + at->t * fabs_f32(rate));
+              + fabs_f32(g->H1 * at->basis.W1) + fabs_f32(g->H0 * at->basis.W2) + at->t * fabs_f32(rate));
 }
 
 /* ---- prediction ---- */
@@ -170,14 +162,15 @@ static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float
     const float s = start / (start > 0.0f ? start - to->value : 1.0f);
     const float by_slopes = (1.0f - s) / (falls ? slope : -1.0f) - s / (falls ? end_slope : -1.0f);
     const float cubic = s * (s * (3.0f - 2.0f * s) + (1.0f - s) * (to->value - start) * by_slopes);
-    const float share = (falls & (cubic > 0.0f) & (cubic < 1.0f)) ? cubic : s;
+    const float chord = slope < 0.0f ? s : sqrt_f32(s); /* of a parabola where it does not fall at once */
+    const float share = (falls & (cubic > 0.0f) & (cubic < 1.0f)) ? cubic : chord;
     return start > 0.0f ? share : 0.75f;
 }
 
-/* The quintic through value, rate and curvature at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2
- * + x^3 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
+/* The polynomial of degree 6 through value, rate and curvature at both ends of an interval, and the third derivative at
+ * its start, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
 typedef struct {
-    float c0, c1, c2, r0, s1, s2;
+    float c0, c1, c2, c3, r0, s1, s2;
 } interpolant_f32;
 
 static inline interpolant_f32 interpolant_of_f32(const jet_f32 *from, const jet_f32 *to, float h)
@@ -186,10 +179,11 @@ static inline interpolant_f32 interpolant_of_f32(const jet_f32 *from, const jet_
     const float c0 = from->value;
     const float c1 = h * from->rate;
     const float c2 = hh * from->curvature;
-    const float r0 = to->value - (c0 + c1 + c2);
-    const float s1 = h * to->rate - (c1 + 2.0f * c2) - 3.0f * r0;
-    const float s2 = hh * to->curvature - c2 - 3.0f * (r0 + s1);
-    const interpolant_f32 p = {c0, c1, c2, r0, s1, s2};
+    const float c3 = (1.0f / 3.0f) * h * hh * from->third;
+    const float r0 = to->value - (c0 + c1 + c2 + c3);
+    const float s1 = h * to->rate - (c1 + 2.0f * c2 + 3.0f * c3) - 4.0f * r0;
+    const float s2 = hh * to->curvature - (c2 + 3.0f * c3) - 4.0f * s1 - 6.0f * r0;
+    const interpolant_f32 p = {c0, c1, c2, c3, r0, s1, s2};
     return p;
 }
 
@@ -201,9 +195,9 @@ static inline float prediction_step_f32(const interpolant_f32 *p, float x)
     const float y = x - 1.0f;
     const float tail = p->r0 + y * (p->s1 + y * p->s2);
     const float tail_1 = p->s1 + 2.0f * y * p->s2;
-    const float value = p->c0 + x * (p->c1 + x * (p->c2 + x * tail));
-    const float slope = p->c1 + x * (2.0f * p->c2 + x * (3.0f * tail + x * tail_1));
-    const float bend = p->c2 + x * (3.0f * (tail + x * tail_1) + x * x * p->s2);
+    const float value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
+    const float slope = p->c1 + x * (2.0f * p->c2 + x * (3.0f * p->c3 + x * (4.0f * tail + x * tail_1)));
+    const float bend = p->c2 + x * (3.0f * p->c3 + x * (6.0f * tail + x * (4.0f * tail_1 + x * p->s2)));
     const float below = slope * slope - value * bend;
     const float step = value * slope / (below > 0.0f ? below : 1.0f);
     return below > 0.0f ? step : 0.0f;
@@ -216,7 +210,7 @@ static inline float refined_root_f32(const interpolant_f32 *p, float x)
         const float step = prediction_step_f32(p, x);
         const float next = x - step;
         x = ((next > 0.0f) & (next < 1.0f)) ? next : x;
-        if (fabs_f32(step) < HOPFORM_PREDICTION_f32) {
+        if (fabs_f32(step) < HOPFORM_PREDICTION_f32 * x) {
             break;
         }
     }
@@ -545,9 +539,8 @@ typedef struct {
     propagator_f32 high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
-    bool monotone; /* all functions are, until the end of the phase: where they cross zero they do once */
     jet_f32 from[MOST_EVENT_FUNCTIONS_f32];
-    jet_f32 to[MOST_EVENT_FUNCTIONS_f32];
+    jet_f32 to; /* of the function that is looked at */
 } interval_f32;
 
 static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *in, float t)
@@ -563,70 +556,78 @@ static inline bool has_crossed_f32(const jet_f32 *to, float h, float rounding, b
     return (to->value < 0.0f) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
-/* The far end of the interval, with the jets of all functions there. */
-static inline void look_there_f32(const event_set_f32 *set, interval_f32 *in)
+/* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess; 2
+ * if it has not. Its jet there. */
+static inline float guessed_crossing_f32(const event_function_f32 *g, const interval_f32 *in, const jet_f32 *from,
+                                         jet_f32 *to)
 {
-    for (int32_t n = 0; n < set->count; n++) {
-        in->to[n] = short_jet_at_f32(&set->function[n], &in->high);
-    }
-}
-
-/* Where in (0, 1) of the interval function n, which is below zero at its end, has crossed zero, if it has: a guess; 2
- * if it has not. */
-static inline float guessed_crossing_f32(const event_set_f32 *set, const interval_f32 *in, int32_t n)
-{
-    const event_function_f32 *g = &set->function[n];
-    const jet_f32 *to = &in->to[n];
     const float h = in->high.t - in->low;
-    if (!has_crossed_f32(to, h, rounding_of_f32(g, &in->high, to->rate), in->found < 0)) {
-        return 2.0f;
-    }
-    const interpolant_f32 p = interpolant_of_f32(&in->from[n], to, h);
-    return refined_root_f32(&p, rough_root_f32(&in->from[n], to, h));
+    const bool is_last = in->found < 0 && g->shape != DISTANCE_f32;
+    *to = short_jet_at_f32(g, &in->high);
+    return has_crossed_f32(to, h, rounding_of_f32(g, &in->high, to->rate), is_last) ? rough_root_f32(from, to, h) : 2.0f;
 }
 
-/* Ends the interval at the earliest root of the functions that have crossed zero by its end. */
-static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in)
+/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind. One
+ * that is monotone and has not crossed zero by then has not before. */
+static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape)
 {
+    uint32_t passed = 0;
     for (int32_t tries = 0; tries < MOST_TRIES_f32; tries++) {
         int32_t first = -1;
         float share = 2.0f;
+        jet_f32 first_to = {0.0f, 0.0f, 0.0f, 0.0f};
         for (int32_t n = 0; n < set->count; n++) {
-            in->to[n] = short_jet_at_f32(&set->function[n], &in->high);
-            if (in->to[n].value < 0.0f && n != in->found) {
-                const float guess = guessed_crossing_f32(set, in, n);
-                first = guess < share ? n : first;
-                share = guess < share ? guess : share;
+            const event_function_f32 *g = &set->function[n];
+            if (n == in->found || g->shape < shape || (passed >> n & 1u) != 0) {
+                continue;
+            }
+            if (value_at_f32(g, &in->high) < 0.0f) {
+                jet_f32 to;
+                const float guess = guessed_crossing_f32(g, in, &in->from[n], &to);
+                if (guess < share) {
+                    first = n;
+                    share = guess;
+                    first_to = to;
+                }
+            } else {
+                passed |= g->shape == MONOTONE_f32 ? 1u << n : 0u;
             }
         }
         if (first < 0) {
             break;
         }
-        const float guess = in->low + (in->high.t - in->low) * share;
+        const float h = in->high.t - in->low;
+        const interpolant_f32 p = interpolant_of_f32(&in->from[first], &first_to, h);
+        const float guess = in->low + h * refined_root_f32(&p, share);
         locate_root_f32(set->poles, &set->function[first], in->low, &in->high, guess);
         in->found = first;
     }
 }
 
-/* Two roots within rounding are at the same time, and the function that is listed first wins. */
+/* Two roots within rounding are at the same time, and the owner that comes first wins. */
 static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
 {
-    for (int32_t n = 0; n < in->found; n++) {
-        const jet_f32 *at = &in->to[n];
-        const float other = in->to[in->found].rate;
-        const float rounding = rounding_of_f32(&set->function[n], &in->high, at->rate);
-        const float of_other = rounding_of_f32(&set->function[in->found], &in->high, other);
-        if (at->rate * (in->high.t - in->low) < -16.0f * rounding
-            && (at->value - 4.0f * rounding) * fabs_f32(other) < fabs_f32(at->rate) * of_other) {
+    const event_function_f32 *found = &set->function[in->found];
+    const float other = rate_at_f32(found, &in->high);
+    for (int32_t n = 0; set->function[n].owner < found->owner; n++) {
+        const event_function_f32 *g = &set->function[n];
+        const float rate = rate_at_f32(g, &in->high);
+        const float rounding = rounding_of_f32(g, &in->high, rate);
+        if (rate * (in->high.t - in->low) < -16.0f * rounding
+            && (value_at_f32(g, &in->high) - 4.0f * rounding) * fabs_f32(other)
+                   < fabs_f32(rate) * rounding_of_f32(found, &in->high, other)) {
             in->found = n;
+            return;
         }
     }
 }
 
-/* Whether a function crosses zero, and does not just touch it, at the time of the limit. */
-static inline bool crosses_at_limit_f32(const jet_f32 *at, float rounding, float limit)
+/* Whether a function crosses zero at the end of the interval, the time of the limit, and does not just touch it. */
+static inline bool crosses_at_limit_f32(const event_function_f32 *g, const propagator_f32 *at, float limit)
 {
-    return (at->value < -8.0f * HOPFORM_EPS_f32 * limit * at->rate) & (at->rate * limit < -16.0f * rounding);
+    const float rate = rate_at_f32(g, at);
+    return value_at_f32(g, at) < -8.0f * HOPFORM_EPS_f32 * limit * rate
+           && rate * limit < -16.0f * rounding_of_f32(g, at, rate);
 }
 
 /* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
@@ -643,11 +644,15 @@ static inline float deflated_f32(const event_set_f32 *set, const event_function_
 }
 
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
-static inline bool is_certified_f32(const event_set_f32 *set, const interval_f32 *in, int32_t n)
+static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, int32_t n)
 {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
-    const jet_f32 *to = &in->to[n];
+    jet_f32 *to = &in->to;
+    if (g->shape != MAY_TURN_f32) {
+        return true;
+    }
+    *to = short_jet_at_f32(g, &in->high);
     if (to->value < 0.0f && n != in->found && to->value < -rounding_of_f32(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
@@ -672,7 +677,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
 {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
-    const jet_f32 *to = &in->to[n];
+    const jet_f32 *to = &in->to;
     const float h = in->high.t - in->low;
     const float d = deflated_f32(set, g, from, in->low);
     const float d_then = deflated_f32(set, g, to, in->high.t);
@@ -707,11 +712,8 @@ static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *i
             return false;
         }
         in->count++;
-        end_at_first_crossing_f32(set, in);
+        end_at_first_crossing_f32(set, in, MAY_TURN_f32);
         certified = true;
-        if (in->monotone) {
-            break;
-        }
         for (int32_t n = 0; n < set->count && certified; n++) {
             certified = is_certified_f32(set, in, n) || is_certified_inside_f32(set, in, n);
         }
@@ -739,8 +741,9 @@ static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32
     float quiet = HOPFORM_NEVER_f32;
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
         const float rounding = 16.0f * HOPFORM_EPS_f32 * fabs_f32(set->function[n].start);
-        const float one = quiet_time_f32(set, &in->from[n], rounding);
-        quiet = one < quiet ? one : quiet;
+        if (set->function[n].shape != DISTANCE_f32) { /* one that is monotone is looked at where the interval ends */
+            quiet = hopform_lesser_f32(quiet_time_f32(set, &in->from[n], rounding), quiet);
+        }
     }
     return in->low + quiet;
 }

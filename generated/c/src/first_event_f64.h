@@ -22,20 +22,25 @@
 #include "phase_f64.h"
 
 /* A function may be located at a later root first, and so more than once. */
-enum { MOST_EVENT_FUNCTIONS_f64 = 3, MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f64 };
+enum { MOST_EVENT_FUNCTIONS_f64 = 4, MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f64 };
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
 #define HOPFORM_MOST_INTERVALS 100000
 #endif
 
+/* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
+ * zero it does once; that it is the distance to a limit, which is monotone until the velocity of its element vanishes,
+ * and of which a touch is no event. */
+enum { MAY_TURN_f64, MONOTONE_f64, DISTANCE_f64 };
+
 /* An event function. `owner` and `side` are the caller's. */
 typedef struct {
-    double H3, H2, H1; /* its numerator */
-    double H0;         /* 0 but for the distance from a stop */
+    double H3, H2, H1, H0; /* its numerator */
     double start;
     int32_t owner;
     int32_t side;
+    int32_t shape;
 } event_function_f64;
 
 /* The active event functions of a phase, in the order in which they win a tie. */
@@ -88,12 +93,14 @@ static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, d
 
 static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
-    return g->start + (g->H3 * at->basis.Wd + g->H2 * at->basis.W + g->H1 * at->basis.W1);
+    const hopform_basis_f64 *w = &at->basis;
+    return g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
 }
 
 static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
-    return g->H3 * at->basis.Wdd + g->H2 * at->basis.Wd + g->H1 * at->basis.W;
+    const hopform_basis_f64 *w = &at->basis;
+    return g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
 }
 
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
@@ -101,7 +108,7 @@ static inline double third_of_f64(const hopform_poles_f64 *poles, const event_fu
 {
     const hopform_basis_f64 *w = &at->basis;
     const double fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd;
+    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
 }
 
 static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
@@ -114,25 +121,13 @@ static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const eve
     return jet;
 }
 
-/* Without the third derivative, which is 0 here. */
+/* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
     const hopform_basis_f64 *w = &at->basis;
-    jet_f64 jet;
-    jet.value = value_at_f64(g, at);
-    jet.rate = rate_at_f64(g, at);
-    jet.curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd;
-    jet.third = 0.0;
+    const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at),
+                          g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W, 0.0};
     return jet;
-}
-
-/* What H0 adds to it. */
-static inline void add_fourth_numerator_f64(const event_function_f64 *g, const propagator_f64 *at, jet_f64 *jet)
-{
-    jet->value += g->H0 * at->basis.W2;
-    jet->rate += g->H0 * at->basis.W1;
-    jet->curvature += g->H0 * at->basis.W;
-    jet->third += g->H0 * at->basis.Wd;
 }
 
 static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
@@ -140,9 +135,6 @@ static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_fun
 {
     jet_f64 jet = short_jet_at_f64(g, at);
     jet.third = third_of_f64(poles, g, at);
-    if (fabs_f64(g->H0) > 0.0) {
-        add_fourth_numerator_f64(g, at, &jet);
-    }
     return jet;
 }
 
@@ -151,7 +143,7 @@ static inline double rounding_of_f64(const event_function_f64 *g, const propagat
 {
     return 16.0 * HOPFORM_EPS_f64
            * (fabs_f64(g->start) + fabs_f64(g->H3 * at->basis.Wd) + fabs_f64(g->H2 * at->basis.W)
-              + fabs_f64(g->H1 * at->basis.W1) + at->t * fabs_f64(rate));
+              + fabs_f64(g->H1 * at->basis.W1) + fabs_f64(g->H0 * at->basis.W2) + at->t * fabs_f64(rate));
 }
 
 /* ---- prediction ---- */
@@ -170,14 +162,15 @@ static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, doub
     const double s = start / (start > 0.0 ? start - to->value : 1.0);
     const double by_slopes = (1.0 - s) / (falls ? slope : -1.0) - s / (falls ? end_slope : -1.0);
     const double cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (to->value - start) * by_slopes);
-    const double share = (falls & (cubic > 0.0) & (cubic < 1.0)) ? cubic : s;
+    const double chord = slope < 0.0 ? s : sqrt_f64(s); /* of a parabola where it does not fall at once */
+    const double share = (falls & (cubic > 0.0) & (cubic < 1.0)) ? cubic : chord;
     return start > 0.0 ? share : 0.75;
 }
 
-/* The quintic through value, rate and curvature at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2
- * + x^3 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
+/* The polynomial of degree 6 through value, rate and curvature at both ends of an interval, and the third derivative at
+ * its start, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
 typedef struct {
-    double c0, c1, c2, r0, s1, s2;
+    double c0, c1, c2, c3, r0, s1, s2;
 } interpolant_f64;
 
 static inline interpolant_f64 interpolant_of_f64(const jet_f64 *from, const jet_f64 *to, double h)
@@ -186,10 +179,11 @@ static inline interpolant_f64 interpolant_of_f64(const jet_f64 *from, const jet_
     const double c0 = from->value;
     const double c1 = h * from->rate;
     const double c2 = hh * from->curvature;
-    const double r0 = to->value - (c0 + c1 + c2);
-    const double s1 = h * to->rate - (c1 + 2.0 * c2) - 3.0 * r0;
-    const double s2 = hh * to->curvature - c2 - 3.0 * (r0 + s1);
-    const interpolant_f64 p = {c0, c1, c2, r0, s1, s2};
+    const double c3 = (1.0 / 3.0) * h * hh * from->third;
+    const double r0 = to->value - (c0 + c1 + c2 + c3);
+    const double s1 = h * to->rate - (c1 + 2.0 * c2 + 3.0 * c3) - 4.0 * r0;
+    const double s2 = hh * to->curvature - (c2 + 3.0 * c3) - 4.0 * s1 - 6.0 * r0;
+    const interpolant_f64 p = {c0, c1, c2, c3, r0, s1, s2};
     return p;
 }
 
@@ -201,9 +195,9 @@ static inline double prediction_step_f64(const interpolant_f64 *p, double x)
     const double y = x - 1.0;
     const double tail = p->r0 + y * (p->s1 + y * p->s2);
     const double tail_1 = p->s1 + 2.0 * y * p->s2;
-    const double value = p->c0 + x * (p->c1 + x * (p->c2 + x * tail));
-    const double slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * tail + x * tail_1));
-    const double bend = p->c2 + x * (3.0 * (tail + x * tail_1) + x * x * p->s2);
+    const double value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
+    const double slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * p->c3 + x * (4.0 * tail + x * tail_1)));
+    const double bend = p->c2 + x * (3.0 * p->c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * p->s2)));
     const double below = slope * slope - value * bend;
     const double step = value * slope / (below > 0.0 ? below : 1.0);
     return below > 0.0 ? step : 0.0;
@@ -216,7 +210,7 @@ static inline double refined_root_f64(const interpolant_f64 *p, double x)
         const double step = prediction_step_f64(p, x);
         const double next = x - step;
         x = ((next > 0.0) & (next < 1.0)) ? next : x;
-        if (fabs_f64(step) < HOPFORM_PREDICTION_f64) {
+        if (fabs_f64(step) < HOPFORM_PREDICTION_f64 * x) {
             break;
         }
     }
@@ -545,9 +539,8 @@ typedef struct {
     propagator_f64 high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
-    bool monotone; /* all functions are, until the end of the phase: where they cross zero they do once */
     jet_f64 from[MOST_EVENT_FUNCTIONS_f64];
-    jet_f64 to[MOST_EVENT_FUNCTIONS_f64];
+    jet_f64 to; /* of the function that is looked at */
 } interval_f64;
 
 static inline void end_interval_at_f64(const event_set_f64 *set, interval_f64 *in, double t)
@@ -563,70 +556,78 @@ static inline bool has_crossed_f64(const jet_f64 *to, double h, double rounding,
     return (to->value < 0.0) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
-/* The far end of the interval, with the jets of all functions there. */
-static inline void look_there_f64(const event_set_f64 *set, interval_f64 *in)
+/* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess; 2
+ * if it has not. Its jet there. */
+static inline double guessed_crossing_f64(const event_function_f64 *g, const interval_f64 *in, const jet_f64 *from,
+                                         jet_f64 *to)
 {
-    for (int32_t n = 0; n < set->count; n++) {
-        in->to[n] = short_jet_at_f64(&set->function[n], &in->high);
-    }
-}
-
-/* Where in (0, 1) of the interval function n, which is below zero at its end, has crossed zero, if it has: a guess; 2
- * if it has not. */
-static inline double guessed_crossing_f64(const event_set_f64 *set, const interval_f64 *in, int32_t n)
-{
-    const event_function_f64 *g = &set->function[n];
-    const jet_f64 *to = &in->to[n];
     const double h = in->high.t - in->low;
-    if (!has_crossed_f64(to, h, rounding_of_f64(g, &in->high, to->rate), in->found < 0)) {
-        return 2.0;
-    }
-    const interpolant_f64 p = interpolant_of_f64(&in->from[n], to, h);
-    return refined_root_f64(&p, rough_root_f64(&in->from[n], to, h));
+    const bool is_last = in->found < 0 && g->shape != DISTANCE_f64;
+    *to = short_jet_at_f64(g, &in->high);
+    return has_crossed_f64(to, h, rounding_of_f64(g, &in->high, to->rate), is_last) ? rough_root_f64(from, to, h) : 2.0;
 }
 
-/* Ends the interval at the earliest root of the functions that have crossed zero by its end. */
-static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in)
+/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind. One
+ * that is monotone and has not crossed zero by then has not before. */
+static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape)
 {
+    uint32_t passed = 0;
     for (int32_t tries = 0; tries < MOST_TRIES_f64; tries++) {
         int32_t first = -1;
         double share = 2.0;
+        jet_f64 first_to = {0.0, 0.0, 0.0, 0.0};
         for (int32_t n = 0; n < set->count; n++) {
-            in->to[n] = short_jet_at_f64(&set->function[n], &in->high);
-            if (in->to[n].value < 0.0 && n != in->found) {
-                const double guess = guessed_crossing_f64(set, in, n);
-                first = guess < share ? n : first;
-                share = guess < share ? guess : share;
+            const event_function_f64 *g = &set->function[n];
+            if (n == in->found || g->shape < shape || (passed >> n & 1u) != 0) {
+                continue;
+            }
+            if (value_at_f64(g, &in->high) < 0.0) {
+                jet_f64 to;
+                const double guess = guessed_crossing_f64(g, in, &in->from[n], &to);
+                if (guess < share) {
+                    first = n;
+                    share = guess;
+                    first_to = to;
+                }
+            } else {
+                passed |= g->shape == MONOTONE_f64 ? 1u << n : 0u;
             }
         }
         if (first < 0) {
             break;
         }
-        const double guess = in->low + (in->high.t - in->low) * share;
+        const double h = in->high.t - in->low;
+        const interpolant_f64 p = interpolant_of_f64(&in->from[first], &first_to, h);
+        const double guess = in->low + h * refined_root_f64(&p, share);
         locate_root_f64(set->poles, &set->function[first], in->low, &in->high, guess);
         in->found = first;
     }
 }
 
-/* Two roots within rounding are at the same time, and the function that is listed first wins. */
+/* Two roots within rounding are at the same time, and the owner that comes first wins. */
 static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in)
 {
-    for (int32_t n = 0; n < in->found; n++) {
-        const jet_f64 *at = &in->to[n];
-        const double other = in->to[in->found].rate;
-        const double rounding = rounding_of_f64(&set->function[n], &in->high, at->rate);
-        const double of_other = rounding_of_f64(&set->function[in->found], &in->high, other);
-        if (at->rate * (in->high.t - in->low) < -16.0 * rounding
-            && (at->value - 4.0 * rounding) * fabs_f64(other) < fabs_f64(at->rate) * of_other) {
+    const event_function_f64 *found = &set->function[in->found];
+    const double other = rate_at_f64(found, &in->high);
+    for (int32_t n = 0; set->function[n].owner < found->owner; n++) {
+        const event_function_f64 *g = &set->function[n];
+        const double rate = rate_at_f64(g, &in->high);
+        const double rounding = rounding_of_f64(g, &in->high, rate);
+        if (rate * (in->high.t - in->low) < -16.0 * rounding
+            && (value_at_f64(g, &in->high) - 4.0 * rounding) * fabs_f64(other)
+                   < fabs_f64(rate) * rounding_of_f64(found, &in->high, other)) {
             in->found = n;
+            return;
         }
     }
 }
 
-/* Whether a function crosses zero, and does not just touch it, at the time of the limit. */
-static inline bool crosses_at_limit_f64(const jet_f64 *at, double rounding, double limit)
+/* Whether a function crosses zero at the end of the interval, the time of the limit, and does not just touch it. */
+static inline bool crosses_at_limit_f64(const event_function_f64 *g, const propagator_f64 *at, double limit)
 {
-    return (at->value < -8.0 * HOPFORM_EPS_f64 * limit * at->rate) & (at->rate * limit < -16.0 * rounding);
+    const double rate = rate_at_f64(g, at);
+    return value_at_f64(g, at) < -8.0 * HOPFORM_EPS_f64 * limit * rate
+           && rate * limit < -16.0 * rounding_of_f64(g, at, rate);
 }
 
 /* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
@@ -643,11 +644,15 @@ static inline double deflated_f64(const event_set_f64 *set, const event_function
 }
 
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
-static inline bool is_certified_f64(const event_set_f64 *set, const interval_f64 *in, int32_t n)
+static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, int32_t n)
 {
     const event_function_f64 *g = &set->function[n];
     const jet_f64 *from = &in->from[n];
-    const jet_f64 *to = &in->to[n];
+    jet_f64 *to = &in->to;
+    if (g->shape != MAY_TURN_f64) {
+        return true;
+    }
+    *to = short_jet_at_f64(g, &in->high);
     if (to->value < 0.0 && n != in->found && to->value < -rounding_of_f64(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
@@ -672,7 +677,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
 {
     const event_function_f64 *g = &set->function[n];
     const jet_f64 *from = &in->from[n];
-    const jet_f64 *to = &in->to[n];
+    const jet_f64 *to = &in->to;
     const double h = in->high.t - in->low;
     const double d = deflated_f64(set, g, from, in->low);
     const double d_then = deflated_f64(set, g, to, in->high.t);
@@ -707,11 +712,8 @@ static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *i
             return false;
         }
         in->count++;
-        end_at_first_crossing_f64(set, in);
+        end_at_first_crossing_f64(set, in, MAY_TURN_f64);
         certified = true;
-        if (in->monotone) {
-            break;
-        }
         for (int32_t n = 0; n < set->count && certified; n++) {
             certified = is_certified_f64(set, in, n) || is_certified_inside_f64(set, in, n);
         }
@@ -739,8 +741,9 @@ static inline double quiet_until_f64(const event_set_f64 *set, const interval_f6
     double quiet = HOPFORM_NEVER_f64;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const double rounding = 16.0 * HOPFORM_EPS_f64 * fabs_f64(set->function[n].start);
-        const double one = quiet_time_f64(set, &in->from[n], rounding);
-        quiet = one < quiet ? one : quiet;
+        if (set->function[n].shape != DISTANCE_f64) { /* one that is monotone is looked at where the interval ends */
+            quiet = hopform_lesser_f64(quiet_time_f64(set, &in->from[n], rounding), quiet);
+        }
     }
     return in->low + quiet;
 }

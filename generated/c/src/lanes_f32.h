@@ -27,7 +27,6 @@
 enum {
     LANES = HOPFORM_LANE_COUNT_f32,
     SLOTS = MOST_EVENT_FUNCTIONS_f32,
-    STOP = SLOTS, /* that of the stop ahead goes behind them */
     MODES = 9,
     ROOT_STEPS = 6,
     PHASES_OF_LANE = 16, /* a stance whose list is wanted and takes more is solved by itself */
@@ -121,7 +120,7 @@ typedef struct {
     bool live[LANES];                    /* whether there is one */
     int mode[LANES];                     /* 3 (side_1 + 1) + side_2 + 1 */
     column limit;                        /* the end of the phase */
-    function_columns function[STOP + 1]; /* constants for those that it does not have */
+    function_columns function[SLOTS]; /* constants for those that it does not have */
 
     /* The round: the phases that have their turn, and the ends of their first intervals. */
     column turn, sure; /* what is certified */
@@ -132,7 +131,6 @@ typedef struct {
     float chi, omega;
     column end_t, found; /* -1: none */
     basis_columns end;
-    column stops; /* whether it ends at a stop */
 
     /* The root that is looked for: of which function, near which share of the interval, and the bracket. */
     function_columns falling;
@@ -236,9 +234,8 @@ static void put_phase(lanes *w, int l)
     stance_begin_search_f32(chain, &one->search);
     w->mode[l] = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     w->limit[l] = one->search.limit;
-    keep_function(&w->function[STOP], l, true, &one->search.events.stop);
     for (int s = 0; s < SLOTS; s++) {
-        const event_function_f32 none = {0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0, 0};
+        const event_function_f32 none = {0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0, 0, MONOTONE_f32};
         keep_function(&w->function[s], l, true, s < set->count ? &set->function[s] : &none);
     }
 }
@@ -335,7 +332,7 @@ LANES_CODE static void guess_crossings(lanes *restrict w, int s)
             const float step = prediction_step_f32(&p, share[l]);
             const float next = share[l] - step;
             keep(&share[l], (going[l] > 0.0f) & (next > 0.0f) & (next < 1.0f), next);
-            going[l] *= flag(!(fabs_f32(step) < HOPFORM_PREDICTION_f32));
+            going[l] *= flag(!(fabs_f32(step) < HOPFORM_PREDICTION_f32 * share[l]));
         }
     }
     for (int l = 0; l < LANES; l++) {
@@ -448,38 +445,6 @@ LANES_CODE static void certify(lanes *restrict w, int s)
     }
 }
 
-/* Intervals end where x_1 meets its stop; not sure is what may happen at the same time, or as a take-off whose time may
- * be known better. */
-LANES_CODE static void meet_stops(lanes *restrict w)
-{
-    const hopform_poles_f32 poles = w->poles;
-    for (int l = 0; l < LANES; l++) {
-        const ends_of_lane ends = look_there(w, &poles, STOP, l);
-        const jet_f32 jet = jet_at_f32(&poles, &ends.g, &ends.high);
-        w->stops[l] = w->sure[l] * flag(is_beyond_stop_f32(&ends.g, &ends.high));
-        w->going[l] = w->stops[l];
-        w->t[l] = w->end_t[l] - step_to_root_f32(&jet);
-        keep_function(&w->falling, l, true, &ends.g);
-    }
-    if (!any(w->stops)) {
-        return;
-    }
-    go_to_roots(w);
-    for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f32 basis = one_basis(&w->basis, l);
-        const hopform_basis_f32 before = one_basis(&w->end, l);
-        const bool other = (w->found[l] >= 0.0f) | !(w->end_t[l] < w->limit[l]);
-        const bool tied = other & (w->end_t[l] <= w->t[l] * (1.0f + 8.0f * HOPFORM_EPS_f32));
-        const bool takes_off = is_found(w, 0, l);
-        const bool late = is_late_f32(&before);
-        const bool meets = (w->stops[l] > 0.0f) & !((w->going[l] > 0.0f) | tied | (takes_off & late));
-        w->sure[l] -= w->stops[l] * flag(!meets);
-        w->stops[l] = flag(meets);
-        keep_basis(&w->end, l, meets, &basis);
-        keep(&w->end_t[l], meets, w->t[l]);
-    }
-}
-
 /* The end of a phase whose first interval the lanes have ended: if nothing else can be first, that is it. */
 static void end_phase(lanes *w, int l)
 {
@@ -487,16 +452,14 @@ static void end_phase(lanes *w, int l)
     stance_search_f32 *search = &one->search;
     const event_set_f32 *set = &search->events.set;
     interval_f32 *in = &search->in;
-    const bool stops = w->stops[l] > 0.0f;
-    bool ends = stops;
+    bool ends = false;
     if (search->open) {
         const hopform_basis_f32 basis = one_basis(&w->end, l);
         in->high = propagator_of_f32(&w->poles, w->end_t[l], &basis);
         in->found = (int32_t)w->found[l];
     }
-    if (search->open && w->sure[l] > 0.0f && !stops) {
+    if (search->open && w->sure[l] > 0.0f) {
         if (in->found != 0) {
-            look_there_f32(set, in);
             settle_ties_f32(set, in);
             cross_at_the_limit_f32(&search->events, search->limit, in);
         }
@@ -507,7 +470,7 @@ static void end_phase(lanes *w, int l)
         }
     }
     if (ends) {
-        stance_conclude_f32(search, stops);
+        stance_conclude_f32(search);
     } else {
         stance_end_search_f32(&one->chain, search);
     }
@@ -591,7 +554,6 @@ static void advance(lanes *w)
         for (int s = 0; s < w->slots; s++) {
             certify(w, s);
         }
-        meet_stops(w);
     }
     for (int l = 0; l < LANES; l++) {
         if (w->turn[l] > 0.0f) {

@@ -130,10 +130,10 @@ static inline void hopform_tally_up_f64(hopform_tally_f64 *tally, const hopform_
     }
     const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&plan->robot, motion);
     const event_function_f64 contact = {
-        leg.H3, leg.H2, leg.H1, 0.0, hopform_contact_of_f64(&plan->robot, &passage->start), 0, 0};
-    const event_function_f64 velocity_1 = {motion->H3_1, motion->H2_1, motion->H1_1, 0.0, passage->start.v1, 0, 0};
-    const event_function_f64 velocity_2 = {motion->H3_2, motion->H2_2, motion->H1_2, 0.0, passage->start.v2, 0, 0};
-    const event_function_f64 compression = {motion->H3_y, motion->H2_y, motion->H1_y, 0.0, passage->start.y, 0, 0};
+        leg.H3, leg.H2, leg.H1, 0.0, hopform_contact_of_f64(&plan->robot, &passage->start), 0, 0, MAY_TURN_f64};
+    const event_function_f64 velocity_1 = {motion->H3_1, motion->H2_1, motion->H1_1, 0.0, passage->start.v1, 0, 0, MAY_TURN_f64};
+    const event_function_f64 velocity_2 = {motion->H3_2, motion->H2_2, motion->H1_2, 0.0, passage->start.v2, 0, 0, MAY_TURN_f64};
+    const event_function_f64 compression = {motion->H3_y, motion->H2_y, motion->H1_y, 0.0, passage->start.y, 0, 0, MAY_TURN_f64};
     const hopform_node_f64 *node = hopform_node_of_f64(plan, passage->side_1, passage->side_2);
     const event_set_f64 set = {passage->poles, node, 1, {contact}};
     const hopform_drive_f64 per_ampere = {plan->rates.a1_u, 0.0};

@@ -151,13 +151,12 @@ static inline real end_of_step_real(const stance_chain_real *chain)
  * alone, whose time to rest is known, and what cannot happen while the velocities keep their signs. */
 typedef struct {
     event_set_real set;
-    event_function_real stop; /* how far the position is from the stop ahead */
     real rest_time;           /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
     int rests;                /* whose event that is */
 } stance_events_real;
 
-static inline void add_event_function_real(event_set_real *set, const hopform_numerator_real *h, real start, real sign,
-                                           int owner, int side)
+static inline event_function_real *add_event_function_real(event_set_real *set, const hopform_numerator_real *h,
+                                                           real start, real sign, int owner, int shape)
 {
     event_function_real *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
@@ -166,12 +165,14 @@ static inline void add_event_function_real(event_set_real *set, const hopform_nu
     g->H0 = 0.0;
     g->start = sign * start;
     g->owner = owner;
-    g->side = side;
+    g->side = 0;
+    g->shape = shape;
+    return g;
 }
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_real(const stance_chain_real *chain, int element, event_set_real *set)
+static inline void add_thresholds_real(const stance_chain_real *chain, int element, int shape, event_set_real *set)
 {
     const bool open[] = {!stance_blocked_real(chain, element, -1), !stance_blocked_real(chain, element, 1)};
     if (!open[0] && !open[1]) {
@@ -184,7 +185,7 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
             const hopform_free_by_element_real free = free_of_real(chain, &chain->at.state);
             const real level = sign * hopform_level_real(&chain->plan->robot, element);
-            add_event_function_real(set, &h, free.of[element] - level, -sign, ELEMENT_real + element, side);
+            add_event_function_real(set, &h, free.of[element] - level, -sign, ELEMENT_real + element, shape)->side = side;
         }
     }
 }
@@ -195,17 +196,19 @@ static inline real gap_ahead_real(const stance_chain_real *chain)
     return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
 }
 
-static inline void put_stop_real(event_function_real *stop, const stance_chain_real *chain)
+/* How far the position is from the stop ahead, if there is one. */
+static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set)
 {
+    const real gap = gap_ahead_real(chain);
+    if (chain->side[HOPFORM_STOPPED_ELEMENT] == 0 || !hopform_is_finite_real(gap)) {
+        return;
+    }
     const real away = -(real)chain->side[HOPFORM_STOPPED_ELEMENT];
     const hopform_numerator_real *h = &chain->motion.of.position;
-    stop->H3 = away * chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-    stop->H2 = away * h->H3;
-    stop->H1 = away * h->H2;
+    const hopform_numerator_real first = {chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
+    event_function_real *stop = add_event_function_real(set, &first, away * gap, away,
+                                                        ELEMENT_real + HOPFORM_STOPPED_ELEMENT, DISTANCE_real);
     stop->H0 = away * h->H1;
-    stop->start = gap_ahead_real(chain);
-    stop->owner = ELEMENT_real + HOPFORM_STOPPED_ELEMENT;
-    stop->side = 0;
 }
 
 /* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
@@ -219,10 +222,11 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const real compression = at[HOPFORM_COMPRESSION_AXIS];
+    const int shape =
+        !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_real : MAY_TURN_real;
     set->poles = poles;
     set->node = hopform_node_of_real(chain->plan, side[0], side[1]);
     set->count = 0;
-    put_stop_real(&events->stop, chain);
     events->rest_time = HOPFORM_NEVER_real;
     events->rests = NO_OWNER_real;
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0)
@@ -231,19 +235,20 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &chain->motion.motion);
         add_event_function_real(set, &leg, hopform_contact_of_real(&chain->plan->robot, &chain->at.state), 1.0,
-                                CONTACT_real, 0);
+                                CONTACT_real, shape);
     }
+    add_stop_real(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         hopform_numerator_real h = chain->motion.of.velocity[element];
         h.H3 = chain->just_switched == element ? 0.0 : h.H3;
         add_event_function_real(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (real)side[element],
-                                ELEMENT_real + element, 0);
+                                ELEMENT_real + element, MAY_TURN_real);
     }
     if (several) {
         return;
     }
     const real sign = (real)side[slips];
-    add_thresholds_real(chain, 1 - slips, set);
+    add_thresholds_real(chain, 1 - slips, shape, set);
     events->rest_time = time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
                                           sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_real + slips;
@@ -259,36 +264,6 @@ static inline bool is_takeoff_real(const event_set_real *set, int32_t found)
     return found >= 0 && set->function[found].owner == CONTACT_real;
 }
 
-/* An extremum of the position that is this near to a stop is a grazing contact: 16 ulp of the terms. */
-static inline real grazing_tolerance_real(const event_function_real *stop, const propagator_real *at)
-{
-    return rounding_of_real(stop, at, 0.0) + 16.0 * HOPFORM_EPS_real * fabs_real(stop->H0 * at->basis.W2);
-}
-
-static inline real distance_from_stop_real(const event_function_real *stop, const propagator_real *at)
-{
-    return value_at_real(stop, at) + stop->H0 * at->basis.W2;
-}
-
-/* Whether the position, monotone within a phase, is beyond the stop ahead at a time, and does not just touch it. */
-static inline bool is_beyond_stop_real(const event_function_real *stop, const propagator_real *at)
-{
-    const real distance = distance_from_stop_real(stop, at);
-    return distance < 0.0 && distance < -grazing_tolerance_real(stop, at);
-}
-
-/* The interval ends where the position meets the stop ahead, if it does. */
-static inline bool meets_stop_real(const stance_events_real *events, propagator_real *end)
-{
-    const event_function_real *stop = &events->stop;
-    if (!is_beyond_stop_real(stop, end)) {
-        return false;
-    }
-    const jet_real jet = jet_at_real(events->set.poles, stop, end);
-    locate_root_real(events->set.poles, stop, 0.0, end, end->t - step_to_root_real(&jet));
-    return true;
-}
-
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
  * current. */
 static inline void cross_at_the_limit_real(const stance_events_real *events, real limit, interval_real *in)
@@ -296,11 +271,8 @@ static inline void cross_at_the_limit_real(const stance_events_real *events, rea
     const event_set_real *set = &events->set;
     const int32_t before = events->rest_time > limit ? ELEMENT_real : events->rests;
     for (int32_t n = 0; n < set->count && in->found < 0; n++) {
-        const jet_real *at = &in->to[n]; /* first_event has looked at all of them there */
-        const real rounding = rounding_of_real(&set->function[n], &in->high, at->rate);
-        if (set->function[n].owner < before && crosses_at_limit_real(at, rounding, limit)) {
-            in->found = n;
-        }
+        const event_function_real *g = &set->function[n];
+        in->found = g->owner < before && crosses_at_limit_real(g, &in->high, limit) ? n : -1;
     }
 }
 
@@ -373,27 +345,42 @@ typedef struct {
     bool stops;     /* the element has met a stop */
     int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
     int side;       /* of an element that slips: where it goes */
+    bool touches;   /* the element that comes to rest is at a stop within rounding */
 } stance_search_real;
 
+/* Whether the position is within rounding of the stop ahead: a grazing contact. */
+static inline bool is_at_stop_real(const event_set_real *set, const propagator_real *at)
+{
+    for (int32_t n = 0; n < set->count; n++) {
+        const event_function_real *g = &set->function[n];
+        if (g->shape == DISTANCE_real) {
+            return fabs_real(value_at_real(g, at)) <= rounding_of_real(g, at, 0.0);
+        }
+    }
+    return false;
+}
+
 /* What ends the phase at the end of its last interval. */
-static inline void stance_conclude_real(stance_search_real *search, bool stops)
+static inline void stance_conclude_real(stance_search_real *search)
 {
     const stance_events_real *events = &search->events;
     const interval_real *in = &search->in;
     const real limit = search->limit;
     const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
     int owner = rests ? events->rests : NO_OWNER_real;
-    int side = 0;
+    search->side = 0;
+    search->stops = false;
     if (in->found >= 0) {
         const event_function_real *found = &events->set.function[in->found];
-        const bool first = owner == NO_OWNER_real || owner >= found->owner;
-        owner = first ? found->owner : owner;
-        side = first ? found->side : 0;
+        if (owner == NO_OWNER_real || owner >= found->owner) {
+            owner = found->owner;
+            search->side = found->side;
+            search->stops = found->shape == DISTANCE_real;
+        }
     }
-    search->owner = stops ? events->stop.owner : owner;
-    search->side = side;
-    search->stops = stops;
+    search->owner = owner;
     search->certified = true;
+    search->touches = owner == ELEMENT_real + HOPFORM_STOPPED_ELEMENT && is_at_stop_real(&events->set, &in->high);
 }
 
 /* The search at the start of the phase that starts at the chain's state. */
@@ -405,8 +392,6 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     interval_real *in = &search->in;
     in->low = 0.0;
     in->count = 0;
-    in->monotone =
-        HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED && (chain->side[0] == 0 || chain->side[1] == 0);
     in->found = begin_at_start_real(set, in);
     search->limit = hopform_lesser_real(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
@@ -435,12 +420,14 @@ static inline void stance_end_search_real(const stance_chain_real *chain, stance
     const event_set_real *set = &events->set;
     const real limit = search->limit;
     interval_real *in = &search->in;
-    bool stops = false;
     bool certified = true;
     bool quiet = false;
     bool open = search->open;
     while (open) {
         bool later = !quiet; /* once at most, and then what else happens by then is looked at */
+        if (quiet) {
+            end_at_first_crossing_real(set, in, DISTANCE_real);
+        }
         for (int n = 0; n < 2 && later && certified; n++) {
             certified = find_first_root_real(set, in);
             if (!(in->high.t < limit)) {
@@ -448,13 +435,10 @@ static inline void stance_end_search_real(const stance_chain_real *chain, stance
             }
             later = n == 0 && is_takeoff_real(set, in->found) && sharpen_takeoff_real(chain, events, limit, in);
         }
-        const real t = in->high.t;
-        stops = certified && meets_stop_real(events, &in->high)
-                && !(is_takeoff_real(set, in->found) && t <= in->high.t * (1.0 + 8.0 * HOPFORM_EPS_real));
-        open = in->found < 0 && !stops && certified && in->high.t < limit;
+        open = in->found < 0 && certified && in->high.t < limit;
         quiet = open && next_interval_real(set, in, limit);
     }
-    stance_conclude_real(search, stops);
+    stance_conclude_real(search);
     if (!certified) {
         in->high = propagator_at_real(set->poles, in->low);
         search->owner = NO_OWNER_real;
@@ -470,6 +454,7 @@ static inline void stance_find_end_real(const stance_chain_real *chain, stance_s
         search->in.high.t = end_of_step_real(chain) - chain->t;
         search->owner = NO_OWNER_real;
         search->stops = false;
+        search->touches = false;
         search->certified = true;
         return;
     }
@@ -626,7 +611,7 @@ static inline real aed_in_phase_real(const stance_chain_real *chain, real t)
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
-static inline void stance_pass_real(stance_chain_real *chain, const stance_search_real *end, bool touches)
+static inline void stance_pass_real(stance_chain_real *chain, const stance_search_real *end)
 {
     const int element = end->owner - ELEMENT_real;
     keep_free_acceleration_real(chain, end);
@@ -634,7 +619,7 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     if (end->owner == NO_OWNER_real) {
         next_step_real(chain);
     } else if (chain->side[element] != 0) {
-        end_of_velocity_real(chain, element, end->stops, touches);
+        end_of_velocity_real(chain, element, end->stops, end->touches);
     } else {
         chain->side[element] = end->side;
         chain->just_switched = element;
@@ -722,18 +707,6 @@ static inline int32_t stance_begin_real(stance_chain_real *chain)
     return leaves_at_once_real(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_real(chain);
 }
 
-/* Whether the element with stops, which has come to rest, is at the stop ahead within rounding. */
-static inline bool touches_stop_real(const stance_chain_real *chain, const stance_search_real *end)
-{
-    const event_function_real *stop = &end->events.stop;
-    if (end->owner != ELEMENT_real + HOPFORM_STOPPED_ELEMENT || end->stops || !hopform_is_finite_real(stop->start)
-        || chain->side[HOPFORM_STOPPED_ELEMENT] == 0) {
-        return false;
-    }
-    const propagator_real *at = &end->in.high;
-    return fabs_real(distance_from_stop_real(stop, at)) <= grazing_tolerance_real(stop, at);
-}
-
 /* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
 static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stance_search_real *end)
 {
@@ -741,7 +714,6 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     const hopform_axes_real start = chain->at;
     const bool passes = end->owner == NO_OWNER_real && end->certified;
     const real length = end->in.high.t;
-    const bool touches = touches_stop_real(chain, end);
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
     stance_arrive_real(chain, &end->in.high.basis);
     show_phase_real(chain, &start, length, &end->in.high.basis);
@@ -757,7 +729,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     if (!end->certified) {
         return HOPFORM_ENDING_UNCERTIFIED;
     }
-    stance_pass_real(chain, end, touches);
+    stance_pass_real(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
         && hopform_contact_of_real(&chain->plan->robot, &chain->at.state) < 0.0) {
         show_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */

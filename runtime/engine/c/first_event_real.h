@@ -22,20 +22,25 @@
 #include "phase_real.h"
 
 /* A function may be located at a later root first, and so more than once. */
-enum { MOST_EVENT_FUNCTIONS_real = 3, MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS_real };
+enum { MOST_EVENT_FUNCTIONS_real = 4, MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS_real };
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
 #define HOPFORM_MOST_INTERVALS 100000
 #endif
 
+/* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
+ * zero it does once; that it is the distance to a limit, which is monotone until the velocity of its element vanishes,
+ * and of which a touch is no event. */
+enum { MAY_TURN_real, MONOTONE_real, DISTANCE_real };
+
 /* An event function. `owner` and `side` are the caller's. */
 typedef struct {
-    real H3, H2, H1; /* its numerator */
-    real H0;         /* 0 but for the distance from a stop */
+    real H3, H2, H1, H0; /* its numerator */
     real start;
     int32_t owner;
     int32_t side;
+    int32_t shape;
 } event_function_real;
 
 /* The active event functions of a phase, in the order in which they win a tie. */
@@ -88,12 +93,14 @@ static inline propagator_real propagator_at_real(const hopform_poles_real *poles
 
 static inline real value_at_real(const event_function_real *g, const propagator_real *at)
 {
-    return g->start + (g->H3 * at->basis.Wd + g->H2 * at->basis.W + g->H1 * at->basis.W1);
+    const hopform_basis_real *w = &at->basis;
+    return g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
 }
 
 static inline real rate_at_real(const event_function_real *g, const propagator_real *at)
 {
-    return g->H3 * at->basis.Wdd + g->H2 * at->basis.Wd + g->H1 * at->basis.W;
+    const hopform_basis_real *w = &at->basis;
+    return g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
 }
 
 static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
@@ -101,7 +108,7 @@ static inline real third_of_real(const hopform_poles_real *poles, const event_fu
 {
     const hopform_basis_real *w = &at->basis;
     const real fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd;
+    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
 }
 
 static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g)
@@ -114,25 +121,13 @@ static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const 
     return jet;
 }
 
-/* Without the third derivative, which is 0 here. */
+/* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at)
 {
     const hopform_basis_real *w = &at->basis;
-    jet_real jet;
-    jet.value = value_at_real(g, at);
-    jet.rate = rate_at_real(g, at);
-    jet.curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd;
-    jet.third = 0.0;
+    const jet_real jet = {value_at_real(g, at), rate_at_real(g, at),
+                          g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W, 0.0};
     return jet;
-}
-
-/* What H0 adds to it. */
-static inline void add_fourth_numerator_real(const event_function_real *g, const propagator_real *at, jet_real *jet)
-{
-    jet->value += g->H0 * at->basis.W2;
-    jet->rate += g->H0 * at->basis.W1;
-    jet->curvature += g->H0 * at->basis.W;
-    jet->third += g->H0 * at->basis.Wd;
 }
 
 static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
@@ -140,9 +135,6 @@ static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_
 {
     jet_real jet = short_jet_at_real(g, at);
     jet.third = third_of_real(poles, g, at);
-    if (fabs_real(g->H0) > 0.0) {
-        add_fourth_numerator_real(g, at, &jet);
-    }
     return jet;
 }
 
@@ -151,7 +143,7 @@ static inline real rounding_of_real(const event_function_real *g, const propagat
 {
     return 16.0 * HOPFORM_EPS_real
            * (fabs_real(g->start) + fabs_real(g->H3 * at->basis.Wd) + fabs_real(g->H2 * at->basis.W)
-              + fabs_real(g->H1 * at->basis.W1) + at->t * fabs_real(rate));
+              + fabs_real(g->H1 * at->basis.W1) + fabs_real(g->H0 * at->basis.W2) + at->t * fabs_real(rate));
 }
 
 /* ---- prediction ---- */
@@ -170,14 +162,15 @@ static inline real rough_root_real(const jet_real *from, const jet_real *to, rea
     const real s = start / (start > 0.0 ? start - to->value : 1.0);
     const real by_slopes = (1.0 - s) / (falls ? slope : -1.0) - s / (falls ? end_slope : -1.0);
     const real cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (to->value - start) * by_slopes);
-    const real share = (falls & (cubic > 0.0) & (cubic < 1.0)) ? cubic : s;
+    const real chord = slope < 0.0 ? s : sqrt_real(s); /* of a parabola where it does not fall at once */
+    const real share = (falls & (cubic > 0.0) & (cubic < 1.0)) ? cubic : chord;
     return start > 0.0 ? share : 0.75;
 }
 
-/* The quintic through value, rate and curvature at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2
- * + x^3 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
+/* The polynomial of degree 6 through value, rate and curvature at both ends of an interval, and the third derivative at
+ * its start, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
 typedef struct {
-    real c0, c1, c2, r0, s1, s2;
+    real c0, c1, c2, c3, r0, s1, s2;
 } interpolant_real;
 
 static inline interpolant_real interpolant_of_real(const jet_real *from, const jet_real *to, real h)
@@ -186,10 +179,11 @@ static inline interpolant_real interpolant_of_real(const jet_real *from, const j
     const real c0 = from->value;
     const real c1 = h * from->rate;
     const real c2 = hh * from->curvature;
-    const real r0 = to->value - (c0 + c1 + c2);
-    const real s1 = h * to->rate - (c1 + 2.0 * c2) - 3.0 * r0;
-    const real s2 = hh * to->curvature - c2 - 3.0 * (r0 + s1);
-    const interpolant_real p = {c0, c1, c2, r0, s1, s2};
+    const real c3 = (1.0 / 3.0) * h * hh * from->third;
+    const real r0 = to->value - (c0 + c1 + c2 + c3);
+    const real s1 = h * to->rate - (c1 + 2.0 * c2 + 3.0 * c3) - 4.0 * r0;
+    const real s2 = hh * to->curvature - (c2 + 3.0 * c3) - 4.0 * s1 - 6.0 * r0;
+    const interpolant_real p = {c0, c1, c2, c3, r0, s1, s2};
     return p;
 }
 
@@ -201,9 +195,9 @@ static inline real prediction_step_real(const interpolant_real *p, real x)
     const real y = x - 1.0;
     const real tail = p->r0 + y * (p->s1 + y * p->s2);
     const real tail_1 = p->s1 + 2.0 * y * p->s2;
-    const real value = p->c0 + x * (p->c1 + x * (p->c2 + x * tail));
-    const real slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * tail + x * tail_1));
-    const real bend = p->c2 + x * (3.0 * (tail + x * tail_1) + x * x * p->s2);
+    const real value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
+    const real slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * p->c3 + x * (4.0 * tail + x * tail_1)));
+    const real bend = p->c2 + x * (3.0 * p->c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * p->s2)));
     const real below = slope * slope - value * bend;
     const real step = value * slope / (below > 0.0 ? below : 1.0);
     return below > 0.0 ? step : 0.0;
@@ -216,7 +210,7 @@ static inline real refined_root_real(const interpolant_real *p, real x)
         const real step = prediction_step_real(p, x);
         const real next = x - step;
         x = ((next > 0.0) & (next < 1.0)) ? next : x;
-        if (fabs_real(step) < HOPFORM_PREDICTION_real) {
+        if (fabs_real(step) < HOPFORM_PREDICTION_real * x) {
             break;
         }
     }
@@ -545,9 +539,8 @@ typedef struct {
     propagator_real high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
-    bool monotone; /* all functions are, until the end of the phase: where they cross zero they do once */
     jet_real from[MOST_EVENT_FUNCTIONS_real];
-    jet_real to[MOST_EVENT_FUNCTIONS_real];
+    jet_real to; /* of the function that is looked at */
 } interval_real;
 
 static inline void end_interval_at_real(const event_set_real *set, interval_real *in, real t)
@@ -563,70 +556,78 @@ static inline bool has_crossed_real(const jet_real *to, real h, real rounding, b
     return (to->value < 0.0) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
-/* The far end of the interval, with the jets of all functions there. */
-static inline void look_there_real(const event_set_real *set, interval_real *in)
+/* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess; 2
+ * if it has not. Its jet there. */
+static inline real guessed_crossing_real(const event_function_real *g, const interval_real *in, const jet_real *from,
+                                         jet_real *to)
 {
-    for (int32_t n = 0; n < set->count; n++) {
-        in->to[n] = short_jet_at_real(&set->function[n], &in->high);
-    }
-}
-
-/* Where in (0, 1) of the interval function n, which is below zero at its end, has crossed zero, if it has: a guess; 2
- * if it has not. */
-static inline real guessed_crossing_real(const event_set_real *set, const interval_real *in, int32_t n)
-{
-    const event_function_real *g = &set->function[n];
-    const jet_real *to = &in->to[n];
     const real h = in->high.t - in->low;
-    if (!has_crossed_real(to, h, rounding_of_real(g, &in->high, to->rate), in->found < 0)) {
-        return 2.0;
-    }
-    const interpolant_real p = interpolant_of_real(&in->from[n], to, h);
-    return refined_root_real(&p, rough_root_real(&in->from[n], to, h));
+    const bool is_last = in->found < 0 && g->shape != DISTANCE_real;
+    *to = short_jet_at_real(g, &in->high);
+    return has_crossed_real(to, h, rounding_of_real(g, &in->high, to->rate), is_last) ? rough_root_real(from, to, h) : 2.0;
 }
 
-/* Ends the interval at the earliest root of the functions that have crossed zero by its end. */
-static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in)
+/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind. One
+ * that is monotone and has not crossed zero by then has not before. */
+static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape)
 {
+    uint32_t passed = 0;
     for (int32_t tries = 0; tries < MOST_TRIES_real; tries++) {
         int32_t first = -1;
         real share = 2.0;
+        jet_real first_to = {0.0, 0.0, 0.0, 0.0};
         for (int32_t n = 0; n < set->count; n++) {
-            in->to[n] = short_jet_at_real(&set->function[n], &in->high);
-            if (in->to[n].value < 0.0 && n != in->found) {
-                const real guess = guessed_crossing_real(set, in, n);
-                first = guess < share ? n : first;
-                share = guess < share ? guess : share;
+            const event_function_real *g = &set->function[n];
+            if (n == in->found || g->shape < shape || (passed >> n & 1u) != 0) {
+                continue;
+            }
+            if (value_at_real(g, &in->high) < 0.0) {
+                jet_real to;
+                const real guess = guessed_crossing_real(g, in, &in->from[n], &to);
+                if (guess < share) {
+                    first = n;
+                    share = guess;
+                    first_to = to;
+                }
+            } else {
+                passed |= g->shape == MONOTONE_real ? 1u << n : 0u;
             }
         }
         if (first < 0) {
             break;
         }
-        const real guess = in->low + (in->high.t - in->low) * share;
+        const real h = in->high.t - in->low;
+        const interpolant_real p = interpolant_of_real(&in->from[first], &first_to, h);
+        const real guess = in->low + h * refined_root_real(&p, share);
         locate_root_real(set->poles, &set->function[first], in->low, &in->high, guess);
         in->found = first;
     }
 }
 
-/* Two roots within rounding are at the same time, and the function that is listed first wins. */
+/* Two roots within rounding are at the same time, and the owner that comes first wins. */
 static inline void settle_ties_real(const event_set_real *set, interval_real *in)
 {
-    for (int32_t n = 0; n < in->found; n++) {
-        const jet_real *at = &in->to[n];
-        const real other = in->to[in->found].rate;
-        const real rounding = rounding_of_real(&set->function[n], &in->high, at->rate);
-        const real of_other = rounding_of_real(&set->function[in->found], &in->high, other);
-        if (at->rate * (in->high.t - in->low) < -16.0 * rounding
-            && (at->value - 4.0 * rounding) * fabs_real(other) < fabs_real(at->rate) * of_other) {
+    const event_function_real *found = &set->function[in->found];
+    const real other = rate_at_real(found, &in->high);
+    for (int32_t n = 0; set->function[n].owner < found->owner; n++) {
+        const event_function_real *g = &set->function[n];
+        const real rate = rate_at_real(g, &in->high);
+        const real rounding = rounding_of_real(g, &in->high, rate);
+        if (rate * (in->high.t - in->low) < -16.0 * rounding
+            && (value_at_real(g, &in->high) - 4.0 * rounding) * fabs_real(other)
+                   < fabs_real(rate) * rounding_of_real(found, &in->high, other)) {
             in->found = n;
+            return;
         }
     }
 }
 
-/* Whether a function crosses zero, and does not just touch it, at the time of the limit. */
-static inline bool crosses_at_limit_real(const jet_real *at, real rounding, real limit)
+/* Whether a function crosses zero at the end of the interval, the time of the limit, and does not just touch it. */
+static inline bool crosses_at_limit_real(const event_function_real *g, const propagator_real *at, real limit)
 {
-    return (at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate) & (at->rate * limit < -16.0 * rounding);
+    const real rate = rate_at_real(g, at);
+    return value_at_real(g, at) < -8.0 * HOPFORM_EPS_real * limit * rate
+           && rate * limit < -16.0 * rounding_of_real(g, at, rate);
 }
 
 /* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
@@ -643,11 +644,15 @@ static inline real deflated_real(const event_set_real *set, const event_function
 }
 
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
-static inline bool is_certified_real(const event_set_real *set, const interval_real *in, int32_t n)
+static inline bool is_certified_real(const event_set_real *set, interval_real *in, int32_t n)
 {
     const event_function_real *g = &set->function[n];
     const jet_real *from = &in->from[n];
-    const jet_real *to = &in->to[n];
+    jet_real *to = &in->to;
+    if (g->shape != MAY_TURN_real) {
+        return true;
+    }
+    *to = short_jet_at_real(g, &in->high);
     if (to->value < 0.0 && n != in->found && to->value < -rounding_of_real(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
@@ -672,7 +677,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
 {
     const event_function_real *g = &set->function[n];
     const jet_real *from = &in->from[n];
-    const jet_real *to = &in->to[n];
+    const jet_real *to = &in->to;
     const real h = in->high.t - in->low;
     const real d = deflated_real(set, g, from, in->low);
     const real d_then = deflated_real(set, g, to, in->high.t);
@@ -707,11 +712,8 @@ static inline bool find_first_root_real(const event_set_real *set, interval_real
             return false;
         }
         in->count++;
-        end_at_first_crossing_real(set, in);
+        end_at_first_crossing_real(set, in, MAY_TURN_real);
         certified = true;
-        if (in->monotone) {
-            break;
-        }
         for (int32_t n = 0; n < set->count && certified; n++) {
             certified = is_certified_real(set, in, n) || is_certified_inside_real(set, in, n);
         }
@@ -739,8 +741,9 @@ static inline real quiet_until_real(const event_set_real *set, const interval_re
     real quiet = HOPFORM_NEVER_real;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const real rounding = 16.0 * HOPFORM_EPS_real * fabs_real(set->function[n].start);
-        const real one = quiet_time_real(set, &in->from[n], rounding);
-        quiet = one < quiet ? one : quiet;
+        if (set->function[n].shape != DISTANCE_real) { /* one that is monotone is looked at where the interval ends */
+            quiet = hopform_lesser_real(quiet_time_real(set, &in->from[n], rounding), quiet);
+        }
     }
     return in->low + quiet;
 }

@@ -130,10 +130,10 @@ static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopfor
     }
     const hopform_numerator_real leg = hopform_contact_numerator_real(&plan->robot, motion);
     const event_function_real contact = {
-        leg.H3, leg.H2, leg.H1, 0.0, hopform_contact_of_real(&plan->robot, &passage->start), 0, 0};
-    const event_function_real velocity_1 = {motion->H3_1, motion->H2_1, motion->H1_1, 0.0, passage->start.v1, 0, 0};
-    const event_function_real velocity_2 = {motion->H3_2, motion->H2_2, motion->H1_2, 0.0, passage->start.v2, 0, 0};
-    const event_function_real compression = {motion->H3_y, motion->H2_y, motion->H1_y, 0.0, passage->start.y, 0, 0};
+        leg.H3, leg.H2, leg.H1, 0.0, hopform_contact_of_real(&plan->robot, &passage->start), 0, 0, MAY_TURN_real};
+    const event_function_real velocity_1 = {motion->H3_1, motion->H2_1, motion->H1_1, 0.0, passage->start.v1, 0, 0, MAY_TURN_real};
+    const event_function_real velocity_2 = {motion->H3_2, motion->H2_2, motion->H1_2, 0.0, passage->start.v2, 0, 0, MAY_TURN_real};
+    const event_function_real compression = {motion->H3_y, motion->H2_y, motion->H1_y, 0.0, passage->start.y, 0, 0, MAY_TURN_real};
     const hopform_node_real *node = hopform_node_of_real(plan, passage->side_1, passage->side_2);
     const event_set_real set = {passage->poles, node, 1, {contact}};
     const hopform_drive_real per_ampere = {plan->rates.a1_u, 0.0};
