@@ -49,7 +49,7 @@ def tables(precision: Precision) -> tuple[Table, ...]:
 
 def carry_order(precision: Precision) -> int:
     """Of the Taylor series that carries the propagator to a root."""
-    return 4 if precision == F32 else 8
+    return 4 if precision == F32 else 5
 
 
 def nodes(precision: Precision) -> int:

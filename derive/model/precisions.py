@@ -105,8 +105,8 @@ CONSTANTS = (
     Constant("TINY_UP", 2.0**24, 2.0**54, "scales a subnormal number up to a normal one"),
     Constant("TINY_DOWN", 2.0**-8, 2.0**-18, "scales its cube root back"),
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
-    Constant("POLISH", 1, 2, "steps of Newton's that correct a predicted root"),
-    Constant("CARRIED_SQUARE", _carried(F32, 4), _carried(F64, 8), "the square of a step, in rates, that a Taylor series carries exactly"),
+    Constant("POLISH", 1, 1, "steps of Newton's that correct a predicted root"),
+    Constant("CARRIED_SQUARE", _carried(F32, 4), _carried(F64, 5), "the square of a step, in rates, that a Taylor series carries exactly"),
     Constant("LANE_COUNT", 32, 32, "stances that are solved at a time"),
 )
 """Those of the C library, the limits among them."""
