@@ -652,11 +652,15 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
     if (g->shape != MAY_TURN_f32) {
         return true;
     }
+    const float d = deflated_f32(set, g, from, in->low);
+    const bool falls = d < 0.0f;
+    if (falls ? rate_at_f32(g, &in->high) < 0.0f : !(from->rate < 0.0f)) {
+        return true; /* rule 2, by what is cheap of it */
+    }
     *to = short_jet_at_f32(g, &in->high);
     if (to->value < 0.0f && n != in->found && to->value < -rounding_of_f32(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
-    const float d = deflated_f32(set, g, from, in->low);
     const float d_then = deflated_f32(set, g, to, in->high.t);
     if (has_no_root_f32(from, d, to, d_then)) {
         return true;

@@ -652,11 +652,15 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
     if (g->shape != MAY_TURN_f64) {
         return true;
     }
+    const double d = deflated_f64(set, g, from, in->low);
+    const bool falls = d < 0.0;
+    if (falls ? rate_at_f64(g, &in->high) < 0.0 : !(from->rate < 0.0)) {
+        return true; /* rule 2, by what is cheap of it */
+    }
     *to = short_jet_at_f64(g, &in->high);
     if (to->value < 0.0 && n != in->found && to->value < -rounding_of_f64(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
-    const double d = deflated_f64(set, g, from, in->low);
     const double d_then = deflated_f64(set, g, to, in->high.t);
     if (has_no_root_f64(from, d, to, d_then)) {
         return true;

@@ -825,9 +825,8 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
     }
     const real others = fabs_real(stance->duration) + fabs_real(stance->apex) + fabs_real(stance->aed);
     if (!is_finite_state_real(end) || !(others - stance->start_loss <= HOPFORM_NEVER_real)) {
-        const hopform_stance_real zero = {0};
-        *stance = zero;
-        return HOPFORM_ERROR_NUMBERS;
+        const hopform_memory_real written = hopform_array_real(stance, 1, sizeof *stance);
+        return hopform_refuse_real(HOPFORM_ERROR_NUMBERS, &written, 1);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

@@ -652,11 +652,15 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
     if (g->shape != MAY_TURN_real) {
         return true;
     }
+    const real d = deflated_real(set, g, from, in->low);
+    const bool falls = d < 0.0;
+    if (falls ? rate_at_real(g, &in->high) < 0.0 : !(from->rate < 0.0)) {
+        return true; /* rule 2, by what is cheap of it */
+    }
     *to = short_jet_at_real(g, &in->high);
     if (to->value < 0.0 && n != in->found && to->value < -rounding_of_real(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
-    const real d = deflated_real(set, g, from, in->low);
     const real d_then = deflated_real(set, g, to, in->high.t);
     if (has_no_root_real(from, d, to, d_then)) {
         return true;
