@@ -214,6 +214,10 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "options": options,
         "model": options.model,
         "contact_is_compression": int(contact.is_compression(options.model)),
+        "by_index": [
+            (made.record(name), by, len(made.record(name).quantities))
+            for name, by in (("State", "axis"), ("Drive", "element"), ("Free", "element"), ("Friction", "element"))
+        ],
         "is_coupled": int(modes.is_coupled(options.model)),
         "leg_has_damper": int(contact.has_damper(options.model)),
         "is_fixed": {name: int(name in options.model.fixed) for name in FIXED},

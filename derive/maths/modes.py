@@ -13,7 +13,7 @@ it ends at the first of
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, Steps, function
+from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 
@@ -33,6 +33,18 @@ def is_coupled(model: Model) -> bool:
 def friction_of(model: Model) -> Steps:
     """Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force."""
     return tuple(Step(name, f, "(3), (4)") for name, f in zip(FRICTION.symbols, model.levels, strict=True))
+
+
+@function(takes=(ROBOT, STATE.quantities[1]), returns=scalar("stop_energy", "J", "energy lost at a stop"))
+def stop_energy() -> Steps:
+    """Energy that the actuator loses at a stop, which is inelastic."""
+    yield Step(sp.Symbol("stop_energy", real=True), m_eff * v1**2 / 2, "kinetic energy")
+
+
+@function(takes=(STATE,), returns=scalar("rate_y", "m/s", "rate of the compression"))
+def compression_rate() -> Steps:
+    """Rate of the compression."""
+    yield Step(sp.Symbol("rate_y", real=True), v1 - v2, "(3), (4)")
 
 
 @function(takes=(RATES, STATE, CURRENT), returns=FREE)

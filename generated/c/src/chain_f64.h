@@ -22,7 +22,7 @@ typedef struct {
     int32_t step;
     double horizon;
     double t;
-    hopform_axes_f64 at;
+    hopform_state_by_axis_f64 at;
     double from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     double from_upper;
     int side[HOPFORM_ELEMENTS];
@@ -51,6 +51,21 @@ static inline double current_of_chain_f64(const stance_chain_f64 *chain)
 
 /* ---- the hold rule ---- */
 
+/* Level of friction of an element. */
+static inline double level_of_f64(const hopform_robot_f64 *robot, int element)
+{
+    hopform_friction_by_element_f64 levels;
+    levels.named = hopform_friction_of_f64(robot);
+    return levels.of[element];
+}
+
+/* Numerator of the free acceleration of an element that is held. */
+static inline hopform_numerator_f64 free_numerator_f64(const hopform_rates_f64 *rates, int element,
+                                                         const hopform_motion_f64 *motion)
+{
+    return element == 0 ? hopform_free_numerator_1_f64(rates, motion) : hopform_free_numerator_2_f64(rates, motion);
+}
+
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element, int side)
 {
@@ -58,7 +73,7 @@ static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element
     if (element != HOPFORM_STOPPED_ELEMENT) {
         return HOPFORM_IS_FIXED(element);
     }
-    const bool locked = !(hopform_lower_stop_f64(robot) < hopform_upper_stop_f64(robot));
+    const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
@@ -75,8 +90,8 @@ static inline hopform_numerators_f64 numerators_f64(const stance_chain_f64 *chai
 {
     const hopform_drive_by_element_f64 drive = drive_of_chain_f64(chain, side);
     hopform_numerators_f64 made;
-    made.motion =
-        hopform_motion_under_f64(&chain->plan->rates, &drive.named, &chain->at.state, side[0], side[1]);
+    made.named =
+        hopform_motion_under_f64(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
@@ -85,7 +100,7 @@ static inline double drift_of_free_f64(const stance_chain_f64 *chain, int elemen
 {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const hopform_numerators_f64 motion = numerators_f64(chain, side);
-    const hopform_numerator_f64 free = hopform_free_numerator_f64(&chain->plan->rates, element, &motion);
+    const hopform_numerator_f64 free = free_numerator_f64(&chain->plan->rates, element, &motion.named);
     if (fabs_f64(free.H3) > 0.0) {
         return free.H3;
     }
@@ -102,9 +117,9 @@ static inline hopform_free_by_element_f64 free_of_f64(const stance_chain_f64 *ch
 /* Where an element at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
 static inline int direction_f64(const stance_chain_f64 *chain, int element)
 {
-    const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.state);
+    const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
     const double acceleration = chain->alone == element ? chain->free : free.of[element];
-    const double friction = hopform_level_f64(&chain->plan->robot, element);
+    const double friction = level_of_f64(&chain->plan->robot, element);
     double goes = hopform_goes_f64(acceleration, friction);
     if (!(fabs_f64(acceleration) < friction) && !(fabs_f64(goes) > 0.0)) {
         const double drift = drift_of_free_f64(chain, element);
@@ -178,13 +193,13 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
     if (!open[0] && !open[1]) {
         return;
     }
-    const hopform_numerator_f64 h = hopform_free_numerator_f64(&chain->plan->rates, element, &chain->motion);
+    const hopform_numerator_f64 h = free_numerator_f64(&chain->plan->rates, element, &chain->motion.named);
     const double drift = fabs_f64(h.H3) > 0.0 ? h.H3 : h.H2;
     for (int side = -1; side <= 1; side += 2) {
         const double sign = (double)side;
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
-            const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.state);
-            const double level = sign * hopform_level_f64(&chain->plan->robot, element);
+            const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
+            const double level = sign * level_of_f64(&chain->plan->robot, element);
             add_event_function_f64(set, &h, free.of[element] - level, -sign, ELEMENT_f64 + element, shape)->side = side;
         }
     }
@@ -205,7 +220,7 @@ static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *se
     }
     const double away = -(double)chain->side[HOPFORM_STOPPED_ELEMENT];
     const hopform_numerator_f64 *h = &chain->motion.of.position;
-    const hopform_numerator_f64 first = {chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
+    const hopform_numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f64 *stop = add_event_function_f64(set, &first, away * gap, away,
                                                         ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, DISTANCE_f64);
     stop->H0 = away * h->H1;
@@ -215,7 +230,7 @@ static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *se
  * velocity does: its first zero is known however far it has faded by then. */
 static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain)
 {
-    const double *at = chain->at.axis;
+    const double *at = chain->at.of;
     const int *side = chain->side;
     event_set_f64 *set = &events->set;
     const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, side[0], side[1]);
@@ -231,10 +246,10 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     events->rests = NO_OWNER_f64;
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0)
                        && !(fabs_f64(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = hopform_compression_may_fall_f64(side) || compression < 0.0; /* else it rises, from 0 on */
+    const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &chain->motion.motion);
-        add_event_function_f64(set, &leg, hopform_contact_of_f64(&chain->plan->robot, &chain->at.state), 1.0,
+        const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &chain->motion.named);
+        add_event_function_f64(set, &leg, hopform_contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0,
                                 CONTACT_f64, shape);
     }
     add_stop_f64(chain, set);
@@ -289,11 +304,11 @@ static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopf
     if (!is_late_f64(basis)) {
         return 0.0;
     }
-    hopform_axes_f64 steady = {{0.0, 0.0, 0.0, 0.0}};
+    hopform_state_by_axis_f64 steady = {{0.0, 0.0, 0.0, 0.0}};
     const hopform_motion_f64 from_slack = hopform_motion_of_f64(
-        chain->plan, &steady.state, current_of_chain_f64(chain), chain->side[0], chain->side[1]);
-    steady.axis[HOPFORM_COMPRESSION_AXIS] = hopform_settled_y_f64(poles, from_slack.H2_y, from_slack.H1_y);
-    const double settled = hopform_contact_of_f64(&chain->plan->robot, &steady.state);
+        chain->plan, &steady.named, current_of_chain_f64(chain), chain->side[0], chain->side[1]);
+    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_y_f64(poles, from_slack.H2_y, from_slack.H1_y);
+    const double settled = hopform_contact_of_f64(&chain->plan->robot, &steady.named);
     return steady_state_correction_f64(poles, leg, settled, basis, t);
 }
 
@@ -471,7 +486,7 @@ static inline void stance_find_end_f64(const stance_chain_f64 *chain, stance_sea
 static inline hopform_phase_f64 phase_of_chain_f64(const stance_chain_f64 *chain, int event)
 {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
-    const double *at = chain->at.axis;
+    const double *at = chain->at.of;
     const hopform_phase_f64 phase = {chain->t, at[0], at[1], at[2], at[3], (int8_t)mode, (int8_t)event,
                                       (uint16_t)chain->step};
     return phase;
@@ -494,12 +509,12 @@ static inline void stance_record_f64(stance_chain_f64 *chain, int event)
 static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, bool stops, bool touches)
 {
     const int before = chain->side[element];
-    chain->at.axis[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
+    chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
-        const double lower = hopform_lower_stop_f64(&chain->plan->robot);
-        const double upper = hopform_upper_stop_f64(&chain->plan->robot);
+        const double lower = chain->plan->robot.HOPFORM_LOWER_STOP;
+        const double upper = chain->plan->robot.HOPFORM_UPPER_STOP;
         const double stop = before > 0 ? upper : lower;
-        chain->at.axis[HOPFORM_POSITION_AXIS] = stop;
+        chain->at.of[HOPFORM_POSITION_AXIS] = stop;
         chain->from_lower = stop - lower;
         chain->from_upper = stop - upper;
     }
@@ -536,11 +551,11 @@ static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const ho
 {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f64 *rates = &chain->plan->rates;
-    if (hopform_level_f64(&chain->plan->robot, element) > 0.0 || fabs_f64(rates->a1_v1) > 0.0) {
+    if (level_of_f64(&chain->plan->robot, element) > 0.0 || fabs_f64(rates->a1_v1) > 0.0) {
         return;
     }
-    const hopform_free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.state);
-    const double by_spring = rates->a1_y * chain->at.axis[HOPFORM_COMPRESSION_AXIS];
+    const hopform_free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
+    const double by_spring = rates->a1_y * chain->at.of[HOPFORM_COMPRESSION_AXIS];
     if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * fabs_f64(by_spring))) {
         return;
     }
@@ -565,7 +580,7 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
         const hopform_numerator_f64 *h = &chain->motion.of.velocity[element];
         chain->alone = element;
         chain->free = hopform_free_after_motion_f64((double)chain->side[element],
-                                                     hopform_level_f64(&chain->plan->robot, element), h->H3, h->H2,
+                                                     level_of_f64(&chain->plan->robot, element), h->H3, h->H2,
                                                      &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
         keep_faint_acceleration_f64(chain, &end->in.high.basis);
@@ -576,13 +591,13 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
  * it is. */
 static inline void stance_arrive_f64(stance_chain_f64 *chain, const hopform_basis_f64 *basis)
 {
-    hopform_axes_f64 from_zero = chain->at;
-    from_zero.axis[HOPFORM_POSITION_AXIS] = 0.0;
-    hopform_axes_f64 moved;
-    moved.state =
-        hopform_arrive_f64(&from_zero.state, &chain->motion.motion, basis, chain->side[0], chain->side[1]);
-    const double way = moved.axis[HOPFORM_POSITION_AXIS];
-    moved.axis[HOPFORM_POSITION_AXIS] = chain->at.axis[HOPFORM_POSITION_AXIS] + way;
+    hopform_state_by_axis_f64 from_zero = chain->at;
+    from_zero.of[HOPFORM_POSITION_AXIS] = 0.0;
+    hopform_state_by_axis_f64 moved;
+    moved.named =
+        hopform_arrive_f64(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    const double way = moved.of[HOPFORM_POSITION_AXIS];
+    moved.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_POSITION_AXIS] + way;
     chain->from_lower += way;
     chain->from_upper += way;
     chain->at = moved;
@@ -593,11 +608,11 @@ static inline void stance_begin_phase_f64(stance_chain_f64 *chain)
 {
     const int element = chain->alone;
     chain->drive = drive_of_chain_f64(chain, chain->side);
-    chain->motion.motion = hopform_motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.state,
+    chain->motion.named = hopform_motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named,
                                                      chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
-        const double level = (double)chain->side[element] * hopform_level_f64(&chain->plan->robot, element);
-        hopform_go_on_f64(&chain->motion.motion, element + 1, chain->side[1 - element] == 0, chain->free - level);
+        const double level = (double)chain->side[element] * level_of_f64(&chain->plan->robot, element);
+        hopform_go_on_f64(&chain->motion.named, element + 1, chain->side[1 - element] == 0, chain->free - level);
     }
 }
 
@@ -631,32 +646,32 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
  * negative. */
 static inline bool leaves_at_once_f64(const stance_chain_f64 *chain)
 {
-    const double contact = hopform_contact_of_f64(&chain->plan->robot, &chain->at.state);
+    const double contact = hopform_contact_of_f64(&chain->plan->robot, &chain->at.named);
     if (HOPFORM_FOOT_IS_FIXED) {
         return false;
     }
-    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && hopform_compression_rate_f64(&chain->at.state) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && hopform_compression_rate_f64(&chain->at.named) > 0.0;
     if (fabs_f64(contact) > 0.0 || rises) {
         return contact < 0.0;
     }
     const hopform_numerators_f64 motion = numerators_f64(chain, chain->side);
-    const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &motion.motion);
+    const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &motion.named);
     const double first = fabs_f64(leg.H3) > 0.0 ? leg.H3 : leg.H2;
     return fabs_f64(first) > 0.0 ? first < 0.0 : leg.H1 < 0.0;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
-static inline void show_phase_f64(const stance_chain_f64 *chain, const hopform_axes_f64 *start, double length,
+static inline void show_phase_f64(const stance_chain_f64 *chain, const hopform_state_by_axis_f64 *start, double length,
                                    const hopform_basis_f64 *end)
 {
     if (chain->follow != NULL) {
         const hopform_passage_f64 passage = {
             hopform_poles_of_f64(chain->plan, chain->side[0], chain->side[1]),
-            &chain->motion.motion,
+            &chain->motion.named,
             end,
             length,
-            start->state,
-            chain->at.state,
+            start->named,
+            chain->at.named,
             chain->side[0],
             chain->side[1],
             chain->event,
@@ -693,7 +708,7 @@ static inline int32_t ending_before_phase_f64(stance_chain_f64 *chain)
 static inline int32_t stance_begin_f64(stance_chain_f64 *chain)
 {
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        double *velocity = &chain->at.axis[HOPFORM_VELOCITY_AXIS(element)];
+        double *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
         chain->side[element] = (int)hopform_goes_f64(*velocity, 0.0);
         if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
             && stance_blocked_f64(chain, element, chain->side[element])) {
@@ -711,7 +726,7 @@ static inline int32_t stance_begin_f64(stance_chain_f64 *chain)
 static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance_search_f64 *end)
 {
     const double until = end_of_step_f64(chain);
-    const hopform_axes_f64 start = chain->at;
+    const hopform_state_by_axis_f64 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f64 && end->certified;
     const double length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
@@ -719,7 +734,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     show_phase_f64(chain, &start, length, &end->in.high.basis);
     chain->t = passes ? until : chain->t + length;
     if (end->owner == CONTACT_f64) {
-        double *compression = &chain->at.axis[HOPFORM_COMPRESSION_AXIS];
+        double *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS];
         *compression = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : *compression;
         return HOPFORM_ENDING_TAKEOFF;
     }
@@ -731,7 +746,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     }
     stance_pass_f64(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
-        && hopform_contact_of_f64(&chain->plan->robot, &chain->at.state) < 0.0) {
+        && hopform_contact_of_f64(&chain->plan->robot, &chain->at.named) < 0.0) {
         show_ending_f64(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
@@ -742,11 +757,11 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
 
 static inline bool is_finite_state_f64(const hopform_state_f64 *state)
 {
-    hopform_axes_f64 at;
-    at.state = *state;
+    hopform_state_by_axis_f64 at;
+    at.named = *state;
     double sum = 0.0;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
-        sum += fabs_f64(at.axis[axis]);
+        sum += fabs_f64(at.of[axis]);
     }
     return sum <= HOPFORM_NEVER_f64;
 }
@@ -755,18 +770,18 @@ static inline bool is_finite_state_f64(const hopform_state_f64 *state)
 static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start, double horizon,
                                          int32_t max_phases)
 {
-    hopform_axes_f64 at;
-    at.state = *start;
-    const double position = at.axis[HOPFORM_POSITION_AXIS];
+    hopform_state_by_axis_f64 at;
+    at.named = *start;
+    const double position = at.of[HOPFORM_POSITION_AXIS];
     bool fixed = true;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_f64(at.axis[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
+        fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_f64(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
     if (!is_finite_state_f64(start) || !fixed
-        || !(position >= hopform_lower_stop_f64(robot) && position <= hopform_upper_stop_f64(robot))) {
+        || !(position >= robot->HOPFORM_LOWER_STOP && position <= robot->HOPFORM_UPPER_STOP)) {
         return HOPFORM_ERROR_STATE;
     }
-    if (!HOPFORM_FOOT_IS_FIXED && at.axis[HOPFORM_COMPRESSION_AXIS] < 0.0) {
+    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) {
         return HOPFORM_ERROR_EXTENDED;
     }
     const bool ends = horizon > 0.0 && horizon <= HOPFORM_NEVER_f64 && max_phases >= 1;
@@ -785,9 +800,9 @@ static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_
     chain->step = 0;
     chain->horizon = horizon;
     chain->t = 0.0;
-    chain->at.state = *start;
-    chain->from_lower = chain->at.axis[HOPFORM_POSITION_AXIS] - hopform_lower_stop_f64(&plan->robot);
-    chain->from_upper = chain->at.axis[HOPFORM_POSITION_AXIS] - hopform_upper_stop_f64(&plan->robot);
+    chain->at.named = *start;
+    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_LOWER_STOP;
+    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_UPPER_STOP;
     chain->just_switched = NO_ELEMENT_f64;
     chain->alone = NO_ELEMENT_f64;
     chain->free = 0.0;
@@ -809,8 +824,8 @@ static inline int32_t stance_report_f64(const stance_chain_f64 *chain, const hop
                                          int32_t ending, hopform_stance_f64 *stance)
 {
     const hopform_robot_f64 *robot = &chain->plan->robot;
-    const hopform_state_f64 *end = &chain->at.state;
-    const hopform_at_f64 at = {chain->at.axis[0], chain->at.axis[1], chain->at.axis[2], chain->at.axis[3]};
+    const hopform_state_f64 *end = &chain->at.named;
+    const hopform_at_f64 at = {chain->at.of[0], chain->at.of[1], chain->at.of[2], chain->at.of[3]};
     stance->duration = chain->t;
     stance->end = *end;
     stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_f64(robot, start, &at);
@@ -821,7 +836,7 @@ static inline int32_t stance_report_f64(const stance_chain_f64 *chain, const hop
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0;
     if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f64(robot) > 0.0) {
-        stance->apex = hopform_apex_f64(robot, end);
+        stance->apex = hopform_apex_of_end_f64(robot, end);
     }
     const double others = fabs_f64(stance->duration) + fabs_f64(stance->apex) + fabs_f64(stance->aed);
     if (!is_finite_state_f64(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f64)) {

@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "ef49ef7e5c33caa1"
+#define HOPFORM_SOURCE "8748a6fb285f79e8"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -20,14 +20,17 @@
 #define HOPFORM_BODY_IS_FIXED 0
 
 /* Elements, which slip or are held, in the order in which they win a tie: how many, axes of the state, the element whose
- * position has stops, whether the velocity of one acts on another, whether the ground holds one, and what an event of one
- * is. */
+ * position has stops, and these, whether the compression may fall while each keeps its side, whether the velocity of one
+ * acts on another, whether the ground holds one, and what an event of one is. */
 #define HOPFORM_ELEMENTS 2
 #define HOPFORM_AXES 4
 #define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)
 #define HOPFORM_POSITION_AXIS 0
 #define HOPFORM_COMPRESSION_AXIS 3
 #define HOPFORM_STOPPED_ELEMENT 0
+#define HOPFORM_LOWER_STOP x1_min
+#define HOPFORM_UPPER_STOP x1_max
+#define HOPFORM_COMPRESSION_MAY_FALL(side) ((side)[0] < 0 || (side)[1] > 0)
 #define HOPFORM_IS_COUPLED 0
 #define HOPFORM_IS_FIXED(element) (HOPFORM_BODY_IS_FIXED && (element) == 1)
 #define HOPFORM_EVENT_REVERSES(element) (1 + 4 * (element))

@@ -382,6 +382,22 @@ static inline hopform_friction_f32 hopform_friction_of_f32(const hopform_robot_f
     return result;
 }
 
+/* Energy that the actuator loses at a stop, which is inelastic. */
+static inline float hopform_stop_energy_f32(const hopform_robot_f32 *robot, float v1)
+{
+    const float m_eff = robot->m_eff;
+    const float stop_energy = 0.5f*m_eff*v1*v1;  /* kinetic energy */
+    return stop_energy;
+}
+
+/* Rate of the compression. */
+static inline float hopform_compression_rate_f32(const hopform_state_f32 *state)
+{
+    const float v1 = state->v1, v2 = state->v2;
+    const float rate_y = v1 - v2;  /* (3), (4) */
+    return rate_y;
+}
+
 /* Free accelerations of both masses. */
 static inline hopform_free_f32 hopform_free_accelerations_f32(const hopform_rates_f32 *rates,
     const hopform_state_f32 *state,
@@ -728,6 +744,16 @@ static inline float hopform_apex_of_takeoff_f32(const hopform_robot_f32 *robot, 
 {
     const float g = robot->g;
     const float apex = x1 + 0.5f*v_up*v_up/g - y;  /* apex of the ballistic flight */
+    return apex;
+}
+
+/* Hop height of the apex after a take-off in a state; a body that moves down has its apex there. */
+static inline float hopform_apex_of_end_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+{
+    const float g = robot->g;
+    const float x1 = state->x1, v2 = state->v2, y = state->y;
+    const float v_up = 0.5f*fabs_f32(v2) + 0.5f*v2;  /* upwards */
+    const float apex = x1 + 0.5f*v_up*v_up/g - y;    /* apex of the ballistic flight */
     return apex;
 }
 

@@ -382,6 +382,22 @@ static inline hopform_friction_f64 hopform_friction_of_f64(const hopform_robot_f
     return result;
 }
 
+/* Energy that the actuator loses at a stop, which is inelastic. */
+static inline double hopform_stop_energy_f64(const hopform_robot_f64 *robot, double v1)
+{
+    const double m_eff = robot->m_eff;
+    const double stop_energy = 0.5*m_eff*v1*v1;  /* kinetic energy */
+    return stop_energy;
+}
+
+/* Rate of the compression. */
+static inline double hopform_compression_rate_f64(const hopform_state_f64 *state)
+{
+    const double v1 = state->v1, v2 = state->v2;
+    const double rate_y = v1 - v2;  /* (3), (4) */
+    return rate_y;
+}
+
 /* Free accelerations of both masses. */
 static inline hopform_free_f64 hopform_free_accelerations_f64(const hopform_rates_f64 *rates,
     const hopform_state_f64 *state,
@@ -728,6 +744,16 @@ static inline double hopform_apex_of_takeoff_f64(const hopform_robot_f64 *robot,
 {
     const double g = robot->g;
     const double apex = x1 + 0.5*v_up*v_up/g - y;  /* apex of the ballistic flight */
+    return apex;
+}
+
+/* Hop height of the apex after a take-off in a state; a body that moves down has its apex there. */
+static inline double hopform_apex_of_end_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+{
+    const double g = robot->g;
+    const double x1 = state->x1, v2 = state->v2, y = state->y;
+    const double v_up = 0.5*fabs_f64(v2) + 0.5*v2;  /* upwards */
+    const double apex = x1 + 0.5*v_up*v_up/g - y;    /* apex of the ballistic flight */
     return apex;
 }
 

@@ -166,6 +166,27 @@ def friction_of(robot: Robot) -> Friction:
     return Friction(level_1, level_2)
 
 
+def stop_energy(robot: Robot, v1: Real) -> Real:
+    """Energy that the actuator loses at a stop, which is inelastic.
+
+    v1 [m/s] velocity of the actuator.
+    Returns stop_energy [J], energy lost at a stop.
+    """
+    m_eff = robot.m_eff
+    stop_energy = 0.5*m_eff*v1*v1  # kinetic energy
+    return stop_energy
+
+
+def compression_rate(state: LegState) -> Real:
+    """Rate of the compression.
+
+    Returns rate_y [m/s], rate of the compression.
+    """
+    v1, v2 = state.v1, state.v2
+    rate_y = v1 - v2  # (3), (4)
+    return rate_y
+
+
 def free_accelerations(rates: Rates, state: LegState, u: Real) -> Free:
     """Free accelerations of both masses.
 
@@ -511,6 +532,18 @@ def apex_of_takeoff(robot: Robot, x1: Real, y: Real, v_up: Real) -> Real:
     Returns apex [m], hop height of the apex.
     """
     g = robot.g
+    apex = x1 + 0.5*v_up*v_up/g - y  # apex of the ballistic flight
+    return apex
+
+
+def apex_of_end(robot: Robot, state: LegState) -> Real:
+    """Hop height of the apex after a take-off in a state; a body that moves down has its apex there.
+
+    Returns apex [m], hop height of the apex.
+    """
+    g = robot.g
+    x1, v2, y = state.x1, state.v2, state.y
+    v_up = 0.5*fabs(v2) + 0.5*v2     # upwards
     apex = x1 + 0.5*v_up*v_up/g - y  # apex of the ballistic flight
     return apex
 

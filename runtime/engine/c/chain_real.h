@@ -22,7 +22,7 @@ typedef struct {
     int32_t step;
     real horizon;
     real t;
-    hopform_axes_real at;
+    hopform_state_by_axis_real at;
     real from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     real from_upper;
     int side[HOPFORM_ELEMENTS];
@@ -51,6 +51,21 @@ static inline real current_of_chain_real(const stance_chain_real *chain)
 
 /* ---- the hold rule ---- */
 
+/* Level of friction of an element. */
+static inline real level_of_real(const hopform_robot_real *robot, int element)
+{
+    hopform_friction_by_element_real levels;
+    levels.named = hopform_friction_of_real(robot);
+    return levels.of[element];
+}
+
+/* Numerator of the free acceleration of an element that is held. */
+static inline hopform_numerator_real free_numerator_real(const hopform_rates_real *rates, int element,
+                                                         const hopform_motion_real *motion)
+{
+    return element == 0 ? hopform_free_numerator_1_real(rates, motion) : hopform_free_numerator_2_real(rates, motion);
+}
+
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_real(const stance_chain_real *chain, int element, int side)
 {
@@ -58,7 +73,7 @@ static inline bool stance_blocked_real(const stance_chain_real *chain, int eleme
     if (element != HOPFORM_STOPPED_ELEMENT) {
         return HOPFORM_IS_FIXED(element);
     }
-    const bool locked = !(hopform_lower_stop_real(robot) < hopform_upper_stop_real(robot));
+    const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
@@ -75,8 +90,8 @@ static inline hopform_numerators_real numerators_real(const stance_chain_real *c
 {
     const hopform_drive_by_element_real drive = drive_of_chain_real(chain, side);
     hopform_numerators_real made;
-    made.motion =
-        hopform_motion_under_real(&chain->plan->rates, &drive.named, &chain->at.state, side[0], side[1]);
+    made.named =
+        hopform_motion_under_real(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
@@ -85,7 +100,7 @@ static inline real drift_of_free_real(const stance_chain_real *chain, int elemen
 {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const hopform_numerators_real motion = numerators_real(chain, side);
-    const hopform_numerator_real free = hopform_free_numerator_real(&chain->plan->rates, element, &motion);
+    const hopform_numerator_real free = free_numerator_real(&chain->plan->rates, element, &motion.named);
     if (fabs_real(free.H3) > 0.0) {
         return free.H3;
     }
@@ -102,9 +117,9 @@ static inline hopform_free_by_element_real free_of_real(const stance_chain_real 
 /* Where an element at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
 static inline int direction_real(const stance_chain_real *chain, int element)
 {
-    const hopform_free_by_element_real free = free_of_real(chain, &chain->at.state);
+    const hopform_free_by_element_real free = free_of_real(chain, &chain->at.named);
     const real acceleration = chain->alone == element ? chain->free : free.of[element];
-    const real friction = hopform_level_real(&chain->plan->robot, element);
+    const real friction = level_of_real(&chain->plan->robot, element);
     real goes = hopform_goes_real(acceleration, friction);
     if (!(fabs_real(acceleration) < friction) && !(fabs_real(goes) > 0.0)) {
         const real drift = drift_of_free_real(chain, element);
@@ -178,13 +193,13 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
     if (!open[0] && !open[1]) {
         return;
     }
-    const hopform_numerator_real h = hopform_free_numerator_real(&chain->plan->rates, element, &chain->motion);
+    const hopform_numerator_real h = free_numerator_real(&chain->plan->rates, element, &chain->motion.named);
     const real drift = fabs_real(h.H3) > 0.0 ? h.H3 : h.H2;
     for (int side = -1; side <= 1; side += 2) {
         const real sign = (real)side;
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
-            const hopform_free_by_element_real free = free_of_real(chain, &chain->at.state);
-            const real level = sign * hopform_level_real(&chain->plan->robot, element);
+            const hopform_free_by_element_real free = free_of_real(chain, &chain->at.named);
+            const real level = sign * level_of_real(&chain->plan->robot, element);
             add_event_function_real(set, &h, free.of[element] - level, -sign, ELEMENT_real + element, shape)->side = side;
         }
     }
@@ -205,7 +220,7 @@ static inline void add_stop_real(const stance_chain_real *chain, event_set_real 
     }
     const real away = -(real)chain->side[HOPFORM_STOPPED_ELEMENT];
     const hopform_numerator_real *h = &chain->motion.of.position;
-    const hopform_numerator_real first = {chain->at.axis[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
+    const hopform_numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_real *stop = add_event_function_real(set, &first, away * gap, away,
                                                         ELEMENT_real + HOPFORM_STOPPED_ELEMENT, DISTANCE_real);
     stop->H0 = away * h->H1;
@@ -215,7 +230,7 @@ static inline void add_stop_real(const stance_chain_real *chain, event_set_real 
  * velocity does: its first zero is known however far it has faded by then. */
 static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain)
 {
-    const real *at = chain->at.axis;
+    const real *at = chain->at.of;
     const int *side = chain->side;
     event_set_real *set = &events->set;
     const hopform_poles_real *poles = hopform_poles_of_real(chain->plan, side[0], side[1]);
@@ -231,10 +246,10 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     events->rests = NO_OWNER_real;
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0)
                        && !(fabs_real(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = hopform_compression_may_fall_real(side) || compression < 0.0; /* else it rises, from 0 on */
+    const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &chain->motion.motion);
-        add_event_function_real(set, &leg, hopform_contact_of_real(&chain->plan->robot, &chain->at.state), 1.0,
+        const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &chain->motion.named);
+        add_event_function_real(set, &leg, hopform_contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
                                 CONTACT_real, shape);
     }
     add_stop_real(chain, set);
@@ -289,11 +304,11 @@ static inline real later_takeoff_real(const stance_chain_real *chain, const hopf
     if (!is_late_real(basis)) {
         return 0.0;
     }
-    hopform_axes_real steady = {{0.0, 0.0, 0.0, 0.0}};
+    hopform_state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
     const hopform_motion_real from_slack = hopform_motion_of_real(
-        chain->plan, &steady.state, current_of_chain_real(chain), chain->side[0], chain->side[1]);
-    steady.axis[HOPFORM_COMPRESSION_AXIS] = hopform_settled_y_real(poles, from_slack.H2_y, from_slack.H1_y);
-    const real settled = hopform_contact_of_real(&chain->plan->robot, &steady.state);
+        chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0], chain->side[1]);
+    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_y_real(poles, from_slack.H2_y, from_slack.H1_y);
+    const real settled = hopform_contact_of_real(&chain->plan->robot, &steady.named);
     return steady_state_correction_real(poles, leg, settled, basis, t);
 }
 
@@ -471,7 +486,7 @@ static inline void stance_find_end_real(const stance_chain_real *chain, stance_s
 static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *chain, int event)
 {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
-    const real *at = chain->at.axis;
+    const real *at = chain->at.of;
     const hopform_phase_real phase = {chain->t, at[0], at[1], at[2], at[3], (int8_t)mode, (int8_t)event,
                                       (uint16_t)chain->step};
     return phase;
@@ -494,12 +509,12 @@ static inline void stance_record_real(stance_chain_real *chain, int event)
 static inline void end_of_velocity_real(stance_chain_real *chain, int element, bool stops, bool touches)
 {
     const int before = chain->side[element];
-    chain->at.axis[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
+    chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
-        const real lower = hopform_lower_stop_real(&chain->plan->robot);
-        const real upper = hopform_upper_stop_real(&chain->plan->robot);
+        const real lower = chain->plan->robot.HOPFORM_LOWER_STOP;
+        const real upper = chain->plan->robot.HOPFORM_UPPER_STOP;
         const real stop = before > 0 ? upper : lower;
-        chain->at.axis[HOPFORM_POSITION_AXIS] = stop;
+        chain->at.of[HOPFORM_POSITION_AXIS] = stop;
         chain->from_lower = stop - lower;
         chain->from_upper = stop - upper;
     }
@@ -536,11 +551,11 @@ static inline void keep_faint_acceleration_real(stance_chain_real *chain, const 
 {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = &chain->plan->rates;
-    if (hopform_level_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->a1_v1) > 0.0) {
+    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->a1_v1) > 0.0) {
         return;
     }
-    const hopform_free_by_element_real at_rest = free_of_real(chain, &chain->at.state);
-    const real by_spring = rates->a1_y * chain->at.axis[HOPFORM_COMPRESSION_AXIS];
+    const hopform_free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
+    const real by_spring = rates->a1_y * chain->at.of[HOPFORM_COMPRESSION_AXIS];
     if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * fabs_real(by_spring))) {
         return;
     }
@@ -565,7 +580,7 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
         const hopform_numerator_real *h = &chain->motion.of.velocity[element];
         chain->alone = element;
         chain->free = hopform_free_after_motion_real((real)chain->side[element],
-                                                     hopform_level_real(&chain->plan->robot, element), h->H3, h->H2,
+                                                     level_of_real(&chain->plan->robot, element), h->H3, h->H2,
                                                      &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
         keep_faint_acceleration_real(chain, &end->in.high.basis);
@@ -576,13 +591,13 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
  * it is. */
 static inline void stance_arrive_real(stance_chain_real *chain, const hopform_basis_real *basis)
 {
-    hopform_axes_real from_zero = chain->at;
-    from_zero.axis[HOPFORM_POSITION_AXIS] = 0.0;
-    hopform_axes_real moved;
-    moved.state =
-        hopform_arrive_real(&from_zero.state, &chain->motion.motion, basis, chain->side[0], chain->side[1]);
-    const real way = moved.axis[HOPFORM_POSITION_AXIS];
-    moved.axis[HOPFORM_POSITION_AXIS] = chain->at.axis[HOPFORM_POSITION_AXIS] + way;
+    hopform_state_by_axis_real from_zero = chain->at;
+    from_zero.of[HOPFORM_POSITION_AXIS] = 0.0;
+    hopform_state_by_axis_real moved;
+    moved.named =
+        hopform_arrive_real(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    const real way = moved.of[HOPFORM_POSITION_AXIS];
+    moved.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_POSITION_AXIS] + way;
     chain->from_lower += way;
     chain->from_upper += way;
     chain->at = moved;
@@ -593,11 +608,11 @@ static inline void stance_begin_phase_real(stance_chain_real *chain)
 {
     const int element = chain->alone;
     chain->drive = drive_of_chain_real(chain, chain->side);
-    chain->motion.motion = hopform_motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.state,
+    chain->motion.named = hopform_motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named,
                                                      chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
-        const real level = (real)chain->side[element] * hopform_level_real(&chain->plan->robot, element);
-        hopform_go_on_real(&chain->motion.motion, element + 1, chain->side[1 - element] == 0, chain->free - level);
+        const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
+        hopform_go_on_real(&chain->motion.named, element + 1, chain->side[1 - element] == 0, chain->free - level);
     }
 }
 
@@ -631,32 +646,32 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
  * negative. */
 static inline bool leaves_at_once_real(const stance_chain_real *chain)
 {
-    const real contact = hopform_contact_of_real(&chain->plan->robot, &chain->at.state);
+    const real contact = hopform_contact_of_real(&chain->plan->robot, &chain->at.named);
     if (HOPFORM_FOOT_IS_FIXED) {
         return false;
     }
-    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && hopform_compression_rate_real(&chain->at.state) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && hopform_compression_rate_real(&chain->at.named) > 0.0;
     if (fabs_real(contact) > 0.0 || rises) {
         return contact < 0.0;
     }
     const hopform_numerators_real motion = numerators_real(chain, chain->side);
-    const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &motion.motion);
+    const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &motion.named);
     const real first = fabs_real(leg.H3) > 0.0 ? leg.H3 : leg.H2;
     return fabs_real(first) > 0.0 ? first < 0.0 : leg.H1 < 0.0;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
-static inline void show_phase_real(const stance_chain_real *chain, const hopform_axes_real *start, real length,
+static inline void show_phase_real(const stance_chain_real *chain, const hopform_state_by_axis_real *start, real length,
                                    const hopform_basis_real *end)
 {
     if (chain->follow != NULL) {
         const hopform_passage_real passage = {
             hopform_poles_of_real(chain->plan, chain->side[0], chain->side[1]),
-            &chain->motion.motion,
+            &chain->motion.named,
             end,
             length,
-            start->state,
-            chain->at.state,
+            start->named,
+            chain->at.named,
             chain->side[0],
             chain->side[1],
             chain->event,
@@ -693,7 +708,7 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain)
 static inline int32_t stance_begin_real(stance_chain_real *chain)
 {
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        real *velocity = &chain->at.axis[HOPFORM_VELOCITY_AXIS(element)];
+        real *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
         chain->side[element] = (int)hopform_goes_real(*velocity, 0.0);
         if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
             && stance_blocked_real(chain, element, chain->side[element])) {
@@ -711,7 +726,7 @@ static inline int32_t stance_begin_real(stance_chain_real *chain)
 static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stance_search_real *end)
 {
     const real until = end_of_step_real(chain);
-    const hopform_axes_real start = chain->at;
+    const hopform_state_by_axis_real start = chain->at;
     const bool passes = end->owner == NO_OWNER_real && end->certified;
     const real length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
@@ -719,7 +734,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     show_phase_real(chain, &start, length, &end->in.high.basis);
     chain->t = passes ? until : chain->t + length;
     if (end->owner == CONTACT_real) {
-        real *compression = &chain->at.axis[HOPFORM_COMPRESSION_AXIS];
+        real *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS];
         *compression = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : *compression;
         return HOPFORM_ENDING_TAKEOFF;
     }
@@ -731,7 +746,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     }
     stance_pass_real(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
-        && hopform_contact_of_real(&chain->plan->robot, &chain->at.state) < 0.0) {
+        && hopform_contact_of_real(&chain->plan->robot, &chain->at.named) < 0.0) {
         show_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
@@ -742,11 +757,11 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
 
 static inline bool is_finite_state_real(const hopform_state_real *state)
 {
-    hopform_axes_real at;
-    at.state = *state;
+    hopform_state_by_axis_real at;
+    at.named = *state;
     real sum = 0.0;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
-        sum += fabs_real(at.axis[axis]);
+        sum += fabs_real(at.of[axis]);
     }
     return sum <= HOPFORM_NEVER_real;
 }
@@ -755,18 +770,18 @@ static inline bool is_finite_state_real(const hopform_state_real *state)
 static inline int32_t stance_status_real(const hopform_robot_real *robot, const hopform_state_real *start, real horizon,
                                          int32_t max_phases)
 {
-    hopform_axes_real at;
-    at.state = *start;
-    const real position = at.axis[HOPFORM_POSITION_AXIS];
+    hopform_state_by_axis_real at;
+    at.named = *start;
+    const real position = at.of[HOPFORM_POSITION_AXIS];
     bool fixed = true;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_real(at.axis[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
+        fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_real(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
     if (!is_finite_state_real(start) || !fixed
-        || !(position >= hopform_lower_stop_real(robot) && position <= hopform_upper_stop_real(robot))) {
+        || !(position >= robot->HOPFORM_LOWER_STOP && position <= robot->HOPFORM_UPPER_STOP)) {
         return HOPFORM_ERROR_STATE;
     }
-    if (!HOPFORM_FOOT_IS_FIXED && at.axis[HOPFORM_COMPRESSION_AXIS] < 0.0) {
+    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) {
         return HOPFORM_ERROR_EXTENDED;
     }
     const bool ends = horizon > 0.0 && horizon <= HOPFORM_NEVER_real && max_phases >= 1;
@@ -785,9 +800,9 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->step = 0;
     chain->horizon = horizon;
     chain->t = 0.0;
-    chain->at.state = *start;
-    chain->from_lower = chain->at.axis[HOPFORM_POSITION_AXIS] - hopform_lower_stop_real(&plan->robot);
-    chain->from_upper = chain->at.axis[HOPFORM_POSITION_AXIS] - hopform_upper_stop_real(&plan->robot);
+    chain->at.named = *start;
+    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_LOWER_STOP;
+    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_UPPER_STOP;
     chain->just_switched = NO_ELEMENT_real;
     chain->alone = NO_ELEMENT_real;
     chain->free = 0.0;
@@ -809,8 +824,8 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
                                          int32_t ending, hopform_stance_real *stance)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
-    const hopform_state_real *end = &chain->at.state;
-    const hopform_at_real at = {chain->at.axis[0], chain->at.axis[1], chain->at.axis[2], chain->at.axis[3]};
+    const hopform_state_real *end = &chain->at.named;
+    const hopform_at_real at = {chain->at.of[0], chain->at.of[1], chain->at.of[2], chain->at.of[3]};
     stance->duration = chain->t;
     stance->end = *end;
     stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_real(robot, start, &at);
@@ -821,7 +836,7 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0;
     if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_real(robot) > 0.0) {
-        stance->apex = hopform_apex_real(robot, end);
+        stance->apex = hopform_apex_of_end_real(robot, end);
     }
     const real others = fabs_real(stance->duration) + fabs_real(stance->apex) + fabs_real(stance->aed);
     if (!is_finite_state_real(end) || !(others - stance->start_loss <= HOPFORM_NEVER_real)) {
