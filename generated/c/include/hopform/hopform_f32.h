@@ -38,22 +38,23 @@ typedef struct {
 
 /** Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials. */
 typedef struct {
-    float a1_y;   /**< [1/s^2] acceleration of the actuator per compression */
-    float a1_v1;  /**< [1/s] acceleration of the actuator per v_1 */
-    float a1_v2;  /**< [1/s] acceleration of the actuator per v_2 */
-    float a1_u;   /**< [m/s^2/A] acceleration of the actuator per current */
-    float a1_0;   /**< [m/s^2] constant acceleration of the actuator */
-    float a2_y;   /**< [1/s^2] acceleration of the body per compression */
-    float a2_v1;  /**< [1/s] acceleration of the body per v_1 */
-    float a2_v2;  /**< [1/s] acceleration of the body per v_2 */
-    float a2_0;   /**< [m/s^2] constant acceleration of the body */
-    float s_1;    /**< [1/s] sum of the rates of the three poles */
-    float s_2;    /**< [1/s^2] sum of their products in pairs */
-    float s_3;    /**< [1/s^3] their product */
-    float p_1;    /**< [1/s] actuator moving alone: s^2 + p_1 s + q_1 */
-    float q_1;    /**< [1/s^2] actuator moving alone */
-    float p_2;    /**< [1/s] body moving alone: s^2 + p_2 s + q_2 */
-    float q_2;    /**< [1/s^2] body moving alone */
+    float a1_y;     /**< [1/s^2] acceleration of the actuator per compression */
+    float a1_v1;    /**< [1/s] acceleration of the actuator per v_1 */
+    float a1_v2;    /**< [1/s] acceleration of the actuator per v_2 */
+    float a1_u;     /**< [m/s^2/A] acceleration of the actuator per current */
+    float a1_0;     /**< [m/s^2] constant acceleration of the actuator */
+    float a2_y;     /**< [1/s^2] acceleration of the body per compression */
+    float a2_v1;    /**< [1/s] acceleration of the body per v_1 */
+    float a2_v2;    /**< [1/s] acceleration of the body per v_2 */
+    float a2_0;     /**< [m/s^2] constant acceleration of the body */
+    float s_1;      /**< [1/s] sum of the rates of the three poles */
+    float s_2;      /**< [1/s^2] sum of their products in pairs */
+    float s_3;      /**< [1/s^3] their product */
+    float p_1;      /**< [1/s] actuator moving alone: s^2 + p_1 s + q_1 */
+    float q_1;      /**< [1/s^2] actuator moving alone */
+    float p_2;      /**< [1/s] body moving alone: s^2 + p_2 s + q_2 */
+    float q_2;      /**< [1/s^2] body moving alone */
+    float damping;  /**< [1/s^2] product of the rates of both without the spring */
 } hopform_rates_f32;
 
 /** The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held. */

@@ -38,22 +38,23 @@ typedef struct {
 
 /** Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials. */
 typedef struct {
-    double a1_y;   /**< [1/s^2] acceleration of the actuator per compression */
-    double a1_v1;  /**< [1/s] acceleration of the actuator per v_1 */
-    double a1_v2;  /**< [1/s] acceleration of the actuator per v_2 */
-    double a1_u;   /**< [m/s^2/A] acceleration of the actuator per current */
-    double a1_0;   /**< [m/s^2] constant acceleration of the actuator */
-    double a2_y;   /**< [1/s^2] acceleration of the body per compression */
-    double a2_v1;  /**< [1/s] acceleration of the body per v_1 */
-    double a2_v2;  /**< [1/s] acceleration of the body per v_2 */
-    double a2_0;   /**< [m/s^2] constant acceleration of the body */
-    double s_1;    /**< [1/s] sum of the rates of the three poles */
-    double s_2;    /**< [1/s^2] sum of their products in pairs */
-    double s_3;    /**< [1/s^3] their product */
-    double p_1;    /**< [1/s] actuator moving alone: s^2 + p_1 s + q_1 */
-    double q_1;    /**< [1/s^2] actuator moving alone */
-    double p_2;    /**< [1/s] body moving alone: s^2 + p_2 s + q_2 */
-    double q_2;    /**< [1/s^2] body moving alone */
+    double a1_y;     /**< [1/s^2] acceleration of the actuator per compression */
+    double a1_v1;    /**< [1/s] acceleration of the actuator per v_1 */
+    double a1_v2;    /**< [1/s] acceleration of the actuator per v_2 */
+    double a1_u;     /**< [m/s^2/A] acceleration of the actuator per current */
+    double a1_0;     /**< [m/s^2] constant acceleration of the actuator */
+    double a2_y;     /**< [1/s^2] acceleration of the body per compression */
+    double a2_v1;    /**< [1/s] acceleration of the body per v_1 */
+    double a2_v2;    /**< [1/s] acceleration of the body per v_2 */
+    double a2_0;     /**< [m/s^2] constant acceleration of the body */
+    double s_1;      /**< [1/s] sum of the rates of the three poles */
+    double s_2;      /**< [1/s^2] sum of their products in pairs */
+    double s_3;      /**< [1/s^3] their product */
+    double p_1;      /**< [1/s] actuator moving alone: s^2 + p_1 s + q_1 */
+    double q_1;      /**< [1/s^2] actuator moving alone */
+    double p_2;      /**< [1/s] body moving alone: s^2 + p_2 s + q_2 */
+    double q_2;      /**< [1/s^2] body moving alone */
+    double damping;  /**< [1/s^2] product of the rates of both without the spring */
 } hopform_rates_f64;
 
 /** The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held. */
