@@ -333,11 +333,11 @@ int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
                                hopform_state_f32 *state);
 
-/** States at `count` times of any order, each as hopform_stance_at gives it, as four arrays; y is the compression.
- * Arrays that overlap an input are refused. */
+/** States at `count` times of any order, each as hopform_stance_at gives it, in columns: an array for each member of
+ * hopform_state, in their order. Columns that overlap an input are refused. */
 int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                   const float *times, int32_t count, float *x1, float *v1, float *v2, float *y);
+                                   const float *times, int32_t count, float *const *columns);
 
 /** Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
  * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. Arrays
@@ -373,14 +373,14 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const float *times, int32_t count, hopform_state_f32 *states, float *tangents);
 
-/** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, as four arrays; y is the compression.
+/** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as hopform_stance_states gives them.
  *
  * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
- * hopform_stance_at at each time, at the cost of a few sums. Arrays that overlap an input are refused.
+ * hopform_stance_at at each time, at the cost of a few sums. Columns that overlap an input are refused.
  */
 int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t0, float dt,
-                                 int32_t count, float *x1, float *v1, float *v2, float *y);
+                                 int32_t count, float *const *columns);
 
 /** Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
  * phases than fit into the buffer counts as one without take-off. Phases or trials that overlap an input are refused;
