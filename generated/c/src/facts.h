@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "7161010f4e11ff77"
+#define HOPFORM_SOURCE "22a7be0680715948"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -34,8 +34,9 @@
 #define HOPFORM_COLUMN_OF_STOP {16, 17}
 #define HOPFORM_COLUMN_OF_CURRENT 4
 #define HOPFORM_COLUMN_OF_ROBOT 5
-/* The axes whose product each of the ledger's moments integrates, axis 0 counted from where the phase starts. */
-#define HOPFORM_AXES_OF_MOMENTS {{1, 4}, {2, 4}, {1, 1}, {2, 2}, {0, 2}}
+/* The axes whose product each of the ledger's moments integrates, X(axis, axis), axis 0 counted from where the phase
+ * starts. */
+#define HOPFORM_AXES_OF_MOMENTS(X) X(1, 4) X(2, 4) X(1, 1) X(2, 2) X(0, 2)
 
 
 /* What the hopper is made of. */

@@ -12,10 +12,6 @@
 
 #include "linear_f32.h"
 
-enum { MOMENTS_f32 = sizeof(hopform_moments_f32) / sizeof(float) };
-
-static const signed char hopform_axes_of_moments_f32[MOMENTS_f32][2] = HOPFORM_AXES_OF_MOMENTS;
-
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
  * ledger reads or all of it. */
 static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f32 *plan,
@@ -31,9 +27,10 @@ static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f3
         float z[AXES_f32 + 1];
         hopform_axes_of_f32(&at, z);
         z[ONE_f32] = 1.0f;
-        for (int n = 0; n < MOMENTS_f32 && !all; n++) {
-            const signed char *axis = hopform_axes_of_moments_f32[n];
-            sum.at[axis[0]][axis[1]] += weight * z[axis[0]] * z[axis[1]];
+        if (!all) {
+#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * z[i] * z[j];
+            HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
+#undef ADD_PRODUCT
         }
         for (int i = 0; i <= AXES_f32 && all; i++) {
             for (int j = i; j <= AXES_f32; j++) {
@@ -44,24 +41,34 @@ static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f3
     return sum;
 }
 
-/* sum += Phi sum Phi^T, on and above the diagonal, of which the rest is the mirror image. */
+/* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
 static inline void hopform_double_moments_f32(hopform_matrix_f32 *sum, const hopform_matrix_f32 *phi)
 {
-    hopform_matrix_f32 left = {{{0}}};
-    for (int i = 0; i <= AXES_f32; i++) {
+    hopform_matrix_f32 whole = *sum;
+    float left[AXES_f32][AXES_f32 + 1];
+    for (int i = 1; i <= AXES_f32; i++) {
+        for (int j = 0; j < i; j++) {
+            whole.at[i][j] = whole.at[j][i];
+        }
+    }
+    for (int i = 0; i < AXES_f32; i++) {
         for (int j = 0; j <= AXES_f32; j++) {
-            for (int k = i > 0; k <= AXES_f32; k++) {
-                left.at[i][j] += phi->at[i][k] * (k <= j ? sum->at[k][j] : sum->at[j][k]);
+            float product = i == 0 ? whole.at[0][j] : 0.0f;
+            for (int k = 1; k <= AXES_f32; k++) {
+                product += phi->at[i][k] * whole.at[k][j];
             }
+            left[i][j] = product;
         }
-    }
-    for (int i = 0; i <= AXES_f32; i++) {
-        for (int j = i; j <= AXES_f32; j++) {
-            for (int k = j > 0; k <= AXES_f32; k++) {
-                sum->at[i][j] += left.at[i][k] * phi->at[j][k];
+        for (int j = i; j < AXES_f32; j++) {
+            float product = j == 0 ? left[i][0] : 0.0f;
+            for (int k = 1; k <= AXES_f32; k++) {
+                product += left[i][k] * phi->at[j][k];
             }
+            sum->at[i][j] += product;
         }
+        sum->at[i][ONE_f32] += left[i][ONE_f32];
     }
+    sum->at[ONE_f32][ONE_f32] *= 2.0f;
 }
 
 /* The ledger over the first t of a phase; axis 0 counts from where it starts. */
@@ -85,12 +92,9 @@ static inline hopform_ledger_f32 hopform_ledger_in_phase_f32(const hopform_plan_
         hopform_double_moments_f32(&sum, &phi);
         h *= 2.0f;
     }
-    float found[MOMENTS_f32];
-    for (int n = 0; n < MOMENTS_f32; n++) {
-        found[n] = sum.at[hopform_axes_of_moments_f32[n][0]][hopform_axes_of_moments_f32[n][1]];
-    }
-    hopform_moments_f32 moments;
-    (void)memcpy(&moments, found, sizeof moments);
+#define TAKE_MOMENT(i, j) sum.at[i][j],
+    const hopform_moments_f32 moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
+#undef TAKE_MOMENT
     return hopform_ledger_of_f32(&plan->robot, &moments, u, (float)mode.side[0], (float)mode.side[1], origin);
 }
 

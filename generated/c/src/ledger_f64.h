@@ -12,10 +12,6 @@
 
 #include "linear_f64.h"
 
-enum { MOMENTS_f64 = sizeof(hopform_moments_f64) / sizeof(double) };
-
-static const signed char hopform_axes_of_moments_f64[MOMENTS_f64][2] = HOPFORM_AXES_OF_MOMENTS;
-
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
  * ledger reads or all of it. */
 static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f64 *plan,
@@ -31,9 +27,10 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f6
         double z[AXES_f64 + 1];
         hopform_axes_of_f64(&at, z);
         z[ONE_f64] = 1.0;
-        for (int n = 0; n < MOMENTS_f64 && !all; n++) {
-            const signed char *axis = hopform_axes_of_moments_f64[n];
-            sum.at[axis[0]][axis[1]] += weight * z[axis[0]] * z[axis[1]];
+        if (!all) {
+#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * z[i] * z[j];
+            HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
+#undef ADD_PRODUCT
         }
         for (int i = 0; i <= AXES_f64 && all; i++) {
             for (int j = i; j <= AXES_f64; j++) {
@@ -44,24 +41,34 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f6
     return sum;
 }
 
-/* sum += Phi sum Phi^T, on and above the diagonal, of which the rest is the mirror image. */
+/* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
 static inline void hopform_double_moments_f64(hopform_matrix_f64 *sum, const hopform_matrix_f64 *phi)
 {
-    hopform_matrix_f64 left = {{{0}}};
-    for (int i = 0; i <= AXES_f64; i++) {
+    hopform_matrix_f64 whole = *sum;
+    double left[AXES_f64][AXES_f64 + 1];
+    for (int i = 1; i <= AXES_f64; i++) {
+        for (int j = 0; j < i; j++) {
+            whole.at[i][j] = whole.at[j][i];
+        }
+    }
+    for (int i = 0; i < AXES_f64; i++) {
         for (int j = 0; j <= AXES_f64; j++) {
-            for (int k = i > 0; k <= AXES_f64; k++) {
-                left.at[i][j] += phi->at[i][k] * (k <= j ? sum->at[k][j] : sum->at[j][k]);
+            double product = i == 0 ? whole.at[0][j] : 0.0;
+            for (int k = 1; k <= AXES_f64; k++) {
+                product += phi->at[i][k] * whole.at[k][j];
             }
+            left[i][j] = product;
         }
-    }
-    for (int i = 0; i <= AXES_f64; i++) {
-        for (int j = i; j <= AXES_f64; j++) {
-            for (int k = j > 0; k <= AXES_f64; k++) {
-                sum->at[i][j] += left.at[i][k] * phi->at[j][k];
+        for (int j = i; j < AXES_f64; j++) {
+            double product = j == 0 ? left[i][0] : 0.0;
+            for (int k = 1; k <= AXES_f64; k++) {
+                product += left[i][k] * phi->at[j][k];
             }
+            sum->at[i][j] += product;
         }
+        sum->at[i][ONE_f64] += left[i][ONE_f64];
     }
+    sum->at[ONE_f64][ONE_f64] *= 2.0;
 }
 
 /* The ledger over the first t of a phase; axis 0 counts from where it starts. */
@@ -85,12 +92,9 @@ static inline hopform_ledger_f64 hopform_ledger_in_phase_f64(const hopform_plan_
         hopform_double_moments_f64(&sum, &phi);
         h *= 2.0;
     }
-    double found[MOMENTS_f64];
-    for (int n = 0; n < MOMENTS_f64; n++) {
-        found[n] = sum.at[hopform_axes_of_moments_f64[n][0]][hopform_axes_of_moments_f64[n][1]];
-    }
-    hopform_moments_f64 moments;
-    (void)memcpy(&moments, found, sizeof moments);
+#define TAKE_MOMENT(i, j) sum.at[i][j],
+    const hopform_moments_f64 moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
+#undef TAKE_MOMENT
     return hopform_ledger_of_f64(&plan->robot, &moments, u, (double)mode.side[0], (double)mode.side[1], origin);
 }
 

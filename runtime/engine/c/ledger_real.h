@@ -12,10 +12,6 @@
 
 #include "linear_real.h"
 
-enum { MOMENTS_real = sizeof(hopform_moments_real) / sizeof(real) };
-
-static const signed char hopform_axes_of_moments_real[MOMENTS_real][2] = HOPFORM_AXES_OF_MOMENTS;
-
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
  * ledger reads or all of it. */
 static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_real *plan,
@@ -31,9 +27,10 @@ static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_
         real z[AXES_real + 1];
         hopform_axes_of_real(&at, z);
         z[ONE_real] = 1.0;
-        for (int n = 0; n < MOMENTS_real && !all; n++) {
-            const signed char *axis = hopform_axes_of_moments_real[n];
-            sum.at[axis[0]][axis[1]] += weight * z[axis[0]] * z[axis[1]];
+        if (!all) {
+#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * z[i] * z[j];
+            HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
+#undef ADD_PRODUCT
         }
         for (int i = 0; i <= AXES_real && all; i++) {
             for (int j = i; j <= AXES_real; j++) {
@@ -44,24 +41,34 @@ static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_
     return sum;
 }
 
-/* sum += Phi sum Phi^T, on and above the diagonal, of which the rest is the mirror image. */
+/* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
 static inline void hopform_double_moments_real(hopform_matrix_real *sum, const hopform_matrix_real *phi)
 {
-    hopform_matrix_real left = {{{0}}};
-    for (int i = 0; i <= AXES_real; i++) {
+    hopform_matrix_real whole = *sum;
+    real left[AXES_real][AXES_real + 1];
+    for (int i = 1; i <= AXES_real; i++) {
+        for (int j = 0; j < i; j++) {
+            whole.at[i][j] = whole.at[j][i];
+        }
+    }
+    for (int i = 0; i < AXES_real; i++) {
         for (int j = 0; j <= AXES_real; j++) {
-            for (int k = i > 0; k <= AXES_real; k++) {
-                left.at[i][j] += phi->at[i][k] * (k <= j ? sum->at[k][j] : sum->at[j][k]);
+            real product = i == 0 ? whole.at[0][j] : 0.0;
+            for (int k = 1; k <= AXES_real; k++) {
+                product += phi->at[i][k] * whole.at[k][j];
             }
+            left[i][j] = product;
         }
-    }
-    for (int i = 0; i <= AXES_real; i++) {
-        for (int j = i; j <= AXES_real; j++) {
-            for (int k = j > 0; k <= AXES_real; k++) {
-                sum->at[i][j] += left.at[i][k] * phi->at[j][k];
+        for (int j = i; j < AXES_real; j++) {
+            real product = j == 0 ? left[i][0] : 0.0;
+            for (int k = 1; k <= AXES_real; k++) {
+                product += left[i][k] * phi->at[j][k];
             }
+            sum->at[i][j] += product;
         }
+        sum->at[i][ONE_real] += left[i][ONE_real];
     }
+    sum->at[ONE_real][ONE_real] *= 2.0;
 }
 
 /* The ledger over the first t of a phase; axis 0 counts from where it starts. */
@@ -85,12 +92,9 @@ static inline hopform_ledger_real hopform_ledger_in_phase_real(const hopform_pla
         hopform_double_moments_real(&sum, &phi);
         h *= 2.0;
     }
-    real found[MOMENTS_real];
-    for (int n = 0; n < MOMENTS_real; n++) {
-        found[n] = sum.at[hopform_axes_of_moments_real[n][0]][hopform_axes_of_moments_real[n][1]];
-    }
-    hopform_moments_real moments;
-    (void)memcpy(&moments, found, sizeof moments);
+#define TAKE_MOMENT(i, j) sum.at[i][j],
+    const hopform_moments_real moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
+#undef TAKE_MOMENT
     return hopform_ledger_of_real(&plan->robot, &moments, u, (real)mode.side[0], (real)mode.side[1], origin);
 }
 
