@@ -44,21 +44,22 @@ static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f3
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
 static inline void hopform_double_moments_f32(hopform_matrix_f32 *sum, const hopform_matrix_f32 *phi)
 {
-    hopform_matrix_f32 whole = *sum;
     float left[AXES_f32][AXES_f32 + 1];
     for (int i = 1; i <= AXES_f32; i++) {
         for (int j = 0; j < i; j++) {
-            whole.at[i][j] = whole.at[j][i];
+            sum->at[i][j] = sum->at[j][i];
         }
     }
     for (int i = 0; i < AXES_f32; i++) {
         for (int j = 0; j <= AXES_f32; j++) {
-            float product = i == 0 ? whole.at[0][j] : 0.0f;
+            float product = i == 0 ? sum->at[0][j] : 0.0f;
             for (int k = 1; k <= AXES_f32; k++) {
-                product += phi->at[i][k] * whole.at[k][j];
+                product += phi->at[i][k] * sum->at[k][j];
             }
             left[i][j] = product;
         }
+    }
+    for (int i = 0; i < AXES_f32; i++) {
         for (int j = i; j < AXES_f32; j++) {
             float product = j == 0 ? left[i][0] : 0.0f;
             for (int k = 1; k <= AXES_f32; k++) {

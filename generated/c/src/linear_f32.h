@@ -21,7 +21,10 @@ typedef struct {
 
 /* The mode of a phase under its current. */
 typedef struct {
-    float transfer[CORE_f32][CORE_f32 + 1][POWERS_f32]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
+    union {
+        hopform_transfer_f32 of;
+        float at[CORE_f32][CORE_f32 + 1][POWERS_f32]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
+    } transfer;
     hopform_drive_f32 drive;
     int side[HOPFORM_MASSES]; /* sign of each velocity, 0 if held */
     const hopform_poles_f32 *poles;
@@ -37,8 +40,7 @@ static inline hopform_mode_f32 hopform_mode_of_f32(const hopform_plan_f32 *plan,
     const float second = (float)mode.side[1];
     mode.poles = hopform_poles_of_f32(plan, mode.side[0], mode.side[1]);
     mode.drive = hopform_drive_of_f32(&plan->robot, &plan->rates, u, first, second);
-    const hopform_transfer_f32 transfer = hopform_transfer_of_f32(&plan->rates, &mode.drive, first, second);
-    (void)memcpy(mode.transfer, &transfer, sizeof mode.transfer);
+    mode.transfer.of = hopform_transfer_of_f32(&plan->rates, &mode.drive, first, second);
     return mode;
 }
 
@@ -90,9 +92,9 @@ static inline hopform_matrix_f32 hopform_transition_f32(const hopform_mode_f32 *
     phi.at[ONE_f32][ONE_f32] = 1.0f;
     for (int j = 0; j <= CORE_f32; j++) {
         const float *at = j < CORE_f32 ? W : W + 1;
-        phi.at[0][j + 1] = hopform_applied_f32(mode->transfer[0][j], at + 1);
+        phi.at[0][j + 1] = hopform_applied_f32(mode->transfer.at[0][j], at + 1);
         for (int i = 0; i < CORE_f32; i++) {
-            phi.at[i + 1][j + 1] = hopform_applied_f32(mode->transfer[i][j], at);
+            phi.at[i + 1][j + 1] = hopform_applied_f32(mode->transfer.at[i][j], at);
         }
     }
     return phi;

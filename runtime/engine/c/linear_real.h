@@ -21,7 +21,10 @@ typedef struct {
 
 /* The mode of a phase under its current. */
 typedef struct {
-    real transfer[CORE_real][CORE_real + 1][POWERS_real]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
+    union {
+        hopform_transfer_real of;
+        real at[CORE_real][CORE_real + 1][POWERS_real]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
+    } transfer;
     hopform_drive_real drive;
     int side[HOPFORM_MASSES]; /* sign of each velocity, 0 if held */
     const hopform_poles_real *poles;
@@ -37,8 +40,7 @@ static inline hopform_mode_real hopform_mode_of_real(const hopform_plan_real *pl
     const real second = (real)mode.side[1];
     mode.poles = hopform_poles_of_real(plan, mode.side[0], mode.side[1]);
     mode.drive = hopform_drive_of_real(&plan->robot, &plan->rates, u, first, second);
-    const hopform_transfer_real transfer = hopform_transfer_of_real(&plan->rates, &mode.drive, first, second);
-    (void)memcpy(mode.transfer, &transfer, sizeof mode.transfer);
+    mode.transfer.of = hopform_transfer_of_real(&plan->rates, &mode.drive, first, second);
     return mode;
 }
 
@@ -90,9 +92,9 @@ static inline hopform_matrix_real hopform_transition_real(const hopform_mode_rea
     phi.at[ONE_real][ONE_real] = 1.0;
     for (int j = 0; j <= CORE_real; j++) {
         const real *at = j < CORE_real ? W : W + 1;
-        phi.at[0][j + 1] = hopform_applied_real(mode->transfer[0][j], at + 1);
+        phi.at[0][j + 1] = hopform_applied_real(mode->transfer.at[0][j], at + 1);
         for (int i = 0; i < CORE_real; i++) {
-            phi.at[i + 1][j + 1] = hopform_applied_real(mode->transfer[i][j], at);
+            phi.at[i + 1][j + 1] = hopform_applied_real(mode->transfer.at[i][j], at);
         }
     }
     return phi;
