@@ -95,6 +95,11 @@ def body(function: Function) -> Iterator[str]:
         yield f"return {function.returns.symbol};"
 
 
+def calls(rows: Iterable[Iterable[int]]) -> str:
+    """X(...) for each row of whole numbers."""
+    return " ".join(f"X({', '.join(map(str, row))})" for row in rows)
+
+
 def braced(numbers: int | Iterable[Any]) -> str:
     """The initialiser of an array of whole numbers, or of arrays of such."""
     return str(numbers) if isinstance(numbers, int) else f"{{{', '.join(map(braced, numbers))}}}"
