@@ -6,7 +6,8 @@ precision.
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from ..model.kinds import Kind, Word
 from ..model.precisions import F32, Precision
@@ -92,6 +93,16 @@ def body(function: Function) -> Iterator[str]:
         yield "return result;"
     else:
         yield f"return {function.returns.symbol};"
+
+
+def calls(rows: Iterable[Iterable[int]]) -> str:
+    """X(...) for each row of whole numbers."""
+    return " ".join(f"X({', '.join(map(str, row))})" for row in rows)
+
+
+def braced(numbers: int | Iterable[Any]) -> str:
+    """The initialiser of an array of whole numbers, or of arrays of such."""
+    return str(numbers) if isinstance(numbers, int) else f"{{{', '.join(map(braced, numbers))}}}"
 
 
 def values(record: Record, known: Mapping[str, float]) -> str:

@@ -4,19 +4,36 @@ Straight-line formulas only. What loops or branches (roots of the cubic, choice 
 events, the chain of phases) stands once per language in runtime/engine and calls these.
 """
 
-from ..maths import contact, control, energy, flight, laplace, modes, partial_fractions, sensitivity, time_domain
+from ..maths import (
+    contact,
+    control,
+    energy,
+    flight,
+    laplace,
+    linear,
+    modes,
+    partial_fractions,
+    sensitivity,
+    time_domain,
+)
 from ..model import quantities
 from ..model.equations import Model
 from ..models.hopper import HOPPER
 from .ir import Definition, Program, Record
 
-MODULES = (laplace, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight)
+MODULES = (laplace, linear, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight)
 
 
 def program(model: Model = HOPPER) -> Program:
     """The functions and records of a model, in the order in which they are defined."""
     of_model = {
-        record.name: record for record in (model.robot, energy.ledger_record(model), sensitivity.changes(model.robot))
+        record.name: record
+        for record in (
+            model.robot,
+            energy.ledger_record(model),
+            energy.moments_record(model),
+            sensitivity.changes(model.robot),
+        )
     }
     defined = [value for module in MODULES for value in vars(module).values()]
     named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}

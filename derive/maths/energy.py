@@ -32,6 +32,23 @@ PRODUCTS = dict(zip(MOMENTS.symbols, (v1, v2, v1**2, v1 * v2, v2**2, y * v1, y *
 """The products whose integrals are known, by their integral."""
 
 
+def moments_record(model: Model) -> Record:
+    """The integrals that the ledger of a model reads."""
+    read = {symbol for step in ledger_of(model) for symbol in step.value.free_symbols}
+    return replace(MOMENTS, quantities=tuple(quantity for quantity in MOMENTS.quantities if quantity.symbol in read))
+
+
+def moment_axes(model: Model) -> list[list[int]]:
+    """The axes whose product each of them integrates: places in (x_1 - x_1(0), v_1, v_2, y, 1)."""
+    axes = (displacement, *STATE.symbols[1:])
+    found = []
+    for quantity in moments_record(model).quantities:
+        (powers_of_axes,) = sp.Poly(PRODUCTS[quantity.symbol], *axes).monoms()
+        factors = [axis for axis, power in enumerate(powers_of_axes) for _ in range(power)]
+        found.append([*factors, len(axes)][:2])
+    return found
+
+
 def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
     """The power of each entry of the ledger, in the order of its fields."""
     entries = {
@@ -74,6 +91,12 @@ def ledger_of(model: Model) -> Steps:
         Step(entry, _integrate(power), "(24)" if entry in body_entries(model) else "ledger")
         for entry, power in powers(model).items()
     )
+
+
+@function(takes=(ROBOT, STATE), returns=STOP_LOSS)
+def loss_at_stop() -> Steps:
+    """What the actuator loses where it meets a stop."""
+    yield Step(STOP_LOSS.symbol, -m_eff * v1**2 / 2, "its kinetic energy")
 
 
 @function(takes=(LEDGER,), returns=AED)

@@ -42,7 +42,8 @@ def rates_of(model: Model) -> Steps:
     for symbols, rows, source in modes:
         polynomial = characteristic(MATRIX.extract(rows, rows).subs(entries))
         steps += [Step(name, value, f"{source} denominator") for name, value in zip(symbols, polynomial, strict=True)]
-    return tuple(steps)
+    without_spring = characteristic(MATRIX.extract((1, 2), (1, 2)).subs(entries))
+    return (*steps, Step(damping, without_spring[1], "(11) denominator without the spring"))
 
 
 def characteristic(matrix: sp.Matrix) -> list[sp.Expr]:

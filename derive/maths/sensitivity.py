@@ -1,9 +1,8 @@
 """How a stance depends on its inputs, to first order: a change d_p of each input changes the state by d_x1, d_v1, d_v2,
 d_y.
 
-Within a phase z = (1, x_1, y, v_1, v_2) obeys z' = M z, so its change obeys d_z' = M d_z + d_M z. Only the rows of (3),
-(4) in M depend on anything; their changes are `Slopes`. The change of a formula of several steps is formed step by
-step.
+Within a phase z obeys z' = M z, `linear.py`, so its change obeys d_z' = M d_z + d_M z. Only the rows of (3), (4) in M
+depend on anything; their changes are `Slopes`. The change of a formula of several steps is formed step by step.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,7 +13,7 @@ import sympy as sp
 from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
-from . import control, laplace
+from . import control, energy, laplace
 
 
 def _changed(quantity: Quantity) -> Quantity:
@@ -28,12 +27,15 @@ def changes(record: Record) -> Record:
     return Record(f"{record.name}Change", f"Changes: {record.meaning}", tuple(map(_changed, record.quantities)))
 
 
-SLOPES = Record("Slopes", "Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2.").of(
-    *map(_changed, (DRIVE.quantities[0], *RATES.quantities[:3], DRIVE.quantities[1], *RATES.quantities[5:8]))
+RIGHT_SIDES = {quantity.symbol: quantity for quantity in (*RATES.quantities, *DRIVE.quantities)}
+SLOPES = Record("Slopes", "Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1.").of(
+    *(_changed(RIGHT_SIDES[entry]) for entry in (a1_v1, a1_v2, a1_y, C_1, a2_v1, a2_v2, a2_y, C_2))
 )
 ROBOT_CHANGE = changes(ROBOT)
 STATE_CHANGE = changes(STATE)
 CURRENT_CHANGE = _changed(CURRENT)
+APEX_CHANGE = scalar("d_apex", "m", "change of the hop height of the apex")
+HEIGHT_CHANGE = _changed(BODY_HEIGHT)
 
 
 def change_of(symbol: sp.Symbol) -> sp.Symbol:
@@ -83,11 +85,16 @@ def body_energy_change(model: Model) -> Steps:
     return changed_steps(steps, (*model.robot.symbols, x1, v2, y), (change_of(body),))
 
 
-@function(
-    takes=(ROBOT, STATE.quantities[2], ROBOT_CHANGE, STATE_CHANGE),
-    returns=scalar("d_apex", "m", "change of the hop height of the apex"),
-)
+@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=APEX_CHANGE)
 def apex_change(model: Model) -> Steps:
-    """Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0)."""
-    steps = [replace(step, value=step.value.subs(control.v_up, v2)) for step in control.apex_of_takeoff(model)]
-    return changed_steps(steps, (*model.robot.symbols, x1, v2, y), (change_of(control.apex),))
+    """Change of the apex with the robot and the state at take-off; a body that falls does not rise."""
+    up, change = control.v_up, change_of(v2)
+    steps = changed_steps(control.apex_of_takeoff(model), (*model.robot.symbols, x1, up, y), (change_of(control.apex),))
+    yield Step(up, (v2 + sp.Abs(v2)) / 2, "max(v_2, 0)")
+    yield from (replace(step, value=step.value.subs(change_of(up), change)) for step in steps)
+
+
+@function(takes=(ROBOT_CHANGE, STATE_CHANGE), returns=HEIGHT_CHANGE)
+def height_change(model: Model) -> Steps:
+    """Change of the body's height with the robot and the state."""
+    return changed_steps(energy.body_height(), (*model.robot.symbols, x1, y), (change_of(x2),))

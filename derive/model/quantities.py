@@ -43,8 +43,9 @@ RATES = Record("Rates", "Coefficients of y, v_1, v_2 and 1 in (3), (4), and thei
     Quantity("q_1", r"q_1", "1/s^2", "actuator moving alone"),
     Quantity("p_2", r"p_2", "1/s", "body moving alone: s^2 + p_2 s + q_2"),
     Quantity("q_2", r"q_2", "1/s^2", "body moving alone"),
+    Quantity("damping", r"a_{11} a_{22} - a_{12} a_{21}", "1/s^2", "product of the rates of both without the spring"),
 )
-a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2 = RATES.symbols
+a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping = RATES.symbols
 
 POLES = Record("Poles", "The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held.").of(
     Quantity("a", r"a", "1/s", "rate of the real pole"),

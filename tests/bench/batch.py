@@ -87,7 +87,7 @@ int main(void)
         start = now();
         for (int k = 0; k < 20; k++)
             hopform_stance_grid_f64(&plan, &step, phases, &stance, 0.0, stance.duration / (SAMPLES - 1), SAMPLES,
-                                    x1s, v1s, v2s, ys);
+                                    (double *const[]){x1s, v1s, v2s, ys});
         grid[n] = (now() - start) / (20.0 * SAMPLES);
         sum += ys[SAMPLES / 2] + duration[COUNT / 2];
     }

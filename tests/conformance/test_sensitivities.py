@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import hopform
 from derive.emit.ir import unfold
@@ -237,9 +238,9 @@ def is_zero(expression: Any) -> bool:
 
 
 def test_the_slopes_are_the_variations_of_the_equations_of_motion():
-    """Times y, v_1, v_2 and 1 they sum to the change of (3), (4) at a fixed state, whatever input changes."""
+    """Times v_1, v_2, y and 1 they sum to the change of (3), (4) at a fixed state, whatever input changes."""
     steps = program().function("slopes_of").steps
-    constant, per_y, per_1, per_2 = (sensitivity.SLOPES.symbols[n::4] for n in range(4))
+    per_1, per_2, per_y, constant = (sensitivity.SLOPES.symbols[n::4] for n in range(4))
     for mass in (0, 1):
         total = constant[mass] + per_y[mass] * Q.y + per_1[mass] * Q.v1 + per_2[mass] * Q.v2
         right = HOPPER.in_compression[mass]
@@ -257,8 +258,9 @@ def test_the_change_of_the_body_s_energy_is_its_derivative():
 
 
 def test_the_change_of_the_apex_is_the_derivative_of_the_apex():
+    """Of a body that rises: there max(v_2, 0) is v_2."""
     (apex,) = control.apex_of_takeoff(HOPPER)
     value = apex.value.subs(control.v_up, Q.v2)
     change = sum(value.diff(symbol) * sensitivity.change_of(symbol) for symbol in (Q.g, Q.x1, Q.y, Q.v2))
     steps = program().function("apex_change").steps
-    assert is_zero(unfold(steps[-1].symbol, steps) - change)
+    assert is_zero(unfold(steps[-1].symbol, steps).subs(sp.Abs(Q.v2), Q.v2) - change)

@@ -20,6 +20,7 @@ static T(phase) phases[MAX_PHASES + 1];
 static void read_stance(const T(plan) *plan, const T(step) *step, const T(stance) *stance, real early)
 {
     static real matrix[MATRIX], tangents[2 * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS], columns[4][GRID];
+    static real *const rows[4] = {columns[0], columns[1], columns[2], columns[3]};
     const real times[2] = {early, stance->duration};
     T(state) states[2];
     const int32_t status = T(stance_sensitivities)(plan, step, phases, stance, matrix);
@@ -30,13 +31,13 @@ static void read_stance(const T(plan) *plan, const T(step) *step, const T(stance
     const int32_t tangent = T(stance_tangents)(plan, step, phases, stance, times, 2, states, tangents);
     must(tangent == HOPFORM_OK || tangent == HOPFORM_NO_DERIVATIVE || tangent == HOPFORM_ERROR_TIME);
     const int32_t stated =
-        T(stance_states)(plan, step, phases, stance, times, 2, columns[0], columns[1], columns[2], columns[3]);
+        T(stance_states)(plan, step, phases, stance, times, 2, rows);
     must((stated < 0) == (tangent < 0) || early > stance->duration); /* tangents want times in their order */
     const real dt = stance->duration / GRID;
     const int32_t drawn =
-        T(stance_grid)(plan, step, phases, stance, early, dt, GRID, columns[0], columns[1], columns[2], columns[3]);
+        T(stance_grid)(plan, step, phases, stance, early, dt, GRID, rows);
     must(drawn == HOPFORM_OK || drawn == HOPFORM_ERROR_TIME);
-    T(stance_grid)(plan, step, phases, stance, 0, dt, GRID, columns[0], columns[1], columns[2], columns[3]);
+    T(stance_grid)(plan, step, phases, stance, 0, dt, GRID, rows);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

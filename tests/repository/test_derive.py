@@ -27,6 +27,7 @@ LAYERS = (
     ("maths.control",),
     ("maths.sensitivity",),
     ("maths.contact",),
+    ("maths.linear",),
     ("paper.register",),
     ("emit.program", "emit.expressions", "emit.instantiate"),
     ("emit.numpy", "emit.c"),

@@ -162,7 +162,6 @@ def test_wider_registers_give_the_bits_of_the_plain_ones(tmp_path, dtype):
         ours, theirs = (np.full((4, count), 77.0, dtype) for _ in range(2))
         solved = stance._solved
         solved.grid(step, State(*ours))
-        columns = (ctypes.c_void_p(column.ctypes.data) for column in theirs)
         time = types.real(0.0), types.real(step)
-        assert plain(*solved.structs, *time, ctypes.c_int32(count), *columns) == 0
+        assert plain(*solved.structs, *time, ctypes.c_int32(count), native.columns_of(theirs)) == 0
         assert ours.tobytes() == theirs.tobytes() and np.isfinite(ours).all()

@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "8748a6fb285f79e8"
+#define HOPFORM_SOURCE "4254410702cb4492"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -37,6 +37,23 @@
 #define HOPFORM_EVENT_STICKS(element) (2 + 4 * (element))
 #define HOPFORM_EVENT_SLIPS(element) (3 + 4 * (element))
 #define HOPFORM_EVENT_HITS_STOP(element) (4 + 4 * (element))
+/* A state as an array: its members in their order are the axes, behind which stands 1. Axis 0 is the integral of axis
+ * 1 and nothing depends on it; axes 1 .. 3 are the core of a mode; axis i is the velocity of mass i. */
+#define HOPFORM_CORE (HOPFORM_AXES - 1)
+#define HOPFORM_MASSES HOPFORM_ELEMENTS
+/* The axis that is 0 at take-off; -1 where more than the compression carries the contact force. */
+#define HOPFORM_CONTACT_AXIS 3
+/* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
+#define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1}
+/* Columns of derivatives: those of the axes, of the lower and the upper stop of axis 0, of the current, of the robot's
+ * first parameter. */
+#define HOPFORM_COLUMN_OF_AXIS {0, 1, 3, 2}
+#define HOPFORM_COLUMN_OF_STOP {16, 17}
+#define HOPFORM_COLUMN_OF_CURRENT 4
+#define HOPFORM_COLUMN_OF_ROBOT 5
+/* The axes whose product each of the ledger's moments integrates, X(axis, axis), axis 0 counted from where the phase
+ * starts. */
+#define HOPFORM_AXES_OF_MOMENTS(X) X(1, 4) X(2, 4) X(1, 1) X(2, 2) X(0, 2)
 
 
 /* What the hopper is made of. */

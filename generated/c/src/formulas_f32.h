@@ -94,12 +94,57 @@ typedef struct {
     float int_v1;    /* [m] integral of v_1 */
     float int_v2;    /* [m] integral of v_2 */
     float int_v1v1;  /* [m^2/s] integral of v_1^2 */
-    float int_v1v2;  /* [m^2/s] integral of v_1 v_2 */
     float int_v2v2;  /* [m^2/s] integral of v_2^2 */
-    float int_yv1;   /* [m^2] integral of y v_1 */
-    float int_yv2;   /* [m^2] integral of y v_2 */
     float int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
 } hopform_moments_f32;
+
+/* adj(s - M) of the core and, in the last column, times the constant accelerations. */
+typedef struct {
+    float v1_v1_2;  /* [1] of s^2 in the row of v1 for v1 */
+    float v1_v1_1;  /* [1/s^1] of s^1 in the row of v1 for v1 */
+    float v1_v1_0;  /* [1/s^2] of s^0 in the row of v1 for v1 */
+    float v1_v2_2;  /* [1] of s^2 in the row of v1 for v2 */
+    float v1_v2_1;  /* [1/s^1] of s^1 in the row of v1 for v2 */
+    float v1_v2_0;  /* [1/s^2] of s^0 in the row of v1 for v2 */
+    float v1_y_2;   /* [1/s^1] of s^2 in the row of v1 for y */
+    float v1_y_1;   /* [1/s^2] of s^1 in the row of v1 for y */
+    float v1_y_0;   /* [1/s^3] of s^0 in the row of v1 for y */
+    float v1_1_2;   /* [m/s^2] of s^2 in the row of v1 for 1 */
+    float v1_1_1;   /* [m/s^3] of s^1 in the row of v1 for 1 */
+    float v1_1_0;   /* [m/s^4] of s^0 in the row of v1 for 1 */
+    float v2_v1_2;  /* [1] of s^2 in the row of v2 for v1 */
+    float v2_v1_1;  /* [1/s^1] of s^1 in the row of v2 for v1 */
+    float v2_v1_0;  /* [1/s^2] of s^0 in the row of v2 for v1 */
+    float v2_v2_2;  /* [1] of s^2 in the row of v2 for v2 */
+    float v2_v2_1;  /* [1/s^1] of s^1 in the row of v2 for v2 */
+    float v2_v2_0;  /* [1/s^2] of s^0 in the row of v2 for v2 */
+    float v2_y_2;   /* [1/s^1] of s^2 in the row of v2 for y */
+    float v2_y_1;   /* [1/s^2] of s^1 in the row of v2 for y */
+    float v2_y_0;   /* [1/s^3] of s^0 in the row of v2 for y */
+    float v2_1_2;   /* [m/s^2] of s^2 in the row of v2 for 1 */
+    float v2_1_1;   /* [m/s^3] of s^1 in the row of v2 for 1 */
+    float v2_1_0;   /* [m/s^4] of s^0 in the row of v2 for 1 */
+    float y_v1_2;   /* [1/s^-1] of s^2 in the row of y for v1 */
+    float y_v1_1;   /* [1] of s^1 in the row of y for v1 */
+    float y_v1_0;   /* [1/s^1] of s^0 in the row of y for v1 */
+    float y_v2_2;   /* [1/s^-1] of s^2 in the row of y for v2 */
+    float y_v2_1;   /* [1] of s^1 in the row of y for v2 */
+    float y_v2_0;   /* [1/s^1] of s^0 in the row of y for v2 */
+    float y_y_2;    /* [1] of s^2 in the row of y for y */
+    float y_y_1;    /* [1/s^1] of s^1 in the row of y for y */
+    float y_y_0;    /* [1/s^2] of s^0 in the row of y for y */
+    float y_1_2;    /* [m/s^1] of s^2 in the row of y for 1 */
+    float y_1_1;    /* [m/s^2] of s^1 in the row of y for 1 */
+    float y_1_0;    /* [m/s^3] of s^0 in the row of y for 1 */
+} hopform_transfer_f32;
+
+/* z': the rates of the members of a state. */
+typedef struct {
+    float x1_rate;  /* [m/s] rate of the displacement of the actuator */
+    float v1_rate;  /* [m/s/s] rate of the velocity of the actuator */
+    float v2_rate;  /* [m/s/s] rate of the velocity of the body */
+    float y_rate;   /* [m/s] rate of the compression of the spring, x_1 - x_2 + L_0 + c */
+} hopform_speeds_f32;
 
 /* How far the free acceleration of a mass that is held may go to either side. */
 typedef struct {
@@ -189,16 +234,16 @@ typedef struct {
     float y_t;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_at_f32;
 
-/* Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2. */
+/* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef struct {
-    float d_C_1;    /* [m/s^2] change of the constant acceleration of the actuator */
-    float d_a1_y;   /* [1/s^2] change of the acceleration of the actuator per compression */
     float d_a1_v1;  /* [1/s] change of the acceleration of the actuator per v_1 */
     float d_a1_v2;  /* [1/s] change of the acceleration of the actuator per v_2 */
-    float d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
-    float d_a2_y;   /* [1/s^2] change of the acceleration of the body per compression */
+    float d_a1_y;   /* [1/s^2] change of the acceleration of the actuator per compression */
+    float d_C_1;    /* [m/s^2] change of the constant acceleration of the actuator */
     float d_a2_v1;  /* [1/s] change of the acceleration of the body per v_1 */
     float d_a2_v2;  /* [1/s] change of the acceleration of the body per v_2 */
+    float d_a2_y;   /* [1/s^2] change of the acceleration of the body per compression */
+    float d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
 } hopform_slopes_f32;
 
 /* Changes: What the hopper is made of. */
@@ -280,7 +325,8 @@ static inline hopform_rates_f32 hopform_rates_of_f32(const hopform_robot_f32 *ro
     const float q_1 = k/m_eff;                              /* (6) denominator */
     const float p_2 = b2/m_s;                               /* (7) denominator */
     const float q_2 = k/m_s;                                /* (7) denominator */
-    const hopform_rates_f32 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2};
+    const float damping = b1*b2/(m_eff*m_s);                /* (11) denominator without the spring */
+    const hopform_rates_f32 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping};
     return result;
 }
 
@@ -369,6 +415,92 @@ static inline hopform_motion_f32 hopform_motion_of_body_f32(const hopform_rates_
     const float N1_1 = 0.0f;                      /* held */
     const float N0_1 = 0.0f;                      /* held */
     const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    return result;
+}
+
+/* The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations. */
+static inline hopform_transfer_f32 hopform_transfer_of_f32(const hopform_rates_f32 *rates,
+    const hopform_drive_f32 *drive,
+    float side_1,
+    float side_2)
+{
+    const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a1_v2 = rates->a1_v2;
+    const float a2_y = rates->a2_y, a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2;
+    const float damping = rates->damping;
+    const float C_1 = drive->C_1, C_2 = drive->C_2;
+    const float A11 = a1_v1*side_1*side_1;                    /* (3) */
+    const float A12 = a1_v2*side_1*side_1;                    /* (3) */
+    const float A1y = a1_y*side_1*side_1;                     /* (3) */
+    const float A21 = a2_v1*side_2*side_2;                    /* (4) */
+    const float A22 = a2_v2*side_2*side_2;                    /* (4) */
+    const float A2y = a2_y*side_2*side_2;                     /* (4) */
+    const float D1 = C_1*side_1*side_1;                       /* (3) */
+    const float D2 = C_2*side_2*side_2;                       /* (4) */
+    const float minor = damping*side_1*side_1*side_2*side_2;  /* A11 A22 - A12 A21, in which nothing cancels */
+    const float v1_v1_2 = 1.0f;                                /* (11) */
+    const float v1_v1_1 = -A22;                               /* (11) */
+    const float v1_v1_0 = A2y;                                /* (11) */
+    const float v1_v2_2 = 0.0f;                                /* (11) */
+    const float v1_v2_1 = A12;                                /* (11) */
+    const float v1_v2_0 = -A1y;                               /* (11) */
+    const float v1_y_2 = 0.0f;                                 /* (11) */
+    const float v1_y_1 = A1y;                                 /* (11) */
+    const float v1_y_0 = A12*A2y - A1y*A22;                   /* (11) */
+    const float v1_1_2 = D1;                                  /* (11) */
+    const float v1_1_1 = A12*D2 - A22*D1;                     /* (11) */
+    const float v1_1_0 = A2y*D1 - A1y*D2;                     /* (11) */
+    const float v2_v1_2 = 0.0f;                                /* (11) */
+    const float v2_v1_1 = A21;                                /* (11) */
+    const float v2_v1_0 = A2y;                                /* (11) */
+    const float v2_v2_2 = 1.0f;                                /* (11) */
+    const float v2_v2_1 = -A11;                               /* (11) */
+    const float v2_v2_0 = -A1y;                               /* (11) */
+    const float v2_y_2 = 0.0f;                                 /* (11) */
+    const float v2_y_1 = A2y;                                 /* (11) */
+    const float v2_y_0 = A1y*A21 - A11*A2y;                   /* (11) */
+    const float v2_1_2 = D2;                                  /* (11) */
+    const float v2_1_1 = A21*D1 - A11*D2;                     /* (11) */
+    const float v2_1_0 = A2y*D1 - A1y*D2;                     /* (11) */
+    const float y_v1_2 = 0.0f;                                 /* (11) */
+    const float y_v1_1 = 1.0f;                                 /* (11) */
+    const float y_v1_0 = -A21 - A22;                          /* (11) */
+    const float y_v2_2 = 0.0f;                                 /* (11) */
+    const float y_v2_1 = -1.0f;                                /* (11) */
+    const float y_v2_0 = A11 + A12;                           /* (11) */
+    const float y_y_2 = 1.0f;                                  /* (11) */
+    const float y_y_1 = -A11 - A22;                           /* (11) */
+    const float y_y_0 = minor;                                /* (11) */
+    const float y_1_2 = 0.0f;                                  /* (11) */
+    const float y_1_1 = D1 - D2;                              /* (11) */
+    const float y_1_0 = A11*D2 + A12*D2 - A21*D1 - A22*D1;    /* (11) */
+    const hopform_transfer_f32 result = {v1_v1_2, v1_v1_1, v1_v1_0, v1_v2_2, v1_v2_1, v1_v2_0, v1_y_2, v1_y_1, v1_y_0, v1_1_2, v1_1_1, v1_1_0, v2_v1_2, v2_v1_1, v2_v1_0, v2_v2_2, v2_v2_1, v2_v2_0, v2_y_2, v2_y_1, v2_y_0, v2_1_2, v2_1_1, v2_1_0, y_v1_2, y_v1_1, y_v1_0, y_v2_2, y_v2_1, y_v2_0, y_y_2, y_y_1, y_y_0, y_1_2, y_1_1, y_1_0};
+    return result;
+}
+
+/* z' of a state in a mode. */
+static inline hopform_speeds_f32 hopform_speeds_of_f32(const hopform_rates_f32 *rates,
+    const hopform_drive_f32 *drive,
+    float side_1,
+    float side_2,
+    const hopform_state_f32 *state)
+{
+    const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a1_v2 = rates->a1_v2, a2_y = rates->a2_y;
+    const float a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2;
+    const float C_1 = drive->C_1, C_2 = drive->C_2;
+    const float v1 = state->v1, v2 = state->v2, y = state->y;
+    const float A11 = a1_v1*side_1*side_1;               /* (3) */
+    const float A12 = a1_v2*side_1*side_1;               /* (3) */
+    const float A1y = a1_y*side_1*side_1;                /* (3) */
+    const float A21 = a2_v1*side_2*side_2;               /* (4) */
+    const float A22 = a2_v2*side_2*side_2;               /* (4) */
+    const float A2y = a2_y*side_2*side_2;                /* (4) */
+    const float D1 = C_1*side_1*side_1;                  /* (3) */
+    const float D2 = C_2*side_2*side_2;                  /* (4) */
+    const float x1_rate = v1;                            /* (3), (4) */
+    const float v1_rate = D1 + A11*v1 + A12*v2 + A1y*y;  /* (3), (4) */
+    const float v2_rate = D2 + A21*v1 + A22*v2 + A2y*y;  /* (3), (4) */
+    const float y_rate = v1 - v2;                        /* (3), (4) */
+    const hopform_speeds_f32 result = {x1_rate, v1_rate, v2_rate, y_rate};
     return result;
 }
 
@@ -674,6 +806,15 @@ static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *
     return result;
 }
 
+/* What the actuator loses where it meets a stop. */
+static inline float hopform_loss_at_stop_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+{
+    const float m_eff = robot->m_eff;
+    const float v1 = state->v1;
+    const float stop_loss = -0.5f*m_eff*v1*v1;  /* its kinetic energy */
+    return stop_loss;
+}
+
 /* Change of the energy of the body by the entries of a ledger. */
 static inline float hopform_aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 {
@@ -840,7 +981,7 @@ static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *
     const float d_a2_0 = -d_g;                                                   /* change of (4) constant */
     const float d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1;              /* change of (3), in (10) lambda_2 measured from y = 0 */
     const float d_C_2 = d_a2_0 - d_f2*side_2;                                    /* change of (4), in (8) -gamma measured from y = 0 */
-    const hopform_slopes_f32 result = {d_C_1, d_a1_y, d_a1_v1, d_a1_v2, d_C_2, d_a2_y, d_a2_v1, d_a2_v2};
+    const hopform_slopes_f32 result = {d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2};
     return result;
 }
 
@@ -863,17 +1004,31 @@ static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robo
     return d_body;
 }
 
-/* Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0). */
+/* Change of the apex with the robot and the state at take-off; a body that falls does not rise. */
 static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot,
-    float v2,
+    const hopform_state_f32 *state,
     const hopform_robot_change_f32 *robot_change,
     const hopform_state_change_f32 *state_change)
 {
     const float g = robot->g;
+    const float v2 = state->v2;
     const float d_g = robot_change->d_g;
     const float d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
-    const float d_apex = d_x1 + d_v2*v2/g - d_y - 0.5f*d_g*v2*v2/(g*g);  /* change of apex of the ballistic flight */
+    const float v_up = 0.5f*fabs_f32(v2) + 0.5f*v2;                            /* max(v_2, 0) */
+    const float d_apex = d_x1 + d_v2*v_up/g - d_y - 0.5f*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
     return d_apex;
+}
+
+/* Change of the body's height with the robot and the state. */
+static inline float hopform_height_change_f32(const hopform_robot_change_f32 *robot_change,
+    const hopform_state_change_f32 *state_change)
+{
+    const float d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
+    const float d_x1 = state_change->d_x1, d_y = state_change->d_y;
+    const float d_length = d_x1 - d_y;         /* change of x_2 - L_0 - c */
+    const float d_unloaded = d_L0 + d_c;       /* change of length of the leg without load */
+    const float d_x2 = d_length + d_unloaded;  /* change of y = x_1 - x_2 + L_0 + c */
+    return d_x2;
 }
 
 /* Contact force of the leg over k, at a state. */

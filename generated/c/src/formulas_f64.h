@@ -94,12 +94,57 @@ typedef struct {
     double int_v1;    /* [m] integral of v_1 */
     double int_v2;    /* [m] integral of v_2 */
     double int_v1v1;  /* [m^2/s] integral of v_1^2 */
-    double int_v1v2;  /* [m^2/s] integral of v_1 v_2 */
     double int_v2v2;  /* [m^2/s] integral of v_2^2 */
-    double int_yv1;   /* [m^2] integral of y v_1 */
-    double int_yv2;   /* [m^2] integral of y v_2 */
     double int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
 } hopform_moments_f64;
+
+/* adj(s - M) of the core and, in the last column, times the constant accelerations. */
+typedef struct {
+    double v1_v1_2;  /* [1] of s^2 in the row of v1 for v1 */
+    double v1_v1_1;  /* [1/s^1] of s^1 in the row of v1 for v1 */
+    double v1_v1_0;  /* [1/s^2] of s^0 in the row of v1 for v1 */
+    double v1_v2_2;  /* [1] of s^2 in the row of v1 for v2 */
+    double v1_v2_1;  /* [1/s^1] of s^1 in the row of v1 for v2 */
+    double v1_v2_0;  /* [1/s^2] of s^0 in the row of v1 for v2 */
+    double v1_y_2;   /* [1/s^1] of s^2 in the row of v1 for y */
+    double v1_y_1;   /* [1/s^2] of s^1 in the row of v1 for y */
+    double v1_y_0;   /* [1/s^3] of s^0 in the row of v1 for y */
+    double v1_1_2;   /* [m/s^2] of s^2 in the row of v1 for 1 */
+    double v1_1_1;   /* [m/s^3] of s^1 in the row of v1 for 1 */
+    double v1_1_0;   /* [m/s^4] of s^0 in the row of v1 for 1 */
+    double v2_v1_2;  /* [1] of s^2 in the row of v2 for v1 */
+    double v2_v1_1;  /* [1/s^1] of s^1 in the row of v2 for v1 */
+    double v2_v1_0;  /* [1/s^2] of s^0 in the row of v2 for v1 */
+    double v2_v2_2;  /* [1] of s^2 in the row of v2 for v2 */
+    double v2_v2_1;  /* [1/s^1] of s^1 in the row of v2 for v2 */
+    double v2_v2_0;  /* [1/s^2] of s^0 in the row of v2 for v2 */
+    double v2_y_2;   /* [1/s^1] of s^2 in the row of v2 for y */
+    double v2_y_1;   /* [1/s^2] of s^1 in the row of v2 for y */
+    double v2_y_0;   /* [1/s^3] of s^0 in the row of v2 for y */
+    double v2_1_2;   /* [m/s^2] of s^2 in the row of v2 for 1 */
+    double v2_1_1;   /* [m/s^3] of s^1 in the row of v2 for 1 */
+    double v2_1_0;   /* [m/s^4] of s^0 in the row of v2 for 1 */
+    double y_v1_2;   /* [1/s^-1] of s^2 in the row of y for v1 */
+    double y_v1_1;   /* [1] of s^1 in the row of y for v1 */
+    double y_v1_0;   /* [1/s^1] of s^0 in the row of y for v1 */
+    double y_v2_2;   /* [1/s^-1] of s^2 in the row of y for v2 */
+    double y_v2_1;   /* [1] of s^1 in the row of y for v2 */
+    double y_v2_0;   /* [1/s^1] of s^0 in the row of y for v2 */
+    double y_y_2;    /* [1] of s^2 in the row of y for y */
+    double y_y_1;    /* [1/s^1] of s^1 in the row of y for y */
+    double y_y_0;    /* [1/s^2] of s^0 in the row of y for y */
+    double y_1_2;    /* [m/s^1] of s^2 in the row of y for 1 */
+    double y_1_1;    /* [m/s^2] of s^1 in the row of y for 1 */
+    double y_1_0;    /* [m/s^3] of s^0 in the row of y for 1 */
+} hopform_transfer_f64;
+
+/* z': the rates of the members of a state. */
+typedef struct {
+    double x1_rate;  /* [m/s] rate of the displacement of the actuator */
+    double v1_rate;  /* [m/s/s] rate of the velocity of the actuator */
+    double v2_rate;  /* [m/s/s] rate of the velocity of the body */
+    double y_rate;   /* [m/s] rate of the compression of the spring, x_1 - x_2 + L_0 + c */
+} hopform_speeds_f64;
 
 /* How far the free acceleration of a mass that is held may go to either side. */
 typedef struct {
@@ -189,16 +234,16 @@ typedef struct {
     double y_t;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_at_f64;
 
-/* Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2. */
+/* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef struct {
-    double d_C_1;    /* [m/s^2] change of the constant acceleration of the actuator */
-    double d_a1_y;   /* [1/s^2] change of the acceleration of the actuator per compression */
     double d_a1_v1;  /* [1/s] change of the acceleration of the actuator per v_1 */
     double d_a1_v2;  /* [1/s] change of the acceleration of the actuator per v_2 */
-    double d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
-    double d_a2_y;   /* [1/s^2] change of the acceleration of the body per compression */
+    double d_a1_y;   /* [1/s^2] change of the acceleration of the actuator per compression */
+    double d_C_1;    /* [m/s^2] change of the constant acceleration of the actuator */
     double d_a2_v1;  /* [1/s] change of the acceleration of the body per v_1 */
     double d_a2_v2;  /* [1/s] change of the acceleration of the body per v_2 */
+    double d_a2_y;   /* [1/s^2] change of the acceleration of the body per compression */
+    double d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
 } hopform_slopes_f64;
 
 /* Changes: What the hopper is made of. */
@@ -280,7 +325,8 @@ static inline hopform_rates_f64 hopform_rates_of_f64(const hopform_robot_f64 *ro
     const double q_1 = k/m_eff;                              /* (6) denominator */
     const double p_2 = b2/m_s;                               /* (7) denominator */
     const double q_2 = k/m_s;                                /* (7) denominator */
-    const hopform_rates_f64 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2};
+    const double damping = b1*b2/(m_eff*m_s);                /* (11) denominator without the spring */
+    const hopform_rates_f64 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping};
     return result;
 }
 
@@ -369,6 +415,92 @@ static inline hopform_motion_f64 hopform_motion_of_body_f64(const hopform_rates_
     const double N1_1 = 0.0;                      /* held */
     const double N0_1 = 0.0;                      /* held */
     const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    return result;
+}
+
+/* The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations. */
+static inline hopform_transfer_f64 hopform_transfer_of_f64(const hopform_rates_f64 *rates,
+    const hopform_drive_f64 *drive,
+    double side_1,
+    double side_2)
+{
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a1_v2 = rates->a1_v2;
+    const double a2_y = rates->a2_y, a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2;
+    const double damping = rates->damping;
+    const double C_1 = drive->C_1, C_2 = drive->C_2;
+    const double A11 = a1_v1*side_1*side_1;                    /* (3) */
+    const double A12 = a1_v2*side_1*side_1;                    /* (3) */
+    const double A1y = a1_y*side_1*side_1;                     /* (3) */
+    const double A21 = a2_v1*side_2*side_2;                    /* (4) */
+    const double A22 = a2_v2*side_2*side_2;                    /* (4) */
+    const double A2y = a2_y*side_2*side_2;                     /* (4) */
+    const double D1 = C_1*side_1*side_1;                       /* (3) */
+    const double D2 = C_2*side_2*side_2;                       /* (4) */
+    const double minor = damping*side_1*side_1*side_2*side_2;  /* A11 A22 - A12 A21, in which nothing cancels */
+    const double v1_v1_2 = 1.0;                                /* (11) */
+    const double v1_v1_1 = -A22;                               /* (11) */
+    const double v1_v1_0 = A2y;                                /* (11) */
+    const double v1_v2_2 = 0.0;                                /* (11) */
+    const double v1_v2_1 = A12;                                /* (11) */
+    const double v1_v2_0 = -A1y;                               /* (11) */
+    const double v1_y_2 = 0.0;                                 /* (11) */
+    const double v1_y_1 = A1y;                                 /* (11) */
+    const double v1_y_0 = A12*A2y - A1y*A22;                   /* (11) */
+    const double v1_1_2 = D1;                                  /* (11) */
+    const double v1_1_1 = A12*D2 - A22*D1;                     /* (11) */
+    const double v1_1_0 = A2y*D1 - A1y*D2;                     /* (11) */
+    const double v2_v1_2 = 0.0;                                /* (11) */
+    const double v2_v1_1 = A21;                                /* (11) */
+    const double v2_v1_0 = A2y;                                /* (11) */
+    const double v2_v2_2 = 1.0;                                /* (11) */
+    const double v2_v2_1 = -A11;                               /* (11) */
+    const double v2_v2_0 = -A1y;                               /* (11) */
+    const double v2_y_2 = 0.0;                                 /* (11) */
+    const double v2_y_1 = A2y;                                 /* (11) */
+    const double v2_y_0 = A1y*A21 - A11*A2y;                   /* (11) */
+    const double v2_1_2 = D2;                                  /* (11) */
+    const double v2_1_1 = A21*D1 - A11*D2;                     /* (11) */
+    const double v2_1_0 = A2y*D1 - A1y*D2;                     /* (11) */
+    const double y_v1_2 = 0.0;                                 /* (11) */
+    const double y_v1_1 = 1.0;                                 /* (11) */
+    const double y_v1_0 = -A21 - A22;                          /* (11) */
+    const double y_v2_2 = 0.0;                                 /* (11) */
+    const double y_v2_1 = -1.0;                                /* (11) */
+    const double y_v2_0 = A11 + A12;                           /* (11) */
+    const double y_y_2 = 1.0;                                  /* (11) */
+    const double y_y_1 = -A11 - A22;                           /* (11) */
+    const double y_y_0 = minor;                                /* (11) */
+    const double y_1_2 = 0.0;                                  /* (11) */
+    const double y_1_1 = D1 - D2;                              /* (11) */
+    const double y_1_0 = A11*D2 + A12*D2 - A21*D1 - A22*D1;    /* (11) */
+    const hopform_transfer_f64 result = {v1_v1_2, v1_v1_1, v1_v1_0, v1_v2_2, v1_v2_1, v1_v2_0, v1_y_2, v1_y_1, v1_y_0, v1_1_2, v1_1_1, v1_1_0, v2_v1_2, v2_v1_1, v2_v1_0, v2_v2_2, v2_v2_1, v2_v2_0, v2_y_2, v2_y_1, v2_y_0, v2_1_2, v2_1_1, v2_1_0, y_v1_2, y_v1_1, y_v1_0, y_v2_2, y_v2_1, y_v2_0, y_y_2, y_y_1, y_y_0, y_1_2, y_1_1, y_1_0};
+    return result;
+}
+
+/* z' of a state in a mode. */
+static inline hopform_speeds_f64 hopform_speeds_of_f64(const hopform_rates_f64 *rates,
+    const hopform_drive_f64 *drive,
+    double side_1,
+    double side_2,
+    const hopform_state_f64 *state)
+{
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a1_v2 = rates->a1_v2, a2_y = rates->a2_y;
+    const double a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2;
+    const double C_1 = drive->C_1, C_2 = drive->C_2;
+    const double v1 = state->v1, v2 = state->v2, y = state->y;
+    const double A11 = a1_v1*side_1*side_1;               /* (3) */
+    const double A12 = a1_v2*side_1*side_1;               /* (3) */
+    const double A1y = a1_y*side_1*side_1;                /* (3) */
+    const double A21 = a2_v1*side_2*side_2;               /* (4) */
+    const double A22 = a2_v2*side_2*side_2;               /* (4) */
+    const double A2y = a2_y*side_2*side_2;                /* (4) */
+    const double D1 = C_1*side_1*side_1;                  /* (3) */
+    const double D2 = C_2*side_2*side_2;                  /* (4) */
+    const double x1_rate = v1;                            /* (3), (4) */
+    const double v1_rate = D1 + A11*v1 + A12*v2 + A1y*y;  /* (3), (4) */
+    const double v2_rate = D2 + A21*v1 + A22*v2 + A2y*y;  /* (3), (4) */
+    const double y_rate = v1 - v2;                        /* (3), (4) */
+    const hopform_speeds_f64 result = {x1_rate, v1_rate, v2_rate, y_rate};
     return result;
 }
 
@@ -674,6 +806,15 @@ static inline hopform_ledger_f64 hopform_ledger_of_f64(const hopform_robot_f64 *
     return result;
 }
 
+/* What the actuator loses where it meets a stop. */
+static inline double hopform_loss_at_stop_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+{
+    const double m_eff = robot->m_eff;
+    const double v1 = state->v1;
+    const double stop_loss = -0.5*m_eff*v1*v1;  /* its kinetic energy */
+    return stop_loss;
+}
+
 /* Change of the energy of the body by the entries of a ledger. */
 static inline double hopform_aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
 {
@@ -840,7 +981,7 @@ static inline hopform_slopes_f64 hopform_slopes_of_f64(const hopform_robot_f64 *
     const double d_a2_0 = -d_g;                                                   /* change of (4) constant */
     const double d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1;              /* change of (3), in (10) lambda_2 measured from y = 0 */
     const double d_C_2 = d_a2_0 - d_f2*side_2;                                    /* change of (4), in (8) -gamma measured from y = 0 */
-    const hopform_slopes_f64 result = {d_C_1, d_a1_y, d_a1_v1, d_a1_v2, d_C_2, d_a2_y, d_a2_v1, d_a2_v2};
+    const hopform_slopes_f64 result = {d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2};
     return result;
 }
 
@@ -863,17 +1004,31 @@ static inline double hopform_body_energy_change_f64(const hopform_robot_f64 *rob
     return d_body;
 }
 
-/* Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0). */
+/* Change of the apex with the robot and the state at take-off; a body that falls does not rise. */
 static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot,
-    double v2,
+    const hopform_state_f64 *state,
     const hopform_robot_change_f64 *robot_change,
     const hopform_state_change_f64 *state_change)
 {
     const double g = robot->g;
+    const double v2 = state->v2;
     const double d_g = robot_change->d_g;
     const double d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
-    const double d_apex = d_x1 + d_v2*v2/g - d_y - 0.5*d_g*v2*v2/(g*g);  /* change of apex of the ballistic flight */
+    const double v_up = 0.5*fabs_f64(v2) + 0.5*v2;                            /* max(v_2, 0) */
+    const double d_apex = d_x1 + d_v2*v_up/g - d_y - 0.5*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
     return d_apex;
+}
+
+/* Change of the body's height with the robot and the state. */
+static inline double hopform_height_change_f64(const hopform_robot_change_f64 *robot_change,
+    const hopform_state_change_f64 *state_change)
+{
+    const double d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
+    const double d_x1 = state_change->d_x1, d_y = state_change->d_y;
+    const double d_length = d_x1 - d_y;         /* change of x_2 - L_0 - c */
+    const double d_unloaded = d_L0 + d_c;       /* change of length of the leg without load */
+    const double d_x2 = d_length + d_unloaded;  /* change of y = x_1 - x_2 + L_0 + c */
+    return d_x2;
 }
 
 /* Contact force of the leg over k, at a state. */

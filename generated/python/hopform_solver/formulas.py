@@ -44,7 +44,9 @@ from hopform_solver.records import (
     Shifted,
     ShiftedSeries,
     Slopes,
+    Speeds,
     StateChange,
+    Transfer,
     Way,
     Work,
 )
@@ -72,7 +74,8 @@ def rates_of(robot: Robot) -> Rates:
     q_1 = k/m_eff                              # (6) denominator
     p_2 = b2/m_s                               # (7) denominator
     q_2 = k/m_s                                # (7) denominator
-    return Rates(a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2)
+    damping = b1*b2/(m_eff*m_s)                # (11) denominator without the spring
+    return Rates(a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping)
 
 
 def drive_of(robot: Robot, rates: Rates, u: Real, side_1: Real, side_2: Real) -> Drive:
@@ -154,6 +157,88 @@ def motion_of_body(rates: Rates, drive: Drive, state: LegState) -> Motion:
     N1_1 = 0.0                      # held
     N0_1 = 0.0                      # held
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+
+
+def transfer_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real) -> Transfer:
+    """The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations.
+
+    side_1 [1] sign of v_1 in the phase, 0 if held.
+    side_2 [1] sign of v_2 in the phase, 0 if held.
+    """
+    a1_y, a1_v1, a1_v2, a2_y = rates.a1_y, rates.a1_v1, rates.a1_v2, rates.a2_y
+    a2_v1, a2_v2, damping = rates.a2_v1, rates.a2_v2, rates.damping
+    C_1, C_2 = drive.C_1, drive.C_2
+    A11 = a1_v1*side_1*side_1                    # (3)
+    A12 = a1_v2*side_1*side_1                    # (3)
+    A1y = a1_y*side_1*side_1                     # (3)
+    A21 = a2_v1*side_2*side_2                    # (4)
+    A22 = a2_v2*side_2*side_2                    # (4)
+    A2y = a2_y*side_2*side_2                     # (4)
+    D1 = C_1*side_1*side_1                       # (3)
+    D2 = C_2*side_2*side_2                       # (4)
+    minor = damping*side_1*side_1*side_2*side_2  # A11 A22 - A12 A21, in which nothing cancels
+    v1_v1_2 = 1.0                                # (11)
+    v1_v1_1 = -A22                               # (11)
+    v1_v1_0 = A2y                                # (11)
+    v1_v2_2 = 0.0                                # (11)
+    v1_v2_1 = A12                                # (11)
+    v1_v2_0 = -A1y                               # (11)
+    v1_y_2 = 0.0                                 # (11)
+    v1_y_1 = A1y                                 # (11)
+    v1_y_0 = A12*A2y - A1y*A22                   # (11)
+    v1_1_2 = D1                                  # (11)
+    v1_1_1 = A12*D2 - A22*D1                     # (11)
+    v1_1_0 = A2y*D1 - A1y*D2                     # (11)
+    v2_v1_2 = 0.0                                # (11)
+    v2_v1_1 = A21                                # (11)
+    v2_v1_0 = A2y                                # (11)
+    v2_v2_2 = 1.0                                # (11)
+    v2_v2_1 = -A11                               # (11)
+    v2_v2_0 = -A1y                               # (11)
+    v2_y_2 = 0.0                                 # (11)
+    v2_y_1 = A2y                                 # (11)
+    v2_y_0 = A1y*A21 - A11*A2y                   # (11)
+    v2_1_2 = D2                                  # (11)
+    v2_1_1 = A21*D1 - A11*D2                     # (11)
+    v2_1_0 = A2y*D1 - A1y*D2                     # (11)
+    y_v1_2 = 0.0                                 # (11)
+    y_v1_1 = 1.0                                 # (11)
+    y_v1_0 = -A21 - A22                          # (11)
+    y_v2_2 = 0.0                                 # (11)
+    y_v2_1 = -1.0                                # (11)
+    y_v2_0 = A11 + A12                           # (11)
+    y_y_2 = 1.0                                  # (11)
+    y_y_1 = -A11 - A22                           # (11)
+    y_y_0 = minor                                # (11)
+    y_1_2 = 0.0                                  # (11)
+    y_1_1 = D1 - D2                              # (11)
+    y_1_0 = A11*D2 + A12*D2 - A21*D1 - A22*D1    # (11)
+    return Transfer(v1_v1_2, v1_v1_1, v1_v1_0, v1_v2_2, v1_v2_1, v1_v2_0, v1_y_2, v1_y_1, v1_y_0, v1_1_2, v1_1_1, v1_1_0, v2_v1_2, v2_v1_1, v2_v1_0, v2_v2_2, v2_v2_1, v2_v2_0, v2_y_2, v2_y_1, v2_y_0, v2_1_2, v2_1_1, v2_1_0, y_v1_2, y_v1_1, y_v1_0, y_v2_2, y_v2_1, y_v2_0, y_y_2, y_y_1, y_y_0, y_1_2, y_1_1, y_1_0)
+
+
+def speeds_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real, state: LegState) -> Speeds:
+    """z' of a state in a mode.
+
+    side_1 [1] sign of v_1 in the phase, 0 if held.
+    side_2 [1] sign of v_2 in the phase, 0 if held.
+    """
+    a1_y, a1_v1, a1_v2, a2_y, a2_v1 = rates.a1_y, rates.a1_v1, rates.a1_v2, rates.a2_y, rates.a2_v1
+    a2_v2 = rates.a2_v2
+    C_1, C_2 = drive.C_1, drive.C_2
+    v1, v2, y = state.v1, state.v2, state.y
+    A11 = a1_v1*side_1*side_1               # (3)
+    A12 = a1_v2*side_1*side_1               # (3)
+    A1y = a1_y*side_1*side_1                # (3)
+    A21 = a2_v1*side_2*side_2               # (4)
+    A22 = a2_v2*side_2*side_2               # (4)
+    A2y = a2_y*side_2*side_2                # (4)
+    D1 = C_1*side_1*side_1                  # (3)
+    D2 = C_2*side_2*side_2                  # (4)
+    x1_rate = v1                            # (3), (4)
+    v1_rate = D1 + A11*v1 + A12*v2 + A1y*y  # (3), (4)
+    v2_rate = D2 + A21*v1 + A22*v2 + A2y*y  # (3), (4)
+    y_rate = v1 - v2                        # (3), (4)
+    return Speeds(x1_rate, v1_rate, v2_rate, y_rate)
 
 
 def friction_of(robot: Robot) -> Friction:
@@ -449,6 +534,17 @@ def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Rea
     return Work(motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work)
 
 
+def loss_at_stop(robot: Robot, state: LegState) -> Real:
+    """What the actuator loses where it meets a stop.
+
+    Returns stop_loss [J], what the actuator lost at stops.
+    """
+    m_eff = robot.m_eff
+    v1 = state.v1
+    stop_loss = -0.5*m_eff*v1*v1  # its kinetic energy
+    return stop_loss
+
+
 def aed_of_ledger(ledger: Work) -> Real:
     """Change of the energy of the body by the entries of a ledger.
 
@@ -635,7 +731,7 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     d_a2_0 = -d_g                                                   # change of (4) constant
     d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1              # change of (3), in (10) lambda_2 measured from y = 0
     d_C_2 = d_a2_0 - d_f2*side_2                                    # change of (4), in (8) -gamma measured from y = 0
-    return Slopes(d_C_1, d_a1_y, d_a1_v1, d_a1_v2, d_C_2, d_a2_y, d_a2_v1, d_a2_v2)
+    return Slopes(d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2)
 
 
 def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
@@ -656,17 +752,31 @@ def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange,
     return d_body
 
 
-def apex_change(robot: Robot, v2: Real, robot_change: RobotChange, state_change: StateChange) -> Real:
-    """Change of the apex with the robot and the state at take-off, v_2 being max(v_2, 0).
+def apex_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
+    """Change of the apex with the robot and the state at take-off; a body that falls does not rise.
 
-    v2 [m/s] velocity of the body.
     Returns d_apex [m], change of the hop height of the apex.
     """
     g = robot.g
+    v2 = state.v2
     d_g = robot_change.d_g
     d_x1, d_v2, d_y = state_change.d_x1, state_change.d_v2, state_change.d_y
-    d_apex = d_x1 + d_v2*v2/g - d_y - 0.5*d_g*v2*v2/(g*g)  # change of apex of the ballistic flight
+    v_up = 0.5*fabs(v2) + 0.5*v2                                 # max(v_2, 0)
+    d_apex = d_x1 + d_v2*v_up/g - d_y - 0.5*d_g*v_up*v_up/(g*g)  # change of apex of the ballistic flight
     return d_apex
+
+
+def height_change(robot_change: RobotChange, state_change: StateChange) -> Real:
+    """Change of the body's height with the robot and the state.
+
+    Returns d_x2 [m], change of the height of the body over the ground under the foot.
+    """
+    d_L0, d_c = robot_change.d_L0, robot_change.d_c
+    d_x1, d_y = state_change.d_x1, state_change.d_y
+    d_length = d_x1 - d_y         # change of x_2 - L_0 - c
+    d_unloaded = d_L0 + d_c       # change of length of the leg without load
+    d_x2 = d_length + d_unloaded  # change of y = x_1 - x_2 + L_0 + c
+    return d_x2
 
 
 def contact_of(robot: Robot, state: LegState) -> Real:

@@ -18,6 +18,9 @@ LEG_HAS_DAMPER = bool(0)
 FOOT_IS_FIXED, BODY_IS_FIXED = bool(0), bool(0)
 """Whether the foot is bolted to the ground, so that the leg may pull; whether the body is."""
 
+AXES_OF_MOMENTS = [[1, 4], [2, 4], [1, 1], [2, 2], [0, 2]]
+"""The members of (x_1 - x_1(0), v_1, v_2, y, 1) whose product each of the ledger's moments integrates."""
+
 EPS = {_F32: 1.1920928955078125e-07, _F64: 2.220446049250313e-16}
 ROOT_EPS = {_F32: 0.00034526698300124393, _F64: 1.4901161193847656e-08}
 NEVER = {_F32: 1e+38, _F64: 1e+300}

@@ -311,6 +311,8 @@ class Rates(NamedTuple):
     """[1/s] body moving alone: s^2 + p_2 s + q_2"""
     q_2: Real
     """[1/s^2] body moving alone"""
+    damping: Real
+    """[1/s^2] product of the rates of both without the spring"""
 
 
 class Poles(NamedTuple):
@@ -491,14 +493,8 @@ class Moments(NamedTuple):
     """[m] integral of v_2"""
     int_v1v1: Real
     """[m^2/s] integral of v_1^2"""
-    int_v1v2: Real
-    """[m^2/s] integral of v_1 v_2"""
     int_v2v2: Real
     """[m^2/s] integral of v_2^2"""
-    int_yv1: Real
-    """[m^2] integral of y v_1"""
-    int_yv2: Real
-    """[m^2] integral of y v_2"""
     int_xv2: Real
     """[m^2] integral of (x_1 - x_1(0)) v_2"""
 
@@ -520,6 +516,96 @@ class Work(NamedTuple):
     """[J] Coulomb loss of the body"""
     spring_work: Real
     """[J] what the actuator's displacement does to the body through the spring"""
+
+
+class Transfer(NamedTuple):
+    """adj(s - M) of the core and, in the last column, times the constant accelerations."""
+
+    v1_v1_2: Real
+    """[1] of s^2 in the row of v1 for v1"""
+    v1_v1_1: Real
+    """[1/s^1] of s^1 in the row of v1 for v1"""
+    v1_v1_0: Real
+    """[1/s^2] of s^0 in the row of v1 for v1"""
+    v1_v2_2: Real
+    """[1] of s^2 in the row of v1 for v2"""
+    v1_v2_1: Real
+    """[1/s^1] of s^1 in the row of v1 for v2"""
+    v1_v2_0: Real
+    """[1/s^2] of s^0 in the row of v1 for v2"""
+    v1_y_2: Real
+    """[1/s^1] of s^2 in the row of v1 for y"""
+    v1_y_1: Real
+    """[1/s^2] of s^1 in the row of v1 for y"""
+    v1_y_0: Real
+    """[1/s^3] of s^0 in the row of v1 for y"""
+    v1_1_2: Real
+    """[m/s^2] of s^2 in the row of v1 for 1"""
+    v1_1_1: Real
+    """[m/s^3] of s^1 in the row of v1 for 1"""
+    v1_1_0: Real
+    """[m/s^4] of s^0 in the row of v1 for 1"""
+    v2_v1_2: Real
+    """[1] of s^2 in the row of v2 for v1"""
+    v2_v1_1: Real
+    """[1/s^1] of s^1 in the row of v2 for v1"""
+    v2_v1_0: Real
+    """[1/s^2] of s^0 in the row of v2 for v1"""
+    v2_v2_2: Real
+    """[1] of s^2 in the row of v2 for v2"""
+    v2_v2_1: Real
+    """[1/s^1] of s^1 in the row of v2 for v2"""
+    v2_v2_0: Real
+    """[1/s^2] of s^0 in the row of v2 for v2"""
+    v2_y_2: Real
+    """[1/s^1] of s^2 in the row of v2 for y"""
+    v2_y_1: Real
+    """[1/s^2] of s^1 in the row of v2 for y"""
+    v2_y_0: Real
+    """[1/s^3] of s^0 in the row of v2 for y"""
+    v2_1_2: Real
+    """[m/s^2] of s^2 in the row of v2 for 1"""
+    v2_1_1: Real
+    """[m/s^3] of s^1 in the row of v2 for 1"""
+    v2_1_0: Real
+    """[m/s^4] of s^0 in the row of v2 for 1"""
+    y_v1_2: Real
+    """[1/s^-1] of s^2 in the row of y for v1"""
+    y_v1_1: Real
+    """[1] of s^1 in the row of y for v1"""
+    y_v1_0: Real
+    """[1/s^1] of s^0 in the row of y for v1"""
+    y_v2_2: Real
+    """[1/s^-1] of s^2 in the row of y for v2"""
+    y_v2_1: Real
+    """[1] of s^1 in the row of y for v2"""
+    y_v2_0: Real
+    """[1/s^1] of s^0 in the row of y for v2"""
+    y_y_2: Real
+    """[1] of s^2 in the row of y for y"""
+    y_y_1: Real
+    """[1/s^1] of s^1 in the row of y for y"""
+    y_y_0: Real
+    """[1/s^2] of s^0 in the row of y for y"""
+    y_1_2: Real
+    """[m/s^1] of s^2 in the row of y for 1"""
+    y_1_1: Real
+    """[m/s^2] of s^1 in the row of y for 1"""
+    y_1_0: Real
+    """[m/s^3] of s^0 in the row of y for 1"""
+
+
+class Speeds(NamedTuple):
+    """z': the rates of the members of a state."""
+
+    x1_rate: Real
+    """[m/s] rate of the displacement of the actuator"""
+    v1_rate: Real
+    """[m/s/s] rate of the velocity of the actuator"""
+    v2_rate: Real
+    """[m/s/s] rate of the velocity of the body"""
+    y_rate: Real
+    """[m/s] rate of the compression of the spring, x_1 - x_2 + L_0 + c"""
 
 
 class Friction(NamedTuple):
@@ -663,24 +749,24 @@ class At(NamedTuple):
 
 
 class Slopes(NamedTuple):
-    """Change of the right sides of (3), (4), by what its shares go with: 1, y, v_1, v_2."""
+    """Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1."""
 
-    d_C_1: Real
-    """[m/s^2] change of the constant acceleration of the actuator"""
-    d_a1_y: Real
-    """[1/s^2] change of the acceleration of the actuator per compression"""
     d_a1_v1: Real
     """[1/s] change of the acceleration of the actuator per v_1"""
     d_a1_v2: Real
     """[1/s] change of the acceleration of the actuator per v_2"""
-    d_C_2: Real
-    """[m/s^2] change of the constant acceleration of the body"""
-    d_a2_y: Real
-    """[1/s^2] change of the acceleration of the body per compression"""
+    d_a1_y: Real
+    """[1/s^2] change of the acceleration of the actuator per compression"""
+    d_C_1: Real
+    """[m/s^2] change of the constant acceleration of the actuator"""
     d_a2_v1: Real
     """[1/s] change of the acceleration of the body per v_1"""
     d_a2_v2: Real
     """[1/s] change of the acceleration of the body per v_2"""
+    d_a2_y: Real
+    """[1/s^2] change of the acceleration of the body per compression"""
+    d_C_2: Real
+    """[m/s^2] change of the constant acceleration of the body"""
 
 
 class RobotChange(NamedTuple):

@@ -40,6 +40,7 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("q_1", "real", 1),
         ("p_2", "real", 1),
         ("q_2", "real", 1),
+        ("damping", "real", 1),
     ),
     "Poles": (
         ("a", "real", 1),

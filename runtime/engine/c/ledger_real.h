@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * The ledger over a part of a phase. Within a phase z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z, so the integral
- * of z z^T obeys
+ * The ledger over a part of a phase. Within a phase z' = M z, so the integral of z z^T obeys
  *
  *     I(2h) = I(h) + Phi(h) I(h) Phi(h)^T,        Phi(h) = exp(M h) from the closed form
  *
@@ -13,74 +12,91 @@
 
 #include "linear_real.h"
 
-/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states: on and above the
- * diagonal. */
-static inline hopform_matrix_real hopform_short_moments_real(const hopform_poles_real *poles,
-                                                             const hopform_motion_real *motion,
-                                                             const hopform_phase_real *phase, real h)
+/* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
+ * ledger reads or all of it. */
+static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_real *plan,
+                                                             const hopform_mode_real *mode,
+                                                             const hopform_state_real *start, real u, real h, bool all)
 {
-    const hopform_state_real start = {0.0, phase->v1, phase->v2, phase->y};
+    const hopform_motion_real motion = hopform_motion_of_real(plan, start, u, mode->side[0], mode->side[1]);
     hopform_matrix_real sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
-        const real t = hopform_place_real[node] * h;
-        const hopform_basis_real basis = hopform_basis_at_real(poles, t);
-        const hopform_state_real at =
-            hopform_arrive_real(&start, motion, &basis, hopform_side_1_real(phase), hopform_side_2_real(phase));
-        const real z[Z_SIZE] = {1.0, at.x1, at.y, at.v1, at.v2};
-        for (int i = 0; i < Z_SIZE; i++) {
-            const real weighed = z[i] * (hopform_weight_real[node] * h);
-            for (int j = i; j < Z_SIZE; j++) {
-                sum.at[i][j] += weighed * z[j];
+        const hopform_basis_real basis = hopform_basis_at_real(mode->poles, hopform_place_real[node] * h);
+        const hopform_state_real at = hopform_arrive_real(start, &motion, &basis, mode->side[0], mode->side[1]);
+        const real weight = hopform_weight_real[node] * h;
+        real z[AXES_real + 1];
+        hopform_axes_of_real(&at, z);
+        z[ONE_real] = 1.0;
+        if (!all) {
+#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * z[i] * z[j];
+            HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
+#undef ADD_PRODUCT
+        }
+        for (int i = 0; i <= AXES_real && all; i++) {
+            for (int j = i; j <= AXES_real; j++) {
+                sum.at[i][j] += weight * z[i] * z[j];
             }
         }
     }
     return sum;
 }
 
-/* Integral of z z^T over the first t of a phase. */
-static inline hopform_matrix_real hopform_moments_in_phase_real(const hopform_plan_real *plan,
-                                                                const hopform_phase_real *phase, real u, real t)
+/* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
+static inline void hopform_double_moments_real(hopform_matrix_real *sum, const hopform_matrix_real *phi)
 {
-    const int side_1 = hopform_side_1_real(phase);
-    const int side_2 = hopform_side_2_real(phase);
-    const hopform_drive_real drive = hopform_drive_of_real(&plan->robot, &plan->rates, u, (real)side_1, (real)side_2);
-    const hopform_state_real start = {0.0, phase->v1, phase->v2, phase->y};
-    const hopform_motion_real motion = hopform_motion_under_real(&plan->rates, &drive, &start, side_1, side_2);
-    const hopform_poles_real *poles = hopform_poles_of_real(plan, side_1, side_2);
-    real h = t;
-    int doublings = hopform_halve_real(poles, &h);
-    hopform_matrix_real sum = hopform_short_moments_real(poles, &motion, phase, h);
-    for (; doublings > 0; doublings--) {
-        for (int i = 1; i < Z_SIZE; i++) {
-            for (int j = 0; j < i; j++) {
-                sum.at[i][j] = sum.at[j][i];
-            }
+    real left[AXES_real][AXES_real + 1];
+    for (int i = 1; i <= AXES_real; i++) {
+        for (int j = 0; j < i; j++) {
+            sum->at[i][j] = sum->at[j][i];
         }
-        const hopform_matrix_real phi = hopform_transition_real(plan, phase, u, h);
-        hopform_matrix_real left = {{{0}}};
-        hopform_add_product_real(&left, &phi, &sum);
-        for (int i = 0; i < Z_SIZE; i++) {
-            for (int j = i; j < Z_SIZE; j++) {
-                for (int k = 0; k < Z_SIZE; k++) {
-                    sum.at[i][j] += left.at[i][k] * phi.at[j][k];
-                }
-            }
-        }
-        h *= 2.0;
     }
-    return sum;
+    for (int i = 0; i < AXES_real; i++) {
+        for (int j = 0; j <= AXES_real; j++) {
+            real product = i == 0 ? sum->at[0][j] : 0.0;
+            for (int k = 1; k <= AXES_real; k++) {
+                product += phi->at[i][k] * sum->at[k][j];
+            }
+            left[i][j] = product;
+        }
+    }
+    for (int i = 0; i < AXES_real; i++) {
+        for (int j = i; j < AXES_real; j++) {
+            real product = j == 0 ? left[i][0] : 0.0;
+            for (int k = 1; k <= AXES_real; k++) {
+                product += left[i][k] * phi->at[j][k];
+            }
+            sum->at[i][j] += product;
+        }
+        sum->at[i][ONE_real] += left[i][ONE_real];
+    }
+    sum->at[ONE_real][ONE_real] *= 2.0;
 }
 
-/* The ledger over the first t of a phase. */
+/* The ledger over the first t of a phase; axis 0 counts from where it starts. */
 static inline hopform_ledger_real hopform_ledger_in_phase_real(const hopform_plan_real *plan,
                                                                const hopform_phase_real *phase, real u, real t)
 {
-    const hopform_matrix_real sum = hopform_moments_in_phase_real(plan, phase, u, t);
-    const hopform_moments_real moments = {sum.at[Z_ONE][Z_V1], sum.at[Z_ONE][Z_V2], sum.at[Z_V1][Z_V1],
-                                          sum.at[Z_V1][Z_V2],  sum.at[Z_V2][Z_V2],  sum.at[Z_Y][Z_V1],
-                                          sum.at[Z_Y][Z_V2],   sum.at[Z_X][Z_V2]};
-    return hopform_ledger_of_real(&plan->robot, &moments, u, (real)hopform_side_1_real(phase),
-                                  (real)hopform_side_2_real(phase), phase->x1);
+    const hopform_mode_real mode = hopform_mode_of_real(plan, phase, u);
+    const hopform_state_real start = hopform_start_of_phase_real(phase);
+    real z[AXES_real];
+    hopform_axes_of_real(&start, z);
+    const real origin = z[0];
+    z[0] = 0.0;
+    const hopform_state_real from = hopform_state_of_real(z);
+    real h = t;
+    const int doublings = hopform_halve_real(mode.poles, &h);
+    hopform_matrix_real sum = hopform_short_moments_real(plan, &mode, &from, u, h, doublings > 0);
+    for (int n = 0; n < doublings; n++) {
+        real W[ORDERS_real];
+        hopform_response_in_mode_real(&mode, h, W);
+        const hopform_matrix_real phi = hopform_transition_real(&mode, W);
+        hopform_double_moments_real(&sum, &phi);
+        h *= 2.0;
+    }
+#define TAKE_MOMENT(i, j) sum.at[i][j],
+    const hopform_moments_real moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
+#undef TAKE_MOMENT
+    return hopform_ledger_of_real(&plan->robot, &moments, u, (real)mode.side[0], (real)mode.side[1], origin);
 }
 
 #endif

@@ -1,61 +1,103 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * A mode as a linear system: z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z within a phase, and Phi(h) = exp(M h).
+ * A mode as a linear system: the axes z of a state obey z' = M (z_1 .. z_3, 1) within a phase, and the core of M,
+ * without the first axis, has
+ *
+ *     (s - M)^-1 = adj(s - M)/P(s),        Phi(h) = exp(M h) = the powers of s in adj as derivatives of W at h.
  */
 #ifndef HOPFORM_LINEAR_H_real
 #define HOPFORM_LINEAR_H_real
 
-#include "axes.h"
+#include <string.h>
+
 #include "phase_real.h"
 #include "series_real.h"
 
+enum { AXES_real = HOPFORM_AXES, CORE_real = HOPFORM_CORE, ONE_real = HOPFORM_AXES, POWERS_real = 3, ORDERS_real = 5 };
+
 typedef struct {
-    real at[Z_SIZE][Z_SIZE];
+    real at[AXES_real + 1][AXES_real + 1];
 } hopform_matrix_real;
 
-/* Phi(h) of a phase: its columns are the motions from rest under the drive and from unit initial values. */
-static inline hopform_matrix_real hopform_transition_real(const hopform_plan_real *plan,
-                                                          const hopform_phase_real *phase, real u, real h)
+/* The mode of a phase under its current. */
+typedef struct {
+    union {
+        hopform_transfer_real of;
+        real at[CORE_real][CORE_real + 1][POWERS_real]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
+    } transfer;
+    hopform_drive_real drive;
+    int side[HOPFORM_MASSES]; /* sign of each velocity, 0 if held */
+    const hopform_poles_real *poles;
+} hopform_mode_real;
+
+static inline hopform_mode_real hopform_mode_of_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
+                                                     real u)
 {
-    const int side_1 = hopform_side_1_real(phase);
-    const int side_2 = hopform_side_2_real(phase);
-    const hopform_basis_real basis = hopform_basis_at_real(hopform_poles_of_real(plan, side_1, side_2), h);
-    const hopform_drive_real drive = hopform_drive_of_real(&plan->robot, &plan->rates, u, (real)side_1, (real)side_2);
-    const hopform_drive_real none = {0.0, 0.0};
-    hopform_matrix_real phi = {{{0}}};
-    phi.at[Z_ONE][Z_ONE] = 1.0;
-    phi.at[Z_X][Z_X] = 1.0;
-    for (int column = Z_ONE; column < Z_SIZE; column++) {
-        if (column == Z_X || (column == Z_V1 && side_1 == 0) || (column == Z_V2 && side_2 == 0)) {
-            continue;
-        }
-        const hopform_state_real start = {0.0, column == Z_V1 ? 1.0 : 0.0, column == Z_V2 ? 1.0 : 0.0,
-                                          column == Z_Y ? 1.0 : 0.0};
-        const hopform_motion_real motion =
-            hopform_motion_under_real(&plan->rates, column == Z_ONE ? &drive : &none, &start, side_1, side_2);
-        const hopform_state_real end = hopform_arrive_real(&start, &motion, &basis, side_1, side_2);
-        phi.at[Z_X][column] = end.x1;
-        phi.at[Z_Y][column] = end.y;
-        phi.at[Z_V1][column] = end.v1;
-        phi.at[Z_V2][column] = end.v2;
-    }
-    return phi;
+    hopform_mode_real mode;
+    mode.side[0] = hopform_side_1_real(phase);
+    mode.side[1] = hopform_side_2_real(phase);
+    const real first = (real)mode.side[0];
+    const real second = (real)mode.side[1];
+    mode.poles = hopform_poles_of_real(plan, mode.side[0], mode.side[1]);
+    mode.drive = hopform_drive_of_real(&plan->robot, &plan->rates, u, first, second);
+    mode.transfer.of = hopform_transfer_of_real(&plan->rates, &mode.drive, first, second);
+    return mode;
 }
 
-/* sum += a b; half of what stands in M and Phi is zero. */
-static inline void hopform_add_product_real(hopform_matrix_real *sum, const hopform_matrix_real *a,
-                                            const hopform_matrix_real *b)
+static inline bool hopform_rests_real(const hopform_mode_real *mode)
 {
-    for (int i = 0; i < Z_SIZE; i++) {
-        for (int k = 0; k < Z_SIZE; k++) {
-            const real factor = a->at[i][k];
-            if (fabs_real(factor) > 0.0) {
-                for (int j = 0; j < Z_SIZE; j++) {
-                    sum->at[i][j] += factor * b->at[k][j];
-                }
-            }
+    return mode->side[0] == 0 && mode->side[1] == 0;
+}
+
+/* The axes of a state. */
+static inline void hopform_axes_of_real(const hopform_state_real *state, real z[AXES_real])
+{
+    (void)memcpy(z, state, sizeof *state);
+}
+
+static inline hopform_state_real hopform_state_of_real(const real z[AXES_real])
+{
+    hopform_state_real state;
+    (void)memcpy(&state, z, sizeof state);
+    return state;
+}
+
+/* z' of a state. */
+static inline void hopform_speeds_in_mode_real(const hopform_plan_real *plan, const hopform_mode_real *mode,
+                                               const real z[AXES_real], real speed[AXES_real])
+{
+    const hopform_state_real state = hopform_state_of_real(z);
+    const hopform_speeds_real speeds =
+        hopform_speeds_of_real(&plan->rates, &mode->drive, (real)mode->side[0], (real)mode->side[1], &state);
+    (void)memcpy(speed, &speeds, sizeof speeds);
+}
+
+/* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
+static inline void hopform_response_in_mode_real(const hopform_mode_real *mode, real h, real W[ORDERS_real])
+{
+    const hopform_basis_real basis = hopform_basis_at_real(mode->poles, hopform_rests_real(mode) ? 0.0 : h);
+    (void)memcpy(W, &basis, sizeof basis);
+}
+
+static inline real hopform_applied_real(const real powers[POWERS_real], const real *W)
+{
+    return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
+}
+
+/* Phi(h) from W at h: axis 0 and the constant part are one integral further each. */
+static inline hopform_matrix_real hopform_transition_real(const hopform_mode_real *mode, const real W[ORDERS_real])
+{
+    hopform_matrix_real phi = {{{0}}};
+    phi.at[0][0] = 1.0;
+    phi.at[ONE_real][ONE_real] = 1.0;
+    for (int j = 0; j <= CORE_real; j++) {
+        const real *at = j < CORE_real ? W : W + 1;
+        phi.at[0][j + 1] = hopform_applied_real(mode->transfer.at[0][j], at + 1);
+        for (int i = 0; i < CORE_real; i++) {
+            phi.at[i + 1][j + 1] = hopform_applied_real(mode->transfer.at[i][j], at);
         }
     }
+    return phi;
 }
 
 /* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30): exact to rounding for

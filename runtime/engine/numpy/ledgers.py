@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT-0
 """The ledger over a part of a phase.
 
-Within a phase z = (x_1 - x_1(0), v_1, v_2, y, 1) obeys z' = M z, so the integral of z z^T obeys
+Within a phase z' = M z, so the integral of z z^T obeys
 
     I(2h) = I(h) + Phi(h) I(h) Phi(h)^T,        Phi(h) = exp(M h) from the closed form
 
@@ -16,27 +16,28 @@ import numpy as np
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, take
-from hopform_solver.linear import GAUSS, ONE, V1, V2, X, Y, columns_of, doublings_of, transition
+from hopform_solver.limits import AXES_OF_MOMENTS
+from hopform_solver.linear import GAUSS, columns_of, doublings_of, mode_of, response_in, transition
 from hopform_solver.phases import Phase, arrive, drive_of, motion_under, poles_of
 from hopform_solver.records import Drive, LegState, Moments, Poles, Rates, Real, Work
 
 
 def moments_of(rates: Rates, poles: Poles, drive: Drive, start: LegState, side: Array, t: Array) -> Moments:
-    """Integrals of the products over the first t of phases."""
+    """Integrals of the products over the first t of phases, x_1 counted from where they start."""
     doublings = doublings_of(poles, t)
-    h = np.ldexp(t, -doublings)
+    h, mode = np.ldexp(t, -doublings), mode_of(rates, poles, drive, side)
     origin, motion = start._replace(x1=np.zeros_like(t)), motion_under(rates, drive, start, side)
-    total = np.zeros((t.size, 5, 5), t.dtype)
+    total = np.zeros((5, 5, t.size), t.dtype)
     for place, weight in GAUSS:
         z = columns_of(arrive(origin, motion, basis_at(poles, place * h), side))
-        total += (weight * h)[:, np.newaxis, np.newaxis] * z[:, :, np.newaxis] * z[:, np.newaxis]
+        total += (weight * h) * z[:, np.newaxis] * z
     for n in range(int(doublings.max(initial=0))):
         lanes = np.flatnonzero(doublings > n)
-        phi = transition(*take((rates, poles, drive, side, h), lanes))
-        total[lanes] += phi @ total[lanes] @ np.swapaxes(phi, 1, 2)
+        within = take(mode, lanes)
+        phi = transition(within, response_in(within, h[lanes]))
+        total[..., lanes] += np.einsum("ikn,kln,jln->ijn", phi, total[..., lanes], phi)
         h[lanes] *= 2.0
-    pairs = ((ONE, V1), (ONE, V2), (V1, V1), (V1, V2), (V2, V2), (Y, V1), (Y, V2), (X, V2))
-    return Moments(*(total[:, row, column] for row, column in pairs))
+    return Moments(*(total[row, column] for row, column in AXES_OF_MOMENTS))
 
 
 def ledger_over(phase: Phase, t: Array) -> Work:

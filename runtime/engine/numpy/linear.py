@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: MIT-0
-"""A mode as a linear system: z = (x_1 - x_1(0), v_1, v_2, y, 1) obeys z' = M z in a phase, and Phi(h) = exp(M h)."""
+"""A mode as a linear system: the members z of a state obey z' = M (z_1 .. z_3, 1) in a phase.
+
+The core of M, without the first row, has (s - M)^-1 = adj(s - M)/P(s), and Phi(h) = exp(M h) follows from the powers
+of s in adj as derivatives of W at h.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform_solver import formulas
 from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array
-from hopform_solver.phases import arrive, motion_under
+from hopform_solver.lanes import Array, choose
 from hopform_solver.records import Drive, LegState, Poles, Rates
 
 _ROOTS, _AREAS = np.polynomial.legendre.leggauss(12)
@@ -19,22 +25,40 @@ X, V1, V2, Y, ONE = range(5)
 """The rows of z: those of a state, and 1."""
 
 
+class Mode(NamedTuple):
+    """Modes as linear systems, lanes being the last axis of every array; the core is counted from 0.
+
+    transfer (3, 4, 3): of s^2, s and 1 in adj(s - M), and in that times the constant accelerations.
+    """
+
+    transfer: Array
+    poles: Poles
+    rests: NDArray[np.bool_]
+
+
+def mode_of(rates: Rates, poles: Poles, drive: Drive, side: Array) -> Mode:
+    """The modes of phases under constant accelerations."""
+    transfer = np.array([entry + np.zeros_like(side[0]) for entry in formulas.transfer_of(rates, drive, *side)])
+    return Mode(transfer.reshape(3, 4, 3, -1), poles, (side == 0.0).all(axis=0))
+
+
 def columns_of(state: LegState) -> Array:
-    """z of states, (lanes, 5)."""
-    return np.stack([*state, np.ones_like(state.y)], axis=1)
+    """z of states, (5, lanes)."""
+    return np.stack([*state, np.ones_like(state.y)])
 
 
-def transition(rates: Rates, poles: Poles, drive: Drive, side: Array, h: Array) -> Array:
-    """Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values."""
-    basis = basis_at(poles, h)
-    phi = np.zeros((h.size, 5, 5), h.dtype)
-    phi[:, ONE, ONE] = phi[:, X, X] = 1.0
-    for column in V1, V2, Y, ONE:
-        start = np.zeros((5, h.size), h.dtype)
-        start[column] = np.abs(side[column - V1]) if column < Y else 1.0
-        acceleration = Drive(*(constant * start[ONE] for constant in drive))
-        motion = motion_under(rates, acceleration, LegState(*start[:ONE]), side)
-        phi[:, :ONE, column] = np.transpose(arrive(LegState(*start[:ONE]), motion, basis, side))
+def response_in(mode: Mode, h: Array) -> Array:
+    """W'', W', W and its integrals (5, lanes) at h; those of h = 0 where both masses are held."""
+    return np.array(basis_at(mode.poles, choose(mode.rests, 0.0, h)))
+
+
+def transition(mode: Mode, response: Array) -> Array:
+    """Phi(h) (5, 5, lanes) from W at h: the first row and the constant part are one integral further each."""
+    phi = np.zeros((5, 5, response.shape[1]), response.dtype)
+    phi[X, X] = phi[ONE, ONE] = 1.0
+    for column in range(V1, ONE + 1):
+        by, at = mode.transfer[:, column - V1], response[column == ONE :]
+        phi[V1:ONE, column], phi[X, column] = (by * at[:3]).sum(axis=1), (by[0] * at[1:4]).sum(axis=0)
     return phi
 
 

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT-0
 """How stances depend on their inputs, through their events.
 
-Within a phase z = (1, x_1, y, v_1, v_2) obeys z' = M z, so a change d_p of an input changes z by
+Within a phase z' = M z, so a change d_p of an input changes z by
 
-    d_z(h) = Phi(h) d_z(0) + sum_j d_M_j G_j(h) z(0),     G_j(h) = integral of Phi(h - s) E_j Phi(s), 0 <= s <= h
+    d_z(h) = Phi(h) d_z(0) + sum d_M_rc (Phi_r * z_c)(h),      (f * g)(h) = integral of f(h - s) g(s), 0 <= s <= h
 
-E_j being 1 in one place of the rows of (3), (4) in M. Doubling, G_j(2h) = Phi(h) G_j(h) + G_j(h) Phi(h), adds up what
-does not cancel and knows no pole configuration (Van Loan, "Computing integrals involving the matrix exponential",
-1978).
+over the entries of M that an input changes: the rows r of (3), (4). Phi_r is N(s)/P(s) and z_c is K(s)/(s P(s)), so
+that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being derivatives of W * W.
 
 An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
 """
@@ -17,10 +16,24 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hopform_solver import formulas
+from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
-from hopform_solver.linear import GAUSS, ONE, V1, V2, X, Y, columns_of, doublings_of, transition
-from hopform_solver.phases import Phase, drive_of, motion_of, poles_of, state_in_phase
+from hopform_solver.linear import (
+    GAUSS,
+    ONE,
+    V1,
+    V2,
+    Mode,
+    X,
+    Y,
+    columns_of,
+    doublings_of,
+    mode_of,
+    response_in,
+    transition,
+)
+from hopform_solver.phases import Phase, drive_of, poles_of, state_in_phase
 from hopform_solver.records import LegState, Robot, RobotChange, StateChange
 from hopform_solver.stance import ENDING, EVENT, Solution, locate
 
@@ -31,34 +44,60 @@ COLUMNS = ("x1", "v1", "y", "v2", "u", *Robot._fields)
 """Initial state with the compression y as a coordinate of its own, a change of all currents alike, the robot."""
 
 CHUNK = 4096
-"""Phases that are computed at a time: the responses of one take 2 kB."""
+"""Phases that are computed at a time: one takes 4 kB."""
 _BY = {name: number for number, name in enumerate(COLUMNS)}
-_SHARES = tuple((row, column) for row in (V1, V2) for column in (ONE, Y, V1, V2))
 _JUMPS = ("x1_hits_stop",), ("x1_reverses", "x1_sticks"), ("x2_reverses", "x2_sticks")
+_ECHOES = 7
 
 
-def _responses(phase: Phase, t: Array) -> tuple[Array, Array]:
-    """Phi (n, 5, 5), and how z at the end answers to each share (n, 5, 8); that of a held mass has no answer."""
-    plan, start, _, side = phase
-    poles, drive = poles_of(plan, side), drive_of(phase)
-    doublings = doublings_of(poles, t)
+def _echoes(mode: Mode, t: Array) -> Array:
+    """The derivatives of W * W from the fourth down, itself, and two integrals (7, lanes): W with n primes times W with
+    as many or one less.
+    """
+    doublings = doublings_of(mode.poles, t)
     h = np.ldexp(t, -doublings)
-    phis = [transition(plan.rates, poles, drive, side, place * h) for place, _ in GAUSS]
-    shares = np.zeros((t.size, len(_SHARES), 5, 5), t.dtype)
-    for (_, weight), phi, rest in zip(GAUSS, phis, reversed(phis), strict=True):
-        for share, (row, column) in enumerate(_SHARES):
-            shares[:, share] += (
-                (weight * h)[:, np.newaxis, np.newaxis] * rest[:, :, row, np.newaxis] * phi[:, np.newaxis, column]
-            )
+    at = [np.array(basis_at(mode.poles, place * h)) for place, _ in GAUSS]
+    orders = [(n // 2, (n + 1) // 2) for n in range(_ECHOES)]
+    echoes = np.array([
+        h * sum(weight * W[i] * rest[j] for (_, weight), W, rest in zip(GAUSS, at, reversed(at), strict=True))
+        for i, j in orders
+    ])  # fmt: skip
     for n in range(int(doublings.max(initial=0))):
         lanes = np.flatnonzero(doublings > n)
-        phi = transition(*take((plan.rates, poles, drive, side, h), lanes))[:, np.newaxis]
-        shares[lanes] = phi @ shares[lanes] + shares[lanes] @ phi
+        within, old = take(mode, lanes), echoes[:, lanes]
+        W, (_, _, _, s_1, s_2, s_3) = response_in(within, h[lanes]), within.poles
+        # The derivatives of W at h + s, and W, by W'', W', W at s: in none of them does anything cancel.
+        later = np.array([
+            [W[0], -s_2 * W[1] - s_3 * W[2], -s_3 * W[1]],
+            [W[1], W[0] + s_1 * W[1], -s_3 * W[2]],
+            [W[2], W[1] + s_1 * W[2], W[0] + s_1 * W[1] + s_2 * W[2]],
+        ])  # fmt: skip
+
+        def half(i: int, j: int, W: Array = W, later: Array = later, old: Array = old) -> Array:
+            if i < len(later):
+                return np.asarray((later[i] * old[j : j + 3]).sum(axis=0))
+            return np.asarray((later[2] * old[j + 1 : j + 4]).sum(axis=0) + W[3] * W[j + 1])
+
+        echoes[:, lanes] = [half(i, j) + half(j, i) for i, j in orders]
         h[lanes] *= 2.0
-    by_share = (shares @ columns_of(start)[:, np.newaxis, :, np.newaxis])[..., 0]
-    moves = np.repeat(side.T != 0.0, len(_SHARES) // 2, axis=1)
-    by_share = np.where(moves[:, :, np.newaxis], by_share, 0.0)
-    return transition(plan.rates, poles, drive, side, t), np.swapaxes(by_share, 1, 2)
+    return echoes
+
+
+def _responses(mode: Mode, phase: Phase, t: Array, response: Array) -> Array:
+    """How z at t answers to a change of each entry in the rows of (3), (4): (4, 2, 4, lanes); that of a held mass has
+    no answer.
+    """
+    echoes, z = _echoes(mode, t), columns_of(phase.start)[V1:ONE]
+    K = np.zeros((3, 4, t.size), t.dtype)
+    K[:, :3] = (mode.transfer[:, :3] * z[:, np.newaxis]).sum(axis=1)
+    K[:, 1:] += mode.transfer[:, 3]
+    applied = np.array([(K * echoes[n : n + 4]).sum(axis=1) for n in range(4)])
+    applied = np.concatenate([applied, response[1:, np.newaxis]], axis=1)
+    powers = mode.transfer[:, :2, :, np.newaxis]
+    core = (powers * applied[:3]).sum(axis=2)
+    first = (powers[0] * applied[1:]).sum(axis=1)
+    found = np.concatenate([first[np.newaxis], core])
+    return np.where(phase.side[:, np.newaxis] != 0.0, found, 0.0)
 
 
 def _robot_change(dtype: Any) -> RobotChange:
@@ -72,13 +111,17 @@ def _advance(phase: Phase, t: Array, change: Array) -> Array:
     if t.size > CHUNK:
         parts = np.array_split(np.arange(t.size), t.size // CHUNK + 1)
         return np.concatenate([_advance(take(phase, part), t[part], change[part]) for part in parts])
-    phi, by_share = _responses(phase, t)
+    mode = mode_of(phase.plan.rates, poles_of(phase.plan, phase.side), drive_of(phase), phase.side)
+    response = response_in(mode, t)
+    by_share = _responses(mode, phase, t, response).reshape(4, 8, -1)
     by_u = np.eye(len(COLUMNS), dtype=t.dtype)[np.newaxis, _BY["u"]]
     robot, u, side = _column(phase.plan.robot), phase.u[:, np.newaxis], phase.side[..., np.newaxis]
     slopes = formulas.slopes_of(robot, u, side[0], side[1], _robot_change(t.dtype), by_u)
     shape = t.size, len(COLUMNS)
     of_share = np.stack([np.broadcast_to(np.asarray(slope, t.dtype), shape) for slope in slopes], axis=1)
-    return np.asarray(phi @ change + by_share @ of_share)
+    moved = np.moveaxis(transition(mode, response), -1, 0) @ change
+    moved[:, :ONE] += np.moveaxis(by_share, -1, 0) @ of_share
+    return np.asarray(moved)
 
 
 def _column(record: Any) -> Any:
@@ -88,8 +131,9 @@ def _column(record: Any) -> Any:
 
 def speeds_of(phase: Phase) -> Array:
     """z' (n, 5) where phases start."""
-    motion = motion_of(phase)
-    return np.stack([phase.start.v1, motion.H3_1, motion.H3_2, motion.H3_y, np.zeros_like(phase.u)], axis=1)
+    side_1, side_2 = phase.side
+    speeds = formulas.speeds_of(phase.plan.rates, drive_of(phase), side_1, side_2, phase.start)
+    return np.stack([*speeds, np.zeros_like(phase.u)], axis=1)
 
 
 class Crossing(NamedTuple):
@@ -167,9 +211,9 @@ def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
     at_start = StateChange(*(unit[np.newaxis, _BY[name]] for name in LegState._fields))
     before = formulas.body_energy_change(robot, begin, by, at_start)
     aed = formulas.body_energy_change(robot, end, by, at_end) - before
-    d_x1, d_v1, d_v2, d_y = at_end
-    apex = formulas.apex_change(robot, np.maximum(end.v2, 0.0), by, at_end)
-    return np.stack([late, d_x1, d_v1, d_x1 - d_y + by.d_L0 + by.d_c, d_v2, apex, aed], axis=1)
+    d_x1, d_v1, d_v2, _ = at_end
+    apex = formulas.apex_change(robot, end, by, at_end)
+    return np.stack([late, d_x1, d_v1, formulas.height_change(by, at_end), d_v2, apex, aed], axis=1)
 
 
 @np.errstate(all="ignore")

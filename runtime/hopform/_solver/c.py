@@ -5,7 +5,7 @@ A library that was built from other sources than the package is refused by name,
 
 import ctypes
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache, lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -180,13 +180,13 @@ class Solved(_Motion):
     def state_at(self, t: Array) -> LegState:
         """States at times of one dimension."""
         rows = np.empty((len(LegState._fields), t.size), dtype=t.dtype)
-        self.call("stance_states", pointer(t), ctypes.c_int32(t.size), *map(pointer, rows))
+        self.call("stance_states", pointer(t), ctypes.c_int32(t.size), columns_of(rows))
         return LegState(*rows)
 
     def grid(self, dt: float, out: LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
         real = self.types.real
-        self.call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
+        self.call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), columns_of(out))
 
     def energy_at(self, t: Array) -> records.Energy:
         """Energies at times of one dimension."""
@@ -273,6 +273,12 @@ def pointer(array: NDArray[Any]) -> Any:
         return _Bytes.from_buffer(memory)
     except (BufferError, TypeError, ValueError):  # what may not be written to, or lies in pieces, takes longer
         return ctypes.c_void_p(array.ctypes.data)
+
+
+def columns_of(arrays: Iterable[NDArray[Any]]) -> Any:
+    """The addresses of arrays in one piece, which must outlive the call."""
+    addresses = [array.ctypes.data for array in arrays]
+    return (ctypes.c_void_p * len(addresses))(*addresses)
 
 
 @lru_cache(maxsize=256)

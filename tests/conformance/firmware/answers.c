@@ -247,14 +247,16 @@ static void consistent(const problem *p, const T(stance) * stance, double unit_e
         times[n] = stance->duration * ((double)n / (TIMES - 1));
     }
     (void)spent("other", 0);
-    must(spent("states", T(stance_states)(&p->plan, p->steps, phases, stance, times, TIMES, x1[0], x1[1], x1[2], x1[3]))
+    must(spent("states", T(stance_states)(&p->plan, p->steps, phases, stance, times, TIMES,
+                                          (double *const[]){x1[0], x1[1], x1[2], x1[3]}))
              == HOPFORM_OK,
          "no states");
     double back[TIMES], from[4][TIMES];
     for (int n = 0; n < TIMES; n++) {
         back[n] = times[TIMES - 1 - n];
     }
-    must(T(stance_states)(&p->plan, p->steps, phases, stance, back, TIMES, from[0], from[1], from[2], from[3])
+    must(T(stance_states)(&p->plan, p->steps, phases, stance, back, TIMES,
+                          (double *const[]){from[0], from[1], from[2], from[3]})
              == HOPFORM_OK,
          "no states back in time");
     (void)spent("other", 0);
@@ -297,7 +299,8 @@ static void consistent(const problem *p, const T(stance) * stance, double unit_e
         double g[4][GRID];
         const double t0 = 0.05 * stance->duration, dt = 0.94 * stance->duration / GRID;
         (void)spent("other", 0);
-        must(spent("grid", T(stance_grid)(&p->plan, p->steps, phases, stance, t0, dt, GRID, g[0], g[1], g[2], g[3]))
+        must(spent("grid", T(stance_grid)(&p->plan, p->steps, phases, stance, t0, dt, GRID,
+                                          (double *const[]){g[0], g[1], g[2], g[3]}))
                  == HOPFORM_OK,
              "no grid");
         for (int n = 0; n < GRID; n += 7) {
@@ -313,8 +316,8 @@ static void consistent(const problem *p, const T(stance) * stance, double unit_e
             enum { LONG = 4700 };
             static double many[4][LONG];
             const double fine = stance->duration / (LONG - 1);
-            must(spent("grid", T(stance_grid)(&p->plan, p->steps, phases, stance, 0.0, fine, LONG, many[0], many[1],
-                                              many[2], many[3]))
+            must(spent("grid", T(stance_grid)(&p->plan, p->steps, phases, stance, 0.0, fine, LONG,
+                                              (double *const[]){many[0], many[1], many[2], many[3]}))
                      == HOPFORM_OK,
                  "no fine grid");
             for (int n = 0; n < LONG; n += 61) {
@@ -331,11 +334,13 @@ static void consistent(const problem *p, const T(stance) * stance, double unit_e
         const int goes_on = stance->ending == HOPFORM_ENDING_REST;
         const double beyond[2] = {stance->duration * (1.0 - 1e-15), stance->duration * (1.0 + 1e-13)};
         for (int n = 0; n < 2; n++) { /* one sample at the end, and one just behind it */
-            must(T(stance_grid)(&p->plan, p->steps, phases, stance, beyond[n], 1.0, 1, g[0], g[1], g[2], g[3])
+            must(T(stance_grid)(&p->plan, p->steps, phases, stance, beyond[n], 1.0, 1,
+                                (double *const[]){g[0], g[1], g[2], g[3]})
                      == (n == 0 || goes_on ? HOPFORM_OK : HOPFORM_ERROR_TIME),
                  "a grid that ends at the end");
         }
-        must(T(stance_grid)(&p->plan, p->steps, phases, stance, t0, stance->duration, 3, g[0], g[1], g[2], g[3])
+        must(T(stance_grid)(&p->plan, p->steps, phases, stance, t0, stance->duration, 3,
+                            (double *const[]){g[0], g[1], g[2], g[3]})
                  == (stance->ending == HOPFORM_ENDING_REST ? HOPFORM_OK : HOPFORM_ERROR_TIME),
              "a grid beyond the end");
     }
@@ -913,8 +918,10 @@ static void limits(void)
         const double t = n == 0 ? 1e300 : 1.5e300;
         const int wanted = n == 0 ? HOPFORM_OK : HOPFORM_ERROR_TIME;
         must(T(stance_at)(&plan, steps, phases, &stance, t, &at) == wanted, "a late time");
-        must(T(stance_states)(&plan, steps, phases, &stance, &t, 1, &x1, &v1, &v2, &y) == wanted, "a late state");
-        must(T(stance_grid)(&plan, steps, phases, &stance, t, 1.0, 1, &x1, &v1, &v2, &y) == wanted, "a late grid");
+        must(T(stance_states)(&plan, steps, phases, &stance, &t, 1,
+                              (double *const[]){&x1, &v1, &v2, &y}) == wanted, "a late state");
+        must(T(stance_grid)(&plan, steps, phases, &stance, t, 1.0, 1,
+                            (double *const[]){&x1, &v1, &v2, &y}) == wanted, "a late grid");
         must(T(stance_energy)(&plan, steps, phases, &stance, &t, 1, &energy, &ledger, &loss) == wanted,
              "a late energy");
     }

@@ -121,8 +121,8 @@ static int32_t stance_at(void *const *at)
 static int32_t stance_states(void *const *at)
 {
     return OF(stance_states)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
-                             (const OF(stance) *)at[3], (const real *)at[4], TIMES, (real *)at[5], (real *)at[6],
-                             (real *)at[7], (real *)at[8]);
+                             (const OF(stance) *)at[3], (const real *)at[4], TIMES,
+                             (real *const[]){(real *)at[5], (real *)at[6], (real *)at[7], (real *)at[8]});
 }
 
 static int32_t stance_energy(void *const *at)
@@ -161,8 +161,8 @@ static int32_t stance_tangents(void *const *at)
 static int32_t stance_grid(void *const *at)
 {
     return OF(stance_grid)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
-                           (const OF(stance) *)at[3], 0.0f, 0.05f, GRID, (real *)at[4], (real *)at[5], (real *)at[6],
-                           (real *)at[7]);
+                           (const OF(stance) *)at[3], 0.0f, 0.05f, GRID,
+                           (real *const[]){(real *)at[4], (real *)at[5], (real *)at[6], (real *)at[7]});
 }
 
 static int32_t try_currents(void *const *at)

@@ -15,6 +15,7 @@ static OF(phase) phases[CAPACITY];
 static OF(flight_phase) flight_phases[CAPACITY];
 static OF(search) search;
 static float columns[4][GRID];
+static float *const rows[4] = {columns[0], columns[1], columns[2], columns[3]};
 static uint32_t counts_of_1000;
 static uint32_t overhead;
 
@@ -104,10 +105,8 @@ static void measure(const cost_case *cases, int count, const char *set, int with
         PAINTED(energy, OF(stance_energy)(&plan, steps, phases, &stance, &end, 1, &energies, &ledger, &loss));
         if (end > 0.0f) {
             const float dt = end / (float)GRID;
-            COUNTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, columns[0], columns[1],
-                                          columns[2], columns[3]));
-            PAINTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, columns[0], columns[1],
-                                          columns[2], columns[3]));
+            COUNTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, rows));
+            PAINTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, rows));
         }
         if (stance.ending == HOPFORM_ENDING_TAKEOFF) {
             OF(state) away = stance.end;

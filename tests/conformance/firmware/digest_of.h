@@ -175,7 +175,8 @@ static void T(with_motion)(T(digest) *w, const T(hopform_plan) *plan, const T(ho
     for (int n = 0; n < TIMES; n++) {
         times[n] = n < TIMES - 1 ? stance->duration * (REAL)n / (REAL)TIMES : stance->duration;
     }
-    T(take)(w, (uint32_t)T(hopform_stance_states)(plan, steps, phases, stance, times, TIMES, x1, v1, v2, y));
+    T(take)(w, (uint32_t)T(hopform_stance_states)(plan, steps, phases, stance, times, TIMES,
+                                                  (REAL *const[]){x1, v1, v2, y}));
     T(numbers)(w, x1, TIMES * sizeof(REAL));
     T(numbers)(w, v1, TIMES * sizeof(REAL));
     T(numbers)(w, v2, TIMES * sizeof(REAL));
@@ -198,7 +199,8 @@ static void T(with_motion)(T(digest) *w, const T(hopform_plan) *plan, const T(ho
                         : i == 1 ? phases[stance->phase_count - 1].t
                                  : (stance->duration + phases[stance->phase_count / 2].t) / (REAL)2;
         const REAL dt = i == 0 ? stance->duration / (REAL)count : (stance->duration - t0) / (REAL)80;
-        T(take)(w, (uint32_t)T(hopform_stance_grid)(plan, steps, phases, stance, t0, dt, count, x1, v1, v2, y));
+        T(take)(w, (uint32_t)T(hopform_stance_grid)(plan, steps, phases, stance, t0, dt, count,
+                                                    (REAL *const[]){x1, v1, v2, y}));
         for (int n = 0; n < count && dt > (REAL)0; n++) {
             const REAL state[4] = {x1[n], v1[n], v2[n], y[n]};
             T(numbers)(w, state, sizeof state);

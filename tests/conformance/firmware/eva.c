@@ -69,9 +69,11 @@ int main(void)
             hopform_solve_stance_f32(&plan, &start, steps, 2, any(), CAPACITY, phases, CAPACITY, &stance);
         if (status >= 0) {
             (void)hopform_stance_at_f32(&plan, steps, phases, &stance, any(), &state);
-            (void)hopform_stance_states_f32(&plan, steps, phases, &stance, times, TIMES, x1, v1, v2, y);
+            (void)hopform_stance_states_f32(&plan, steps, phases, &stance, times, TIMES,
+                                            (float *const[]){x1, v1, v2, y});
             (void)hopform_stance_energy_f32(&plan, steps, phases, &stance, times, TIMES, energies, ledgers, losses);
-            (void)hopform_stance_grid_f32(&plan, steps, phases, &stance, any(), any(), TIMES, x1, v1, v2, y);
+            (void)hopform_stance_grid_f32(&plan, steps, phases, &stance, any(), any(), TIMES,
+                                          (float *const[]){x1, v1, v2, y});
             (void)hopform_stance_sensitivities_f32(&plan, steps, phases, &stance, matrix);
             (void)hopform_stance_tangents_f32(&plan, steps, phases, &stance, times, TIMES, states, tangents);
         }

@@ -28,9 +28,8 @@ UNROLLED = {
                    "crosses_f32:200,split_f32:200,points_of_f32:40,end_at_limit_of_pull_f32:100,"
                    "end_at_stop_f32:40,end_at_touchdown_f32:200",
     "ONLY_STANCE": "hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,"
-                   "hopform_stance_grid_f32:300,samples_of_phase_f32:100,fill_table_f32:100,sample_behind_f32:100,"
-                   "sum_up_f32:50,sum_up_x1_f32:50,put_same_f32:50,put_samples_f32:50,put_basis_f32:50,"
-                   "follow_to_f32:60,cross_f32:60",
+                   "hopform_stance_grid_f32:300,samples_of_phase_f32:100,sample_behind_f32:100,"
+                   "put_samples_f32:50,follow_to_f32:60,cross_f32:60",
     "ONLY_CONTROL": "hopform_stance_compression_f32:60,hopform_try_currents_f32:60",
 }  # fmt: skip
 """How many states are kept apart, in each part and in all, in functions whose loops run over a few phases or event
@@ -50,7 +49,7 @@ LEFT = {
         "kernels_f32.h",
         NAN,
     ): "a number that was compared with both bounds is converted; Eva does not conclude that it is one",
-    ("grid_f32.inc", NAN): "the same",
+    ("states_f32.inc", NAN): "the same",
     (
         "control_f32.inc",
         BOOL,

@@ -231,7 +231,7 @@ static void readers(void)
     lost.phases_kept = lost.phase_count - 1;
     empty.phases_kept = 0;
     empty.phase_count = 0;
-    real *x1 = columns[0], *v1 = columns[1], *v2 = columns[2], *y = columns[3];
+    real *const each[4] = {columns[0], columns[1], columns[2], columns[3]};
     IS(OF(solve_stance)(&plan, &start, one_step, 1, 2.0f, CAPACITY, phases, CAPACITY, &solved), HOPFORM_OK);
 
     IS(OF(stance_at)(&plan, one_step, phases, &solved, t, &state), HOPFORM_OK);
@@ -239,10 +239,10 @@ static void readers(void)
     IS(OF(stance_at)(&plan, one_step, phases, &lost, t, &state), HOPFORM_ERROR_TIME);
     IS(OF(stance_at)(&plan, one_step, phases, &empty, t, &state), HOPFORM_ERROR_TIME);
 
-    IS(OF(stance_states)(&plan, one_step, phases, &solved, &t, 1, x1, v1, v2, y), HOPFORM_OK);
-    IS(OF(stance_states)(&unmade, one_step, phases, &solved, &t, 1, x1, v1, v2, y), HOPFORM_ERROR_TIME);
-    IS(OF(stance_states)(&plan, one_step, phases, &lost, &t, 1, x1, v1, v2, y), HOPFORM_ERROR_TIME);
-    IS(OF(stance_states)(&plan, one_step, phases, &empty, &t, 1, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+    IS(OF(stance_states)(&plan, one_step, phases, &solved, &t, 1, each), HOPFORM_OK);
+    IS(OF(stance_states)(&unmade, one_step, phases, &solved, &t, 1, each), HOPFORM_ERROR_TIME);
+    IS(OF(stance_states)(&plan, one_step, phases, &lost, &t, 1, each), HOPFORM_ERROR_TIME);
+    IS(OF(stance_states)(&plan, one_step, phases, &empty, &t, 1, each), HOPFORM_ERROR_TIME);
 
     IS(OF(stance_energy)(&plan, one_step, phases, &solved, &t, 1, &energy, &ledger, &loss), HOPFORM_OK);
     IS(OF(stance_energy)(&plan, one_step, phases, &solved, &t, 1, &energy, NULL, NULL), HOPFORM_OK);
@@ -275,12 +275,12 @@ static void readers(void)
     const real bad[] = {nan, inf, -inf, -0.001f, 1.5f};
     for (int n = 0; n < 5; n++) {
         IS(OF(stance_at)(&plan, one_step, phases, &solved, bad[n], &state), HOPFORM_ERROR_TIME);
-        IS(OF(stance_states)(&plan, one_step, phases, &solved, &bad[n], 1, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+        IS(OF(stance_states)(&plan, one_step, phases, &solved, &bad[n], 1, each), HOPFORM_ERROR_TIME);
         IS(OF(stance_energy)(&plan, one_step, phases, &solved, &bad[n], 1, &energy, &ledger, &loss),
            HOPFORM_ERROR_TIME);
         IS(OF(stance_tangents)(&plan, one_step, phases, &solved, &bad[n], 1, &state, tangents), HOPFORM_ERROR_TIME);
-        IS(OF(stance_grid)(&plan, one_step, phases, &solved, bad[n], 0.01f, 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
-        IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, bad[n], 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+        IS(OF(stance_grid)(&plan, one_step, phases, &solved, bad[n], 0.01f, 2, each), HOPFORM_ERROR_TIME);
+        IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, bad[n], 2, each), HOPFORM_ERROR_TIME);
     }
     SOIL(two), SOIL(two_ledgers), SOIL(two_losses), SOIL(two_states), SOIL(room), SOIL(columns);
     IS(OF(stance_energy)(&plan, one_step, phases, &solved, back, 2, two, two_ledgers, two_losses), HOPFORM_ERROR_TIME);
@@ -288,26 +288,26 @@ static void readers(void)
     IS(OF(stance_tangents)(&plan, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_TIME);
     CLEAR(two_states), CLEAR(room);
     const real late[4] = {0.01f, 0.02f, 0.03f, 9.0f};
-    IS(OF(stance_states)(&plan, one_step, phases, &solved, late, 4, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+    IS(OF(stance_states)(&plan, one_step, phases, &solved, late, 4, each), HOPFORM_ERROR_TIME);
     CLEAR(columns);
     SOIL(columns), SOIL(two_states), SOIL(room);
-    IS(OF(stance_states)(&unmade, one_step, phases, &solved, late, 4, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+    IS(OF(stance_states)(&unmade, one_step, phases, &solved, late, 4, each), HOPFORM_ERROR_TIME);
     CLEAR(columns);
     IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_TIME);
     CLEAR(two_states), CLEAR(room);
     SOIL(columns), SOIL(two), SOIL(two_losses);
-    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, 9.0f, 4, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, 9.0f, 4, each), HOPFORM_ERROR_TIME);
     CLEAR(columns);
     IS(OF(stance_energy)(&plan, one_step, phases, &lost, back, 2, two, NULL, NULL), HOPFORM_ERROR_TIME);
     CLEAR(two);
     const real dt = 0.01f;
-    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, 2, x1, v1, v2, y), HOPFORM_OK);
-    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, 0, x1, v1, v2, y), HOPFORM_OK);
-    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, -1, x1, v1, v2, y), HOPFORM_ERROR_TIME);
-    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, 0.0f, 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
-    IS(OF(stance_grid)(&unmade, one_step, phases, &solved, 0.0f, dt, 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
-    IS(OF(stance_grid)(&plan, one_step, phases, &lost, 0.0f, dt, 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
-    IS(OF(stance_grid)(&plan, one_step, phases, &empty, 0.0f, dt, 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, 2, each), HOPFORM_OK);
+    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, 0, each), HOPFORM_OK);
+    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, -1, each), HOPFORM_ERROR_TIME);
+    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, 0.0f, 2, each), HOPFORM_ERROR_TIME);
+    IS(OF(stance_grid)(&unmade, one_step, phases, &solved, 0.0f, dt, 2, each), HOPFORM_ERROR_TIME);
+    IS(OF(stance_grid)(&plan, one_step, phases, &lost, 0.0f, dt, 2, each), HOPFORM_ERROR_TIME);
+    IS(OF(stance_grid)(&plan, one_step, phases, &empty, 0.0f, dt, 2, each), HOPFORM_ERROR_TIME);
 }
 
 static void is_safe(const OF(command) *command, int line)

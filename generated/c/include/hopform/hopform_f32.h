@@ -38,22 +38,23 @@ typedef struct {
 
 /** Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials. */
 typedef struct {
-    float a1_y;   /**< [1/s^2] acceleration of the actuator per compression */
-    float a1_v1;  /**< [1/s] acceleration of the actuator per v_1 */
-    float a1_v2;  /**< [1/s] acceleration of the actuator per v_2 */
-    float a1_u;   /**< [m/s^2/A] acceleration of the actuator per current */
-    float a1_0;   /**< [m/s^2] constant acceleration of the actuator */
-    float a2_y;   /**< [1/s^2] acceleration of the body per compression */
-    float a2_v1;  /**< [1/s] acceleration of the body per v_1 */
-    float a2_v2;  /**< [1/s] acceleration of the body per v_2 */
-    float a2_0;   /**< [m/s^2] constant acceleration of the body */
-    float s_1;    /**< [1/s] sum of the rates of the three poles */
-    float s_2;    /**< [1/s^2] sum of their products in pairs */
-    float s_3;    /**< [1/s^3] their product */
-    float p_1;    /**< [1/s] actuator moving alone: s^2 + p_1 s + q_1 */
-    float q_1;    /**< [1/s^2] actuator moving alone */
-    float p_2;    /**< [1/s] body moving alone: s^2 + p_2 s + q_2 */
-    float q_2;    /**< [1/s^2] body moving alone */
+    float a1_y;     /**< [1/s^2] acceleration of the actuator per compression */
+    float a1_v1;    /**< [1/s] acceleration of the actuator per v_1 */
+    float a1_v2;    /**< [1/s] acceleration of the actuator per v_2 */
+    float a1_u;     /**< [m/s^2/A] acceleration of the actuator per current */
+    float a1_0;     /**< [m/s^2] constant acceleration of the actuator */
+    float a2_y;     /**< [1/s^2] acceleration of the body per compression */
+    float a2_v1;    /**< [1/s] acceleration of the body per v_1 */
+    float a2_v2;    /**< [1/s] acceleration of the body per v_2 */
+    float a2_0;     /**< [m/s^2] constant acceleration of the body */
+    float s_1;      /**< [1/s] sum of the rates of the three poles */
+    float s_2;      /**< [1/s^2] sum of their products in pairs */
+    float s_3;      /**< [1/s^3] their product */
+    float p_1;      /**< [1/s] actuator moving alone: s^2 + p_1 s + q_1 */
+    float q_1;      /**< [1/s^2] actuator moving alone */
+    float p_2;      /**< [1/s] body moving alone: s^2 + p_2 s + q_2 */
+    float q_2;      /**< [1/s^2] body moving alone */
+    float damping;  /**< [1/s^2] product of the rates of both without the spring */
 } hopform_rates_f32;
 
 /** The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held. */
@@ -332,11 +333,11 @@ int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
                                hopform_state_f32 *state);
 
-/** States at `count` times of any order, each as hopform_stance_at gives it, as four arrays; y is the compression.
- * Arrays that overlap an input are refused. */
+/** States at `count` times of any order, each as hopform_stance_at gives it, in columns: an array for each member of
+ * hopform_state, in their order. Columns that overlap an input are refused. */
 int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                   const float *times, int32_t count, float *x1, float *v1, float *v2, float *y);
+                                   const float *times, int32_t count, float *const *columns);
 
 /** Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
  * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. Arrays
@@ -372,14 +373,14 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const float *times, int32_t count, hopform_state_f32 *states, float *tangents);
 
-/** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, as four arrays; y is the compression.
+/** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as hopform_stance_states gives them.
  *
  * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
- * hopform_stance_at at each time, at the cost of a few sums. Arrays that overlap an input are refused.
+ * hopform_stance_at at each time, at the cost of a few sums. Columns that overlap an input are refused.
  */
 int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t0, float dt,
-                                 int32_t count, float *x1, float *v1, float *v2, float *y);
+                                 int32_t count, float *const *columns);
 
 /** Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
  * phases than fit into the buffer counts as one without take-off. Phases or trials that overlap an input are refused;

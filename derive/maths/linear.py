@@ -1,0 +1,104 @@
+"""A mode as a linear system: the members z of a state, in their order, obey z' = M (z_1, z_2, z_3, 1) within a phase.
+
+The first of them is the integral of the second, and nothing depends on it; the others are the core (v_1, v_2, y), for
+which (s - M)^-1 is adj(s - M)/P. A mass that is held has a row of zeros. The engine knows a state by its axes, the
+places of its members, alone: what it goes by is in the tables here.
+"""
+
+import sympy as sp
+
+from ..emit.ir import Quantity, Record, Step, Steps, function
+from ..model.equations import Model
+from ..model.kinds import EVENTS
+from ..model.quantities import *
+from . import contact
+
+CORE = STATE.quantities[1:]
+COLUMNS_OF_CORE = (*(quantity.name for quantity in CORE), "1")
+POWERS = (2, 1, 0)
+
+
+def _coefficient(row: Quantity, column: str, power: int) -> Quantity:
+    seconds = power - 2 - (row.unit == "m/s") + (-1 if column == "1" else int(column != "y"))
+    unit = f"{'m' if column == '1' else '1'}/s^{-seconds}" if seconds else "m" if column == "1" else "1"
+    meaning = f"of s^{power} in the row of {row.name} for {column}"
+    return Quantity(f"{row.name}_{column}_{power}", rf"N_{{{row.glyph},{column},{power}}}", unit, meaning)
+
+
+TRANSFER = Record("Transfer", "adj(s - M) of the core and, in the last column, times the constant accelerations.").of(
+    *(_coefficient(row, column, power) for row in CORE for column in COLUMNS_OF_CORE for power in POWERS)
+)
+SPEEDS = Record("Speeds", "z': the rates of the members of a state.").of(
+    *(
+        Quantity(f"{q.name}_rate", rf"\dot{{{q.glyph}}}", f"{q.unit}/s", f"rate of the {q.meaning}")
+        for q in STATE.quantities
+    )
+)
+entries = sp.symbols("A11 A12 A1y A21 A22 A2y D1 D2", real=True)
+A11, A12, A1y, A21, A22, A2y, D1, D2 = entries
+minor = sp.Symbol("minor", real=True)
+
+
+def _rows() -> Steps:
+    """The rows of the masses, of zeros where one is held."""
+    for symbol, value in zip(entries, (a1_v1, a1_v2, a1_y, a2_v1, a2_v2, a2_y, C_1, C_2), strict=True):
+        side = side_1 if symbol.name[1] == "1" else side_2
+        yield Step(symbol, value * side**2, "(3)" if side == side_1 else "(4)")
+
+
+@function(takes=(RATES, DRIVE, SIDE_1, SIDE_2), returns=TRANSFER)
+def transfer_of() -> Steps:
+    """The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations."""
+    s = sp.Symbol("s")
+    core = sp.Matrix([[A11, A12, A1y], [A21, A22, A2y], [1, -1, 0]])
+    adjugate = (s * sp.eye(3) - core).adjugate()
+    table = adjugate.row_join(adjugate * sp.Matrix([D1, D2, 0])).applyfunc(sp.expand)
+    yield from _rows()
+    yield Step(minor, damping * side_1**2 * side_2**2, "A11 A22 - A12 A21, in which nothing cancels")
+    values = (entry.coeff(s, power).subs(A11 * A22, minor + A12 * A21) for entry in table for power in POWERS)
+    yield from (Step(symbol, sp.expand(value), "(11)") for symbol, value in zip(TRANSFER.symbols, values, strict=True))
+
+
+@function(takes=(RATES, DRIVE, SIDE_1, SIDE_2, STATE), returns=SPEEDS)
+def speeds_of() -> Steps:
+    """z' of a state in a mode."""
+    yield from _rows()
+    values = (v1, A11 * v1 + A12 * v2 + A1y * y + D1, A21 * v1 + A22 * v2 + A2y * y + D2, v1 - v2)
+    yield from (Step(symbol, value, "(3), (4)") for symbol, value in zip(SPEEDS.symbols, values, strict=True))
+
+
+COLUMNS = ("x1", "v1", "y", "v2", "u")
+"""Inputs in the order of the columns of derivatives; the parameters of the robot come behind them."""
+
+
+def axis_of(name: str) -> int:
+    """The place of a member of a state."""
+    return STATE.symbols.index(next(symbol for symbol in STATE.symbols if symbol.name == name))
+
+
+def jumps() -> list[int]:
+    """By the number of an event, the axis that is at a value then: a velocity at 0, a displacement at a stop; -1 where
+    nothing jumps.
+    """
+    axes = {"reverses": "v", "sticks": "v", "hits_stop": "x"}
+    found = [-1]
+    for word in EVENTS.words:
+        mass, _, what = word.text.partition("_")
+        found.append(axis_of(axes[what] + mass[1:]) if what in axes else -1)
+    return found
+
+
+def column_of_axes() -> list[int]:
+    """The column of derivatives that belongs to each axis."""
+    return [COLUMNS.index(symbol.name) for symbol in STATE.symbols]
+
+
+def column_of_stops(model: Model) -> list[int]:
+    """The columns of the lower and of the upper stop."""
+    names = [quantity.name for quantity in model.robot.quantities]
+    return [len(COLUMNS) + names.index(stop) for stop in ("x1_min", "x1_max")]
+
+
+def contact_axis(model: Model) -> int:
+    """The axis that is 0 at take-off; -1 where the contact force is more than k y."""
+    return axis_of("y") if contact.is_compression(model) else -1
