@@ -100,7 +100,7 @@ class Record:
 
 
 SCALARS = {"real": "real", "bool": "bool"} | {
-    name: f"{name}_t" for name in ("int8", "uint16", "int32", "uint32", "ptrdiff")
+    name: f"{name}_t" for name in ("int8", "uint8", "uint16", "int32", "uint32", "ptrdiff")
 }
 """Types of a member that is no struct, as C has them."""
 

@@ -20,8 +20,8 @@ def struct_of(record: Record) -> Struct:
     return Struct(record.name, record.meaning, tuple(of_quantities(record.quantities)))
 
 
-SEARCH_INTERVALS = 24
-"""Intervals of currents that wait in a search."""
+SEARCH_CANDIDATES = 15
+"""Currents that a search remembers: the ends of the intervals that wait."""
 
 NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and constants of the certificate.").of(
     Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
@@ -83,16 +83,10 @@ TRIAL = Struct("Trial", "A current that was tried, and what its stance does.").o
     Member("least_contact", "real", "the least minimum of the contact force over k before the ending", "m"),
     Member("least_contact_u", "real", "", "m/A"),
     Member("events", "uint32", "stands for the order of modes and events"),
-    Member("minima", "uint32", "how many minima of it there are"),
+    Member("minima", "uint8", "how many minima of it there are, up to 255"),
     Member("takes_off", "bool"),
     Member("held", "bool", "the actuator never moves"),
     Member("smooth", "bool", "the derivatives exist"),
-)
-INTERVAL = Struct("Interval", "An interval between two currents that were tried, of a branch and bound.").of(
-    Member("from", "Trial", "the one nearer to 0"),
-    Member("to", "Trial"),
-    Member("lower_bound", "real", "lower bound: no admissible current in it comes nearer to what is wanted", "m"),
-    Member("slow", "int32", "bisections in a row that left most of an interval"),
 )
 SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("plan", "const Plan *"),
@@ -101,14 +95,24 @@ SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("limit", "real", "x_1 stays below", "m"),
     Member("horizon", "real", "", "s"),
     Member("datum", "real", "", "m"),
-    Member("best", "Trial", "the nearest so far; u = 0 until one is admissible"),
-    Member("zero", "Trial", "the current 0"),
-    Member("intervals", "Interval", "intervals in which a better current may lie", count=SEARCH_INTERVALS),
-    Member("count", "int32", "of them; the last one is split next"),
-    Member("limits", "int32", "of the range, yet to be tried"),
+    Member("best_u", "real", "the nearest so far; 0 until one is admissible", "A"),
+    Member("best_apex", "real", "over the ground", "m"),
     Member("next", "real", "what to try", "A"),
-    Member("trials", "int32"),
+    Member("candidates", "Trial", "currents with an interval beside them, by u", count=SEARCH_CANDIDATES),
+    Member(
+        "lower_bound",
+        "real",
+        "no admissible current between one and the next comes nearer to what is wanted; "
+        "HOPFORM_NEVER where none is better, below 0 where the apex passes what is wanted",
+        "m",
+        count=SEARCH_CANDIDATES,
+    ),
+    Member("slow", "int8", "candidates in a row that left most of the interval", count=SEARCH_CANDIDATES),
+    Member("count", "int32", "of the candidates"),
+    Member("sides", "int32", "of 0, yet to be opened"),
+    Member("trials", "int32", "currents tried so far"),
     Member("status", "int32", "HOPFORM_SEARCHING, HOPFORM_OK when done, or an error"),
+    Member("held", "bool", "0 leaves the actuator where it is"),
     Member("found", "bool", "one is admissible"),
     Member("reached", "bool"),
     Member("partial", "bool", "a stance or the search outgrew the memory given"),

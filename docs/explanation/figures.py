@@ -18,6 +18,7 @@ from hopform._figures.plots import BLUE, GREEN, GREY, MAGENTA, ORANGE, house_sty
 from hopform._solver.c import plan_of
 from hopform._solver.package import MAX_PHASES, records
 from hopform_solver import formulas, kernels, phases
+from hopform_solver.limits import NEVER
 from hopform_solver.sensitivity import COLUMNS
 
 BODY = hopform.load_robot("hopper_c")
@@ -143,10 +144,10 @@ def in_one_interval(u: float) -> tuple[Any, Any, Any, Any]:
 
 def branch_and_bound() -> Figure:
     """One search: apex(u) with its candidates in their order; below, the intervals that wait after each."""
-    h_des, v2 = 0.12, hopform.touchdown_velocity(BODY, height=0.10)
+    h_des, v2 = 0.03, hopform.touchdown_velocity(BODY, height=0.05)
     command = hopform.choose_current(BODY, v2=v2, h_des=h_des)
     tried, apexes, waiting = search(v2, h_des)
-    assert (tried[-1], len(tried)) == (command.u, command.solved)
+    assert command.u in tried and len(tried) == command.solved
     figure = Figure(figsize=(6.4, 5.0), layout="constrained")
     curve, rows = figure.subplots(2, sharex=True)
     u, apex = command.curve()
@@ -187,8 +188,9 @@ def search(v2: float, h_des: float) -> tuple[list[float], list[float], list[list
         status = library.call(
             "choose_current_step", types, ctypes.byref(found), room, ctypes.c_int32(len(room)), ctypes.byref(command)
         )
-        ends = [(getattr(part, "from").u, part.to.u, part.lower_bound) for part in found.intervals[: found.count]]
-        waiting.append(ends)
+        ends = [candidate.u for candidate in found.candidates[: found.count]]
+        bounds = zip(ends, ends[1:], found.lower_bound, strict=False)
+        waiting.append([each for each in bounds if each[2] < NEVER[np.dtype(np.float64)]])
     apexes = [hopform.solve_stance(BODY, v2=v2, u=u).apex for u in tried]
     return tried, apexes, waiting
 

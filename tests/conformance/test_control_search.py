@@ -227,15 +227,17 @@ def test_both_back_ends_choose_alike_at_random_touchdowns():
 
 
 def test_a_drop_of_the_paper_takes_few_stances():
-    """A count, not a time: 12 were needed in the mean before the search went by lower bounds."""
+    """A count, not a time: 12 were needed in the mean before the search went by lower bounds, 9 before it went for the
+    root first.
+    """
     draw = np.random.default_rng(2)
     solved = []
     for _ in range(200):
         height = draw.uniform(0.1, 0.25)
         command = drop(HOPPER, height, height + draw.uniform(-0.01, 0.01))
         solved.append(command.solved)
-    assert np.mean(solved) < 9.0
-    assert max(solved) <= 14
+    assert np.mean(solved) < 7.8
+    assert max(solved) <= 10
 
 
 def test_slopes_follow_the_events_and_the_take_off():

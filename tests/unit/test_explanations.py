@@ -59,9 +59,10 @@ def test_a_dip_lies_between_samples_and_the_signs_count_its_zeros(figures):
 
 @needs.library
 def test_the_search_that_is_drawn_is_that_of_the_controller(figures):
-    body, v2 = figures["BODY"], hopform.touchdown_velocity(figures["BODY"], height=0.10)
-    tried, apexes, waiting = figures["search"](v2, 0.12)
-    command = hopform.choose_current(body, v2=v2, h_des=0.12)
-    assert (tried[-1], apexes[-1], len(tried)) == (command.u, command.apex, command.solved) and len(tried) == 9
-    assert [round(1e3 * bound, 1) for _, _, bound in waiting[3] if bound > 0.0] == [42.5]
-    assert [any(start <= command.u <= end for start, end, _ in row) for row in waiting] == [False, *[True] * 7, False]
+    body, v2 = figures["BODY"], hopform.touchdown_velocity(figures["BODY"], height=0.05)
+    tried, apexes, waiting = figures["search"](v2, 0.03)
+    command = hopform.choose_current(body, v2=v2, h_des=0.03)
+    assert (tried[7], apexes[7], len(tried)) == (command.u, command.apex, command.solved) and len(tried) == 9
+    assert [round(1e3 * bound, 1) for _, _, bound in waiting[3] if bound > 0.0] == [2.1]
+    holds = [any(start <= command.u <= end for start, end, _ in row) for row in waiting]
+    assert holds == [False, *[True] * 6, False, False]

@@ -27,8 +27,8 @@ typedef struct {
     float from_upper;
     int side[HOPFORM_ELEMENTS];
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
-    int alone;         /* the element that has just come to rest, and whose free acceleration is known from the motion */
-    float free;         /* this acceleration, from before the state lost its digits */
+    int alone; /* the element that has just come to rest, and whose free acceleration is known from the motion */
+    float free; /* this acceleration, from before the state lost its digits */
     float start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     float aed;
@@ -37,7 +37,7 @@ typedef struct {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
-    int event; /* with which the phase began */
+    int event;                           /* with which the phase began */
     hopform_drive_by_element_f32 drive; /* of the phase, as its numerators */
     hopform_numerators_f32 motion;
     hopform_follow_f32 *follow;
@@ -90,8 +90,7 @@ static inline hopform_numerators_f32 numerators_f32(const stance_chain_f32 *chai
 {
     const hopform_drive_by_element_f32 drive = drive_of_chain_f32(chain, side);
     hopform_numerators_f32 made;
-    made.named =
-        hopform_motion_under_f32(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = hopform_motion_under_f32(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
@@ -166,8 +165,8 @@ static inline float end_of_step_f32(const stance_chain_f32 *chain)
  * alone, whose time to rest is known, and what cannot happen while the velocities keep their signs. */
 typedef struct {
     event_set_f32 set;
-    float rest_time;           /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
-    int rests;                /* whose event that is */
+    float rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
+    int rests;      /* whose event that is */
 } stance_events_f32;
 
 static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, const hopform_numerator_f32 *h,
@@ -200,7 +199,8 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
         if (open[side > 0] && (sign * drift > 0.0f || HOPFORM_IS_COUPLED)) {
             const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
             const float level = sign * level_of_f32(&chain->plan->robot, element);
-            add_event_function_f32(set, &h, free.of[element] - level, -sign, ELEMENT_f32 + element, shape)->side = side;
+            add_event_function_f32(set, &h, free.of[element] - level, -sign, ELEMENT_f32 + element, shape)->side =
+                side;
         }
     }
 }
@@ -221,8 +221,8 @@ static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *se
     const float away = -(float)chain->side[HOPFORM_STOPPED_ELEMENT];
     const hopform_numerator_f32 *h = &chain->motion.of.position;
     const hopform_numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
-    event_function_f32 *stop = add_event_function_f32(set, &first, away * gap, away,
-                                                        ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, DISTANCE_f32);
+    event_function_f32 *stop =
+        add_event_function_f32(set, &first, away * gap, away, ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, DISTANCE_f32);
     stop->H0 = away * h->H1;
 }
 
@@ -237,8 +237,7 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const float compression = at[HOPFORM_COMPRESSION_AXIS];
-    const int shape =
-        !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_f32 : MAY_TURN_f32;
+    const int shape = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_f32 : MAY_TURN_f32;
     set->poles = poles;
     set->node = hopform_node_of_f32(chain->plan, side[0], side[1]);
     set->count = 0;
@@ -264,10 +263,11 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     }
     const float sign = (float)side[slips];
     add_thresholds_f32(chain, 1 - slips, shape, set);
-    events->rest_time = time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
-                                          sign * chain->motion.of.velocity[slips].H3);
+    events->rest_time =
+        time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_f32 + slips;
-    const float lift = rings ? time_to_rest_f32(poles, compression, chain->motion.of.compression.H3) : HOPFORM_NEVER_f32;
+    const float lift =
+        rings ? time_to_rest_f32(poles, compression, chain->motion.of.compression.H3) : HOPFORM_NEVER_f32;
     if (rings && lift <= events->rest_time) {
         events->rest_time = lift;
         events->rests = CONTACT_f32;
@@ -487,8 +487,8 @@ static inline hopform_phase_f32 phase_of_chain_f32(const stance_chain_f32 *chain
 {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     const float *at = chain->at.of;
-    const hopform_phase_f32 phase = {chain->t, at[0], at[1], at[2], at[3], (int8_t)mode, (int8_t)event,
-                                      (uint16_t)chain->step};
+    const hopform_phase_f32 phase = {chain->t, at[0],        at[1],         at[2],
+                                      at[3],    (int8_t)mode, (int8_t)event, (uint16_t)chain->step};
     return phase;
 }
 
@@ -579,9 +579,8 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
     if (chain->side[1 - element] == 0 && !end->stops) {
         const hopform_numerator_f32 *h = &chain->motion.of.velocity[element];
         chain->alone = element;
-        chain->free = hopform_free_after_motion_f32((float)chain->side[element],
-                                                     level_of_f32(&chain->plan->robot, element), h->H3, h->H2,
-                                                     &end->in.high.basis);
+        chain->free = hopform_free_after_motion_f32(
+            (float)chain->side[element], level_of_f32(&chain->plan->robot, element), h->H3, h->H2, &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
         keep_faint_acceleration_f32(chain, &end->in.high.basis);
     }
@@ -594,8 +593,7 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_basi
     hopform_state_by_axis_f32 from_zero = chain->at;
     from_zero.of[HOPFORM_POSITION_AXIS] = 0.0f;
     hopform_state_by_axis_f32 moved;
-    moved.named =
-        hopform_arrive_f32(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    moved.named = hopform_arrive_f32(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
     const float way = moved.of[HOPFORM_POSITION_AXIS];
     moved.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_POSITION_AXIS] + way;
     chain->from_lower += way;
@@ -609,7 +607,7 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain)
     const int element = chain->alone;
     chain->drive = drive_of_chain_f32(chain, chain->side);
     chain->motion.named = hopform_motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named,
-                                                     chain->side[0], chain->side[1]);
+                                                    chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const float level = (float)chain->side[element] * level_of_f32(&chain->plan->robot, element);
         hopform_go_on_f32(&chain->motion.named, element + 1, chain->side[1 - element] == 0, chain->free - level);

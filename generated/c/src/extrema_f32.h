@@ -17,11 +17,10 @@ typedef struct {
 
 /* The minimum between two times, between which the rate becomes positive: a root of the rate, by Householder's method,
  * until a further step changes the value by less than rounding does. */
-static inline void hopform_find_minimum_f32(const event_set_f32 *set, const jet_f32 *from, float low,
-                                             const jet_f32 *to, float high, hopform_least_f32 *least)
+static inline void hopform_find_minimum_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                             const jet_f32 *from, float low, const jet_f32 *to, float high,
+                                             hopform_least_f32 *least)
 {
-    const hopform_poles_f32 *poles = set->poles;
-    const event_function_f32 *g = &set->function[0];
     const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
     const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
     const float apart = high - low;
@@ -29,7 +28,7 @@ static inline void hopform_find_minimum_f32(const event_set_f32 *set, const jet_
     float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
     propagator_f32 at = propagator_at_f32(poles, t);
     for (int n = 0; n < 100; n++) {
-        const jet_f32 jet = jet_at_f32(set->poles, g, &at);
+        const jet_f32 jet = jet_at_f32(poles, g, &at);
         const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, &jet)};
         const float step = step_to_root_f32(&falls);
         const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
@@ -74,21 +73,22 @@ static inline int hopform_most_turns_f32(const hopform_node_f32 *node, const jet
     return decided ? variations - variations_then + (d * d_then < 0.0f ? 1 : 0) : 3;
 }
 
-/* The minima of the one event function of a set inside a phase that ends at `end`. Where more than one is possible its
+/* The minima of an event function inside a phase that ends at `end`. Where more than one is possible its
  * rate is evaluated at times that double until they are a quarter of half a period of the pair apart, at about `most`
  * of them at most, and between three evaluations where it comes near zero and goes back. */
-static inline hopform_least_f32 hopform_least_minimum_f32(const event_set_f32 *set, const jet_f32 *from,
-                                                            const jet_f32 *to, const propagator_f32 *end, float most)
+static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f32 *poles,
+                                                            const hopform_node_f32 *node, const event_function_f32 *g,
+                                                            const propagator_f32 *end, float most)
 {
-    const hopform_poles_f32 *poles = set->poles;
-    const event_function_f32 *g = &set->function[0];
+    const jet_f32 from = jet_at_start_f32(poles, g);
+    const jet_f32 to = jet_at_f32(poles, g, end);
     hopform_least_f32 least = {0.0f, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0};
-    const bool turns = from->rate < 0.0f && to->rate > 0.0f;
-    const int odd = turns || (from->rate > 0.0f && to->rate < 0.0f) ? 1 : 0;
-    if (end->t < 0.95f * set->node->half_period && hopform_is_decided_f32(g, end, to)
-        && hopform_most_turns_f32(set->node, from, to) <= 1 + odd) {
+    const bool turns = from.rate < 0.0f && to.rate > 0.0f;
+    const int odd = turns || (from.rate > 0.0f && to.rate < 0.0f) ? 1 : 0;
+    if (end->t < 0.95f * node->half_period && hopform_is_decided_f32(g, end, &to)
+        && hopform_most_turns_f32(node, &from, &to) <= 1 + odd) {
         if (turns) {
-            hopform_find_minimum_f32(set, from, 0.0f, to, end->t, &least);
+            hopform_find_minimum_f32(poles, g, &from, 0.0f, &to, end->t, &least);
         }
         return least;
     }
@@ -96,24 +96,24 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const event_set_f32 *s
     float apart = hopform_lesser_f32(0.5f / (poles->s_1 + sqrt_f32(poles->s_2)), longest);
     float earlier = 0.0f; /* times of the jets before and last */
     float t = 0.0f;
-    jet_f32 before = *from;
-    jet_f32 last = *from;
+    jet_f32 before = from;
+    jet_f32 last = from;
     bool ends = false;
     while (!ends) {
         ends = !(t + 1.5f * apart < end->t);
         const float next = ends ? end->t : t + apart;
         const propagator_f32 at = ends ? *end : propagator_at_f32(poles, next);
-        const jet_f32 now = ends ? *to : jet_at_f32(set->poles, g, &at);
+        const jet_f32 now = ends ? to : jet_at_f32(poles, g, &at);
         if (last.rate < 0.0f && now.rate >= 0.0f) {
-            hopform_find_minimum_f32(set, &last, t, &now, next, &least);
+            hopform_find_minimum_f32(poles, g, &last, t, &now, next, &least);
         } else if (t > 0.0f && last.rate < 0.0f && last.rate > before.rate && last.rate > now.rate) {
             const float rise = (last.rate - before.rate) / (t - earlier);
             const float bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
             const float top = t - 0.5f * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
             const propagator_f32 at_top = propagator_at_f32(poles, top);
-            const jet_f32 there = jet_at_f32(set->poles, g, &at_top);
+            const jet_f32 there = jet_at_f32(poles, g, &at_top);
             if (there.rate > 0.0f) {
-                hopform_find_minimum_f32(set, &before, earlier, &there, top, &least);
+                hopform_find_minimum_f32(poles, g, &before, earlier, &there, top, &least);
             }
         }
         earlier = t;

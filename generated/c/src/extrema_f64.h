@@ -17,11 +17,10 @@ typedef struct {
 
 /* The minimum between two times, between which the rate becomes positive: a root of the rate, by Householder's method,
  * until a further step changes the value by less than rounding does. */
-static inline void hopform_find_minimum_f64(const event_set_f64 *set, const jet_f64 *from, double low,
-                                             const jet_f64 *to, double high, hopform_least_f64 *least)
+static inline void hopform_find_minimum_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                             const jet_f64 *from, double low, const jet_f64 *to, double high,
+                                             hopform_least_f64 *least)
 {
-    const hopform_poles_f64 *poles = set->poles;
-    const event_function_f64 *g = &set->function[0];
     const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, from)};
     const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const double apart = high - low;
@@ -29,7 +28,7 @@ static inline void hopform_find_minimum_f64(const event_set_f64 *set, const jet_
     double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
     propagator_f64 at = propagator_at_f64(poles, t);
     for (int n = 0; n < 100; n++) {
-        const jet_f64 jet = jet_at_f64(set->poles, g, &at);
+        const jet_f64 jet = jet_at_f64(poles, g, &at);
         const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, &jet)};
         const double step = step_to_root_f64(&falls);
         const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
@@ -74,21 +73,22 @@ static inline int hopform_most_turns_f64(const hopform_node_f64 *node, const jet
     return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
 }
 
-/* The minima of the one event function of a set inside a phase that ends at `end`. Where more than one is possible its
+/* The minima of an event function inside a phase that ends at `end`. Where more than one is possible its
  * rate is evaluated at times that double until they are a quarter of half a period of the pair apart, at about `most`
  * of them at most, and between three evaluations where it comes near zero and goes back. */
-static inline hopform_least_f64 hopform_least_minimum_f64(const event_set_f64 *set, const jet_f64 *from,
-                                                            const jet_f64 *to, const propagator_f64 *end, double most)
+static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f64 *poles,
+                                                            const hopform_node_f64 *node, const event_function_f64 *g,
+                                                            const propagator_f64 *end, double most)
 {
-    const hopform_poles_f64 *poles = set->poles;
-    const event_function_f64 *g = &set->function[0];
+    const jet_f64 from = jet_at_start_f64(poles, g);
+    const jet_f64 to = jet_at_f64(poles, g, end);
     hopform_least_f64 least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
-    const bool turns = from->rate < 0.0 && to->rate > 0.0;
-    const int odd = turns || (from->rate > 0.0 && to->rate < 0.0) ? 1 : 0;
-    if (end->t < 0.95 * set->node->half_period && hopform_is_decided_f64(g, end, to)
-        && hopform_most_turns_f64(set->node, from, to) <= 1 + odd) {
+    const bool turns = from.rate < 0.0 && to.rate > 0.0;
+    const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
+    if (end->t < 0.95 * node->half_period && hopform_is_decided_f64(g, end, &to)
+        && hopform_most_turns_f64(node, &from, &to) <= 1 + odd) {
         if (turns) {
-            hopform_find_minimum_f64(set, from, 0.0, to, end->t, &least);
+            hopform_find_minimum_f64(poles, g, &from, 0.0, &to, end->t, &least);
         }
         return least;
     }
@@ -96,24 +96,24 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const event_set_f64 *s
     double apart = hopform_lesser_f64(0.5 / (poles->s_1 + sqrt_f64(poles->s_2)), longest);
     double earlier = 0.0; /* times of the jets before and last */
     double t = 0.0;
-    jet_f64 before = *from;
-    jet_f64 last = *from;
+    jet_f64 before = from;
+    jet_f64 last = from;
     bool ends = false;
     while (!ends) {
         ends = !(t + 1.5 * apart < end->t);
         const double next = ends ? end->t : t + apart;
         const propagator_f64 at = ends ? *end : propagator_at_f64(poles, next);
-        const jet_f64 now = ends ? *to : jet_at_f64(set->poles, g, &at);
+        const jet_f64 now = ends ? to : jet_at_f64(poles, g, &at);
         if (last.rate < 0.0 && now.rate >= 0.0) {
-            hopform_find_minimum_f64(set, &last, t, &now, next, &least);
+            hopform_find_minimum_f64(poles, g, &last, t, &now, next, &least);
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
             const double rise = (last.rate - before.rate) / (t - earlier);
             const double bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
             const double top = t - 0.5 * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
             const propagator_f64 at_top = propagator_at_f64(poles, top);
-            const jet_f64 there = jet_at_f64(set->poles, g, &at_top);
+            const jet_f64 there = jet_at_f64(poles, g, &at_top);
             if (there.rate > 0.0) {
-                hopform_find_minimum_f64(set, &before, earlier, &there, top, &least);
+                hopform_find_minimum_f64(poles, g, &before, earlier, &there, top, &least);
             }
         }
         earlier = t;

@@ -236,8 +236,8 @@ static inline bool is_near_f32(const hopform_poles_f32 *poles, float t, float d)
     return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_f32;
 }
 
-/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a function
- * whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
+/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a
+ * function whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
 typedef struct {
     float w0, w1, w2, w3, w4;
 } derivatives_f32;
@@ -290,8 +290,8 @@ typedef struct {
 } root_step_f32;
 
 /* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
- * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so small
- * that nothing is left of its square, and where the propagator can be carried there. */
+ * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
+ * small that nothing is left of its square, and where the propagator can be carried there. */
 static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float fourth, float t,
                                                float low, float high)
 {
@@ -556,19 +556,20 @@ static inline bool has_crossed_f32(const jet_f32 *to, float h, float rounding, b
     return (to->value < 0.0f) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
-/* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess; 2
- * if it has not. Its jet there. */
+/* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess;
+ * 2 if it has not. Its jet there. */
 static inline float guessed_crossing_f32(const event_function_f32 *g, const interval_f32 *in, const jet_f32 *from,
                                          jet_f32 *to)
 {
     const float h = in->high.t - in->low;
     const bool is_last = in->found < 0 && g->shape != DISTANCE_f32;
     *to = short_jet_at_f32(g, &in->high);
-    return has_crossed_f32(to, h, rounding_of_f32(g, &in->high, to->rate), is_last) ? rough_root_f32(from, to, h) : 2.0f;
+    return has_crossed_f32(to, h, rounding_of_f32(g, &in->high, to->rate), is_last) ? rough_root_f32(from, to, h)
+                                                                                      : 2.0f;
 }
 
-/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind. One
- * that is monotone and has not crossed zero by then has not before. */
+/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind.
+ * One that is monotone and has not crossed zero by then has not before. */
 static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape)
 {
     uint32_t passed = 0;

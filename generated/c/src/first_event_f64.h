@@ -236,8 +236,8 @@ static inline bool is_near_f64(const hopform_poles_f64 *poles, double t, double 
     return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_f64;
 }
 
-/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a function
- * whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
+/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a
+ * function whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
 typedef struct {
     double w0, w1, w2, w3, w4;
 } derivatives_f64;
@@ -290,8 +290,8 @@ typedef struct {
 } root_step_f64;
 
 /* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
- * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so small
- * that nothing is left of its square, and where the propagator can be carried there. */
+ * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
+ * small that nothing is left of its square, and where the propagator can be carried there. */
 static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double fourth, double t,
                                                double low, double high)
 {
@@ -556,19 +556,20 @@ static inline bool has_crossed_f64(const jet_f64 *to, double h, double rounding,
     return (to->value < 0.0) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
-/* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess; 2
- * if it has not. Its jet there. */
+/* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess;
+ * 2 if it has not. Its jet there. */
 static inline double guessed_crossing_f64(const event_function_f64 *g, const interval_f64 *in, const jet_f64 *from,
                                          jet_f64 *to)
 {
     const double h = in->high.t - in->low;
     const bool is_last = in->found < 0 && g->shape != DISTANCE_f64;
     *to = short_jet_at_f64(g, &in->high);
-    return has_crossed_f64(to, h, rounding_of_f64(g, &in->high, to->rate), is_last) ? rough_root_f64(from, to, h) : 2.0;
+    return has_crossed_f64(to, h, rounding_of_f64(g, &in->high, to->rate), is_last) ? rough_root_f64(from, to, h)
+                                                                                      : 2.0;
 }
 
-/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind. One
- * that is monotone and has not crossed zero by then has not before. */
+/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind.
+ * One that is monotone and has not crossed zero by then has not before. */
 static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape)
 {
     uint32_t passed = 0;

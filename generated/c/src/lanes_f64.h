@@ -116,10 +116,10 @@ typedef struct {
     int64_t evaluations; /* of W for all lanes, in this run */
     int64_t solved;
 
-    lane stance[LANES];                  /* in each lane */
-    bool live[LANES];                    /* whether there is one */
-    int mode[LANES];                     /* 3 (side_1 + 1) + side_2 + 1 */
-    column limit;                        /* the end of the phase */
+    lane stance[LANES];               /* in each lane */
+    bool live[LANES];                 /* whether there is one */
+    int mode[LANES];                  /* 3 (side_1 + 1) + side_2 + 1 */
+    column limit;                     /* the end of the phase */
     function_columns function[SLOTS]; /* constants for those that it does not have */
 
     /* The round: the phases that have their turn, and the ends of their first intervals. */

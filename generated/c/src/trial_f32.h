@@ -22,10 +22,10 @@ struct hopform_tally_f32 {
     hopform_state_f32 change;  /* of x_1, v_1, v_2, y at a fixed time, per A */
     hopform_state_f32 arrived; /* at the end of the last phase, before its event */
     hopform_state_f32 speed;   /* x_1, v_1, v_2, y per time there */
-    float contact_rate;          /* of the contact force over k there */
     int side_1;                 /* of the last phase */
     int side_2;
     bool begun;
+    bool moves; /* the actuator has */
 };
 
 /* A maximum of x_1: where the actuator starts, reverses, sticks, stops or lifts off. */
@@ -44,7 +44,7 @@ static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float cont
         trial->least_contact = contact;
         trial->least_contact_u = change;
     }
-    trial->minima += count;
+    trial->minima = (uint8_t)(trial->minima + count < 255 ? trial->minima + count : 255);
 }
 
 /* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the
@@ -67,9 +67,10 @@ static inline bool hopform_turns_up_f32(const hopform_tally_f32 *tally, const ho
                                          float rate_after)
 {
     const hopform_state_f32 *at = &now->start;
+    const float rate = hopform_contact_slope_f32(&tally->plan->robot, &tally->speed);
     if (!HOPFORM_CONTACT_IS_COMPRESSION || fabs_f32(at->v1) > 0.0f || fabs_f32(at->v2) > 0.0f) {
         const bool jumps = !HOPFORM_CONTACT_IS_COMPRESSION && now->event == HOPFORM_EVENT_X1_HITS_STOP;
-        return (tally->contact_rate < 0.0f || jumps) && !(rate_after < 0.0f);
+        return (rate < 0.0f || jumps) && !(rate_after < 0.0f);
     }
     return tally->side_1 < tally->side_2 && now->side_1 >= now->side_2;
 }
@@ -119,69 +120,76 @@ static inline void hopform_cross_f32(hopform_tally_f32 *tally, const hopform_pas
     }
 }
 
-/* Follow the change through a phase, and through the event with which it began. */
+/* A minimum of the contact force inside a phase. */
+static inline void hopform_look_for_minimum_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage,
+                                                 const hopform_motion_f32 *by_u)
+{
+    const hopform_robot_f32 *robot = &tally->plan->robot;
+    const hopform_node_f32 *node = hopform_node_of_f32(tally->plan, passage->side_1, passage->side_2);
+    const hopform_numerator_f32 leg = hopform_contact_numerator_f32(robot, passage->motion);
+    const event_function_f32 contact = {
+        leg.H3, leg.H2, leg.H1, 0.0f, hopform_contact_of_f32(robot, &passage->start), 0, 0, MAY_TURN_f32};
+    const propagator_f32 end = propagator_of_f32(passage->poles, passage->length, passage->end);
+    const hopform_least_f32 least = hopform_least_minimum_f32(passage->poles, node, &contact, &end, 64.0f);
+    if (least.count > 0) {
+        const hopform_state_f32 there =
+            hopform_arrive_f32(&tally->change, by_u, &least.basis, passage->side_1, passage->side_2);
+        hopform_note_minimum_f32(tally->trial, least.value, hopform_contact_slope_f32(robot, &there), least.count);
+    }
+}
+
+/* Follow the change through a phase, and through the event with which it began. The contact force has no minimum inside
+ * where it is y and not both masses move in the same direction: y' keeps its sign. An actuator that has never moved
+ * leaves nothing to follow. */
 static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage)
 {
     const hopform_plan_f32 *plan = tally->plan;
     const hopform_motion_f32 *motion = passage->motion;
-    const hopform_state_f32 after = {passage->start.v1, motion->H3_1, motion->H3_2, motion->H3_y};
+    const hopform_basis_f32 *w = passage->end;
+    const int side_1 = passage->side_1;
+    const int side_2 = passage->side_2;
     if (tally->begun) {
+        const hopform_state_f32 after = {passage->start.v1, motion->H3_1, motion->H3_2, motion->H3_y};
         hopform_cross_f32(tally, passage, &after);
     }
-    const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&plan->robot, motion);
-    const event_function_f32 contact = {
-        leg.H3, leg.H2, leg.H1, 0.0f, hopform_contact_of_f32(&plan->robot, &passage->start), 0, 0, MAY_TURN_f32};
-    const event_function_f32 velocity_1 = {motion->H3_1, motion->H2_1, motion->H1_1, 0.0f, passage->start.v1, 0, 0, MAY_TURN_f32};
-    const event_function_f32 velocity_2 = {motion->H3_2, motion->H2_2, motion->H1_2, 0.0f, passage->start.v2, 0, 0, MAY_TURN_f32};
-    const event_function_f32 compression = {motion->H3_y, motion->H2_y, motion->H1_y, 0.0f, passage->start.y, 0, 0, MAY_TURN_f32};
-    const hopform_node_f32 *node = hopform_node_of_f32(plan, passage->side_1, passage->side_2);
-    const event_set_f32 set = {passage->poles, node, 1, {contact}};
-    const hopform_drive_f32 per_ampere = {plan->rates.a1_u, 0.0f};
-    const hopform_motion_f32 by_u =
-        hopform_motion_under_f32(&plan->rates, &per_ampere, &tally->change, passage->side_1, passage->side_2);
-    const propagator_f32 end = propagator_of_f32(passage->poles, passage->length, passage->end);
-    const jet_f32 from = jet_at_start_f32(passage->poles, &contact);
-    const jet_f32 to = jet_at_f32(set.poles, &contact, &end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION || (passage->side_1 != 0 && passage->side_1 == passage->side_2)) {
-        /* else y' keeps its sign */
-        const hopform_least_f32 least = hopform_least_minimum_f32(&set, &from, &to, &end, 64.0f);
-        if (least.count > 0) {
-            const hopform_state_f32 there =
-                hopform_arrive_f32(&tally->change, &by_u, &least.basis, passage->side_1, passage->side_2);
-            hopform_note_minimum_f32(tally->trial, least.value, hopform_contact_slope_f32(&plan->robot, &there),
-                                      least.count);
+    tally->moves = tally->moves || side_1 != 0;
+    const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || (side_1 != 0 && side_1 == side_2);
+    if (tally->moves || turns) {
+        const hopform_drive_f32 per_ampere = {plan->rates.a1_u, 0.0f};
+        const hopform_motion_f32 by_u =
+            hopform_motion_under_f32(&plan->rates, &per_ampere, &tally->change, side_1, side_2);
+        if (turns) {
+            hopform_look_for_minimum_f32(tally, passage, &by_u);
         }
+        tally->change = hopform_arrive_f32(&tally->change, &by_u, w, side_1, side_2);
     }
-    tally->change = hopform_arrive_f32(&tally->change, &by_u, passage->end, passage->side_1, passage->side_2);
     tally->arrived = passage->arrived;
     tally->speed.x1 = passage->arrived.v1;
-    tally->speed.v1 = rate_at_f32(&velocity_1, &end);
-    tally->speed.v2 = rate_at_f32(&velocity_2, &end);
-    tally->speed.y = rate_at_f32(&compression, &end);
-    tally->contact_rate = to.rate;
-    tally->side_1 = passage->side_1;
-    tally->side_2 = passage->side_2;
+    tally->speed.v1 = motion->H3_1 * w->Wdd + motion->H2_1 * w->Wd + motion->H1_1 * w->W;
+    tally->speed.v2 = motion->H3_2 * w->Wdd + motion->H2_2 * w->Wd + motion->H1_2 * w->W;
+    tally->speed.y = motion->H3_y * w->Wdd + motion->H2_y * w->Wd + motion->H1_y * w->W;
+    tally->side_1 = side_1;
+    tally->side_2 = side_2;
     tally->begun = true;
 }
 
-/* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. */
-static inline void hopform_lift_f32(hopform_tally_f32 *tally, const hopform_phase_f32 *last,
-                                     const hopform_state_f32 *end)
+/* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
+ * leg that leaves at once does so under every current. */
+static inline void hopform_lift_f32(hopform_tally_f32 *tally, const hopform_state_f32 *end)
 {
     const hopform_robot_f32 *robot = &tally->plan->robot;
+    const hopform_state_f32 *speed = &tally->speed;
+    const hopform_state_f32 *change = &tally->change;
     hopform_trial_f32 *trial = tally->trial;
-    const hopform_motion_f32 motion =
-        hopform_motion_of_f32(tally->plan, end, trial->u, hopform_side_1_f32(last), hopform_side_2_f32(last));
-    const hopform_state_f32 speed = {end->v1, motion.H3_1, motion.H3_2, motion.H3_y};
-    const float rate = hopform_contact_slope_f32(robot, &speed);
+    const float rate = hopform_contact_slope_f32(robot, speed);
     if (!(fabs_f32(rate) > 0.0f)) {
         trial->smooth = false;
         return;
     }
-    const float late = -hopform_contact_slope_f32(robot, &tally->change) / rate;
-    const float x1_u = tally->change.x1 + speed.x1 * late;
-    const float y_u = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : tally->change.y + speed.y * late;
-    const float v2_u = tally->change.v2 + speed.v2 * late;
+    const float late = -hopform_contact_slope_f32(robot, change) / rate;
+    const float x1_u = change->x1 + speed->x1 * late;
+    const float y_u = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : change->y + speed->y * late;
+    const float v2_u = change->v2 + speed->v2 * late;
     trial->apex_u = (x1_u - y_u) + hopform_greater_f32(end->v2, 0.0f) * v2_u / hopform_fall_of_f32(robot);
     hopform_note_largest_f32(trial, end->x1, x1_u);
 }
@@ -204,14 +212,12 @@ static inline void hopform_close_trial_f32(hopform_tally_f32 *tally, const hopfo
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial->events = hopform_fingerprint_f32(phases, stance->phases_kept);
     trial->held = true;
-    const hopform_phase_f32 *last = phases;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
-        last = &phases[n];
-        trial->held = trial->held && hopform_side_1_f32(last) == 0;
+        trial->held = trial->held && hopform_side_1_f32(&phases[n]) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        hopform_lift_f32(tally, last, &stance->end);
+        hopform_lift_f32(tally, &stance->end);
     } else {
         hopform_note_largest_f32(trial, stance->end.x1, tally->change.x1);
     }

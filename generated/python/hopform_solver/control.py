@@ -28,11 +28,11 @@ WAVES = 60
 """How often all cells are split at most."""
 CLUSTER = (-(2.0**-5), -(2.0**-12), 0.0, 2.0**-12, 2.0**-5)
 """Where currents are tried around a predicted one, as shares of the cell."""
-WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.25, 0.0625, 1.0 / 256.0, 1.0 / 64.0
+WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.42, 0.0625, 1.0 / 256.0, 1.0 / 64.0
 """How wide a cell may be, as a share of u_max, to be judged by its ends: where the events are the same at both, where
 not, where neither takes off, where one does, and where x_1 turns and meets its limit.
 """
-LEAN, BEND, KINK = 0.75, 0.03125, 1.0
+LEAN, BEND, KINK = 0.75, 0.03125, 1.5
 """How far functions may be off what the ends foretell, as in the C library."""
 
 
@@ -82,16 +82,31 @@ class _Curve(NamedTuple):
     smooth: Flags
 
     @property
-    def least(self) -> Array:
-        """The least that the functions are taken to be on their cells: the least Bernstein coefficient of the cubics
-        that the ends determine, as quartics, less what the functions may be off them in the middle.
+    def coefficients(self) -> Array:
+        """Bernstein coefficients of quartics that the functions are taken to lie above: of the cubics that the ends
+        determine, the middle one lowered by what the functions may be off.
         """
         from_, from_rise, to, to_rise, smooth = self
         first, last = from_rise - (to - from_), to_rise - (to - from_)
         spread = np.abs(first) + np.abs(last)
         off = np.where(smooth, LEAN * np.abs(first + last) + BEND * spread, KINK * spread)
         middle = 0.5 * (from_ + to) + (from_rise - to_rise) / 6.0 - off
-        return np.asarray(np.min([from_, to, from_ + 0.25 * from_rise, to - 0.25 * to_rise, middle], axis=0))
+        return np.array([from_, from_ + 0.25 * from_rise, middle, to - 0.25 * to_rise, to])
+
+    @property
+    def least(self) -> Array:
+        """The least coefficients, below which no value of the quartics lies."""
+        return np.asarray(self.coefficients.min(axis=0))
+
+    @property
+    def least_of_halves(self) -> Array:
+        """The least coefficients of both halves of the quartics: nearer to their least values."""
+        row = self.coefficients
+        least = np.minimum(row[0], row[-1])
+        while len(row) > 1:  # de Casteljau
+            row = 0.5 * (row[:-1] + row[1:])
+            least = np.minimum(least, np.minimum(row[0], row[-1]))
+        return np.asarray(least)
 
     @property
     def share_of_root(self) -> Array:
@@ -139,8 +154,21 @@ class _Cells:
         in_from, in_to = np.isfinite(self.from_.least_contact), np.isfinite(self.to.least_contact)
         least = self.curve("least_contact")
         from_, to = least.from_ > np.abs(least.from_rise), least.to > np.abs(least.to_rise)
-        fine = self.width <= np.sqrt(self.search.eps) * self.search.robot.u_max
-        return np.asarray(fine | np.where(in_from & in_to, least.least > 0.0, (~in_from | from_) & (~in_to | to)))
+        return np.where(in_from & in_to, least.least > 0.0, (~in_from | from_) & (~in_to | to))
+
+    @property
+    def _at_jump(self) -> Array:
+        """What no gap falls below in a narrow cell in which the apex ends, or jumps: on either side like a square root,
+        where the leg takes off.
+        """
+        gap, largest, least = self.gap, self.largest_x1, np.full_like(self.width, np.inf)
+        for trials, off, off_rise, x1, x1_rise in (
+            (self.from_, gap.from_, gap.from_rise, largest.from_, largest.from_rise),
+            (self.to, gap.to, gap.to_rise, largest.to, largest.to_rise),
+        ):
+            near = trials.takes_off & (x1 - 2.0 * np.abs(x1_rise) < 0.0)
+            least = np.where(near, np.minimum(least, np.abs(off) - 3.0 * np.abs(off_rise)), least)
+        return least
 
     @property
     def promise(self) -> Array:
@@ -148,23 +176,18 @@ class _Cells:
         it.
         """
         search, from_, to, gap, largest = self.search, self.from_, self.to, self.gap, self.largest_x1
-        range_, starts, whole = search.robot.u_max, search.admits(from_), gap.least
+        range_, starts, whole = search.robot.u_max, search.admits(from_), gap.least_of_halves
         rise = np.abs(either(starts, largest.from_rise, largest.to_rise))
         weight = 2.0 * (np.abs(gap.from_rise) + np.abs(gap.to_rise)) / rise  # the multiplier of the limit
         sums = (of_gap + weight * of_x1 for of_gap, of_x1 in zip(gap[:4], largest[:4], strict=True))
         both = _Curve._make([*sums, self.smooth])
         turns = largest.least < np.minimum(largest.from_, largest.to)
         alike = (starts == search.admits(to)) | (turns & (self.width > EDGE * range_))
-        judged = np.where(alike, whole, np.fmax(whole, both.least))
+        judged = np.where(alike, whole, np.fmax(whole, both.least_of_halves))
         none, unlike = ~from_.takes_off & ~to.takes_off, from_.takes_off != to.takes_off
-        judged = np.where(self.quiet, np.where(none | (largest.least >= 0.0), np.inf, judged), 0.0)
-        # Where one end takes off and the other does not the apex ends like a square root.
-        lifts = from_.takes_off
-        beyond = either(lifts, largest.from_, largest.to)
-        beyond = beyond - 2.0 * np.abs(either(lifts, largest.from_rise, largest.to_rise))
-        off = np.abs(either(lifts, gap.from_, gap.to)) - 3.0 * np.abs(either(lifts, gap.from_rise, gap.to_rise))
-        step = np.where(beyond < 0.0, off, np.inf)
-        judged = np.where(unlike, np.where(self.width <= STEP * range_, step, 0.0), judged)
+        judged = np.where(none | (largest.least >= 0.0), np.inf, judged)
+        narrow = self.width <= np.where(none, np.sqrt(search.eps), STEP) * range_
+        judged = np.where(unlike | ~self.quiet, np.where(narrow, self._at_jump, 0.0), judged)
         wide = self.width > np.where(none, DOWN, np.where(self.smooth, WIDE, COARSE)) * range_
         tiny = self.width <= 2.0 * search.eps * np.maximum(np.abs(from_.u), np.abs(to.u))
         return np.where((from_.held & to.held) | tiny, np.inf, np.where(wide, 0.0, judged))

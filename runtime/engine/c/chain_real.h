@@ -27,8 +27,8 @@ typedef struct {
     real from_upper;
     int side[HOPFORM_ELEMENTS];
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
-    int alone;         /* the element that has just come to rest, and whose free acceleration is known from the motion */
-    real free;         /* this acceleration, from before the state lost its digits */
+    int alone; /* the element that has just come to rest, and whose free acceleration is known from the motion */
+    real free; /* this acceleration, from before the state lost its digits */
     real start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     real aed;
@@ -37,7 +37,7 @@ typedef struct {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
-    int event; /* with which the phase began */
+    int event;                           /* with which the phase began */
     hopform_drive_by_element_real drive; /* of the phase, as its numerators */
     hopform_numerators_real motion;
     hopform_follow_real *follow;
@@ -90,8 +90,7 @@ static inline hopform_numerators_real numerators_real(const stance_chain_real *c
 {
     const hopform_drive_by_element_real drive = drive_of_chain_real(chain, side);
     hopform_numerators_real made;
-    made.named =
-        hopform_motion_under_real(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = hopform_motion_under_real(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
@@ -166,8 +165,8 @@ static inline real end_of_step_real(const stance_chain_real *chain)
  * alone, whose time to rest is known, and what cannot happen while the velocities keep their signs. */
 typedef struct {
     event_set_real set;
-    real rest_time;           /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
-    int rests;                /* whose event that is */
+    real rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
+    int rests;      /* whose event that is */
 } stance_events_real;
 
 static inline event_function_real *add_event_function_real(event_set_real *set, const hopform_numerator_real *h,
@@ -200,7 +199,8 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
             const hopform_free_by_element_real free = free_of_real(chain, &chain->at.named);
             const real level = sign * level_of_real(&chain->plan->robot, element);
-            add_event_function_real(set, &h, free.of[element] - level, -sign, ELEMENT_real + element, shape)->side = side;
+            add_event_function_real(set, &h, free.of[element] - level, -sign, ELEMENT_real + element, shape)->side =
+                side;
         }
     }
 }
@@ -221,8 +221,8 @@ static inline void add_stop_real(const stance_chain_real *chain, event_set_real 
     const real away = -(real)chain->side[HOPFORM_STOPPED_ELEMENT];
     const hopform_numerator_real *h = &chain->motion.of.position;
     const hopform_numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
-    event_function_real *stop = add_event_function_real(set, &first, away * gap, away,
-                                                        ELEMENT_real + HOPFORM_STOPPED_ELEMENT, DISTANCE_real);
+    event_function_real *stop =
+        add_event_function_real(set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, DISTANCE_real);
     stop->H0 = away * h->H1;
 }
 
@@ -237,8 +237,7 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const real compression = at[HOPFORM_COMPRESSION_AXIS];
-    const int shape =
-        !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_real : MAY_TURN_real;
+    const int shape = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_real : MAY_TURN_real;
     set->poles = poles;
     set->node = hopform_node_of_real(chain->plan, side[0], side[1]);
     set->count = 0;
@@ -264,10 +263,11 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     }
     const real sign = (real)side[slips];
     add_thresholds_real(chain, 1 - slips, shape, set);
-    events->rest_time = time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
-                                          sign * chain->motion.of.velocity[slips].H3);
+    events->rest_time =
+        time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_real + slips;
-    const real lift = rings ? time_to_rest_real(poles, compression, chain->motion.of.compression.H3) : HOPFORM_NEVER_real;
+    const real lift =
+        rings ? time_to_rest_real(poles, compression, chain->motion.of.compression.H3) : HOPFORM_NEVER_real;
     if (rings && lift <= events->rest_time) {
         events->rest_time = lift;
         events->rests = CONTACT_real;
@@ -487,8 +487,8 @@ static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *ch
 {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     const real *at = chain->at.of;
-    const hopform_phase_real phase = {chain->t, at[0], at[1], at[2], at[3], (int8_t)mode, (int8_t)event,
-                                      (uint16_t)chain->step};
+    const hopform_phase_real phase = {chain->t, at[0],        at[1],         at[2],
+                                      at[3],    (int8_t)mode, (int8_t)event, (uint16_t)chain->step};
     return phase;
 }
 
@@ -579,9 +579,8 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
     if (chain->side[1 - element] == 0 && !end->stops) {
         const hopform_numerator_real *h = &chain->motion.of.velocity[element];
         chain->alone = element;
-        chain->free = hopform_free_after_motion_real((real)chain->side[element],
-                                                     level_of_real(&chain->plan->robot, element), h->H3, h->H2,
-                                                     &end->in.high.basis);
+        chain->free = hopform_free_after_motion_real(
+            (real)chain->side[element], level_of_real(&chain->plan->robot, element), h->H3, h->H2, &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
         keep_faint_acceleration_real(chain, &end->in.high.basis);
     }
@@ -594,8 +593,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const hopform_ba
     hopform_state_by_axis_real from_zero = chain->at;
     from_zero.of[HOPFORM_POSITION_AXIS] = 0.0;
     hopform_state_by_axis_real moved;
-    moved.named =
-        hopform_arrive_real(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    moved.named = hopform_arrive_real(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
     const real way = moved.of[HOPFORM_POSITION_AXIS];
     moved.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_POSITION_AXIS] + way;
     chain->from_lower += way;
@@ -609,7 +607,7 @@ static inline void stance_begin_phase_real(stance_chain_real *chain)
     const int element = chain->alone;
     chain->drive = drive_of_chain_real(chain, chain->side);
     chain->motion.named = hopform_motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named,
-                                                     chain->side[0], chain->side[1]);
+                                                    chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
         hopform_go_on_real(&chain->motion.named, element + 1, chain->side[1 - element] == 0, chain->free - level);

@@ -17,11 +17,10 @@ typedef struct {
 
 /* The minimum between two times, between which the rate becomes positive: a root of the rate, by Householder's method,
  * until a further step changes the value by less than rounding does. */
-static inline void hopform_find_minimum_real(const event_set_real *set, const jet_real *from, real low,
-                                             const jet_real *to, real high, hopform_least_real *least)
+static inline void hopform_find_minimum_real(const hopform_poles_real *poles, const event_function_real *g,
+                                             const jet_real *from, real low, const jet_real *to, real high,
+                                             hopform_least_real *least)
 {
-    const hopform_poles_real *poles = set->poles;
-    const event_function_real *g = &set->function[0];
     const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, from)};
     const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const real apart = high - low;
@@ -29,7 +28,7 @@ static inline void hopform_find_minimum_real(const event_set_real *set, const je
     real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
     propagator_real at = propagator_at_real(poles, t);
     for (int n = 0; n < 100; n++) {
-        const jet_real jet = jet_at_real(set->poles, g, &at);
+        const jet_real jet = jet_at_real(poles, g, &at);
         const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, &jet)};
         const real step = step_to_root_real(&falls);
         const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
@@ -74,21 +73,22 @@ static inline int hopform_most_turns_real(const hopform_node_real *node, const j
     return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
 }
 
-/* The minima of the one event function of a set inside a phase that ends at `end`. Where more than one is possible its
+/* The minima of an event function inside a phase that ends at `end`. Where more than one is possible its
  * rate is evaluated at times that double until they are a quarter of half a period of the pair apart, at about `most`
  * of them at most, and between three evaluations where it comes near zero and goes back. */
-static inline hopform_least_real hopform_least_minimum_real(const event_set_real *set, const jet_real *from,
-                                                            const jet_real *to, const propagator_real *end, real most)
+static inline hopform_least_real hopform_least_minimum_real(const hopform_poles_real *poles,
+                                                            const hopform_node_real *node, const event_function_real *g,
+                                                            const propagator_real *end, real most)
 {
-    const hopform_poles_real *poles = set->poles;
-    const event_function_real *g = &set->function[0];
+    const jet_real from = jet_at_start_real(poles, g);
+    const jet_real to = jet_at_real(poles, g, end);
     hopform_least_real least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
-    const bool turns = from->rate < 0.0 && to->rate > 0.0;
-    const int odd = turns || (from->rate > 0.0 && to->rate < 0.0) ? 1 : 0;
-    if (end->t < 0.95 * set->node->half_period && hopform_is_decided_real(g, end, to)
-        && hopform_most_turns_real(set->node, from, to) <= 1 + odd) {
+    const bool turns = from.rate < 0.0 && to.rate > 0.0;
+    const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
+    if (end->t < 0.95 * node->half_period && hopform_is_decided_real(g, end, &to)
+        && hopform_most_turns_real(node, &from, &to) <= 1 + odd) {
         if (turns) {
-            hopform_find_minimum_real(set, from, 0.0, to, end->t, &least);
+            hopform_find_minimum_real(poles, g, &from, 0.0, &to, end->t, &least);
         }
         return least;
     }
@@ -96,24 +96,24 @@ static inline hopform_least_real hopform_least_minimum_real(const event_set_real
     real apart = hopform_lesser_real(0.5 / (poles->s_1 + sqrt_real(poles->s_2)), longest);
     real earlier = 0.0; /* times of the jets before and last */
     real t = 0.0;
-    jet_real before = *from;
-    jet_real last = *from;
+    jet_real before = from;
+    jet_real last = from;
     bool ends = false;
     while (!ends) {
         ends = !(t + 1.5 * apart < end->t);
         const real next = ends ? end->t : t + apart;
         const propagator_real at = ends ? *end : propagator_at_real(poles, next);
-        const jet_real now = ends ? *to : jet_at_real(set->poles, g, &at);
+        const jet_real now = ends ? to : jet_at_real(poles, g, &at);
         if (last.rate < 0.0 && now.rate >= 0.0) {
-            hopform_find_minimum_real(set, &last, t, &now, next, &least);
+            hopform_find_minimum_real(poles, g, &last, t, &now, next, &least);
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
             const real rise = (last.rate - before.rate) / (t - earlier);
             const real bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
             const real top = t - 0.5 * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
             const propagator_real at_top = propagator_at_real(poles, top);
-            const jet_real there = jet_at_real(set->poles, g, &at_top);
+            const jet_real there = jet_at_real(poles, g, &at_top);
             if (there.rate > 0.0) {
-                hopform_find_minimum_real(set, &before, earlier, &there, top, &least);
+                hopform_find_minimum_real(poles, g, &before, earlier, &there, top, &least);
             }
         }
         earlier = t;

@@ -236,8 +236,8 @@ static inline bool is_near_real(const hopform_poles_real *poles, real t, real d)
     return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_real;
 }
 
-/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a function
- * whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
+/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a
+ * function whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
 typedef struct {
     real w0, w1, w2, w3, w4;
 } derivatives_real;
@@ -290,8 +290,8 @@ typedef struct {
 } root_step_real;
 
 /* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
- * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so small
- * that nothing is left of its square, and where the propagator can be carried there. */
+ * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
+ * small that nothing is left of its square, and where the propagator can be carried there. */
 static inline root_step_real step_between_real(const hopform_poles_real *poles, const jet_real *at, real fourth, real t,
                                                real low, real high)
 {
@@ -556,19 +556,20 @@ static inline bool has_crossed_real(const jet_real *to, real h, real rounding, b
     return (to->value < 0.0) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
-/* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess; 2
- * if it has not. Its jet there. */
+/* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess;
+ * 2 if it has not. Its jet there. */
 static inline real guessed_crossing_real(const event_function_real *g, const interval_real *in, const jet_real *from,
                                          jet_real *to)
 {
     const real h = in->high.t - in->low;
     const bool is_last = in->found < 0 && g->shape != DISTANCE_real;
     *to = short_jet_at_real(g, &in->high);
-    return has_crossed_real(to, h, rounding_of_real(g, &in->high, to->rate), is_last) ? rough_root_real(from, to, h) : 2.0;
+    return has_crossed_real(to, h, rounding_of_real(g, &in->high, to->rate), is_last) ? rough_root_real(from, to, h)
+                                                                                      : 2.0;
 }
 
-/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind. One
- * that is monotone and has not crossed zero by then has not before. */
+/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind.
+ * One that is monotone and has not crossed zero by then has not before. */
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape)
 {
     uint32_t passed = 0;

@@ -22,10 +22,10 @@ struct hopform_tally_real {
     hopform_state_real change;  /* of x_1, v_1, v_2, y at a fixed time, per A */
     hopform_state_real arrived; /* at the end of the last phase, before its event */
     hopform_state_real speed;   /* x_1, v_1, v_2, y per time there */
-    real contact_rate;          /* of the contact force over k there */
     int side_1;                 /* of the last phase */
     int side_2;
     bool begun;
+    bool moves; /* the actuator has */
 };
 
 /* A maximum of x_1: where the actuator starts, reverses, sticks, stops or lifts off. */
@@ -44,7 +44,7 @@ static inline void hopform_note_minimum_real(hopform_trial_real *trial, real con
         trial->least_contact = contact;
         trial->least_contact_u = change;
     }
-    trial->minima += count;
+    trial->minima = (uint8_t)(trial->minima + count < 255 ? trial->minima + count : 255);
 }
 
 /* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the
@@ -67,9 +67,10 @@ static inline bool hopform_turns_up_real(const hopform_tally_real *tally, const 
                                          real rate_after)
 {
     const hopform_state_real *at = &now->start;
+    const real rate = hopform_contact_slope_real(&tally->plan->robot, &tally->speed);
     if (!HOPFORM_CONTACT_IS_COMPRESSION || fabs_real(at->v1) > 0.0 || fabs_real(at->v2) > 0.0) {
         const bool jumps = !HOPFORM_CONTACT_IS_COMPRESSION && now->event == HOPFORM_EVENT_X1_HITS_STOP;
-        return (tally->contact_rate < 0.0 || jumps) && !(rate_after < 0.0);
+        return (rate < 0.0 || jumps) && !(rate_after < 0.0);
     }
     return tally->side_1 < tally->side_2 && now->side_1 >= now->side_2;
 }
@@ -119,69 +120,76 @@ static inline void hopform_cross_real(hopform_tally_real *tally, const hopform_p
     }
 }
 
-/* Follow the change through a phase, and through the event with which it began. */
+/* A minimum of the contact force inside a phase. */
+static inline void hopform_look_for_minimum_real(hopform_tally_real *tally, const hopform_passage_real *passage,
+                                                 const hopform_motion_real *by_u)
+{
+    const hopform_robot_real *robot = &tally->plan->robot;
+    const hopform_node_real *node = hopform_node_of_real(tally->plan, passage->side_1, passage->side_2);
+    const hopform_numerator_real leg = hopform_contact_numerator_real(robot, passage->motion);
+    const event_function_real contact = {
+        leg.H3, leg.H2, leg.H1, 0.0, hopform_contact_of_real(robot, &passage->start), 0, 0, MAY_TURN_real};
+    const propagator_real end = propagator_of_real(passage->poles, passage->length, passage->end);
+    const hopform_least_real least = hopform_least_minimum_real(passage->poles, node, &contact, &end, 64.0);
+    if (least.count > 0) {
+        const hopform_state_real there =
+            hopform_arrive_real(&tally->change, by_u, &least.basis, passage->side_1, passage->side_2);
+        hopform_note_minimum_real(tally->trial, least.value, hopform_contact_slope_real(robot, &there), least.count);
+    }
+}
+
+/* Follow the change through a phase, and through the event with which it began. The contact force has no minimum inside
+ * where it is y and not both masses move in the same direction: y' keeps its sign. An actuator that has never moved
+ * leaves nothing to follow. */
 static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopform_passage_real *passage)
 {
     const hopform_plan_real *plan = tally->plan;
     const hopform_motion_real *motion = passage->motion;
-    const hopform_state_real after = {passage->start.v1, motion->H3_1, motion->H3_2, motion->H3_y};
+    const hopform_basis_real *w = passage->end;
+    const int side_1 = passage->side_1;
+    const int side_2 = passage->side_2;
     if (tally->begun) {
+        const hopform_state_real after = {passage->start.v1, motion->H3_1, motion->H3_2, motion->H3_y};
         hopform_cross_real(tally, passage, &after);
     }
-    const hopform_numerator_real leg = hopform_contact_numerator_real(&plan->robot, motion);
-    const event_function_real contact = {
-        leg.H3, leg.H2, leg.H1, 0.0, hopform_contact_of_real(&plan->robot, &passage->start), 0, 0, MAY_TURN_real};
-    const event_function_real velocity_1 = {motion->H3_1, motion->H2_1, motion->H1_1, 0.0, passage->start.v1, 0, 0, MAY_TURN_real};
-    const event_function_real velocity_2 = {motion->H3_2, motion->H2_2, motion->H1_2, 0.0, passage->start.v2, 0, 0, MAY_TURN_real};
-    const event_function_real compression = {motion->H3_y, motion->H2_y, motion->H1_y, 0.0, passage->start.y, 0, 0, MAY_TURN_real};
-    const hopform_node_real *node = hopform_node_of_real(plan, passage->side_1, passage->side_2);
-    const event_set_real set = {passage->poles, node, 1, {contact}};
-    const hopform_drive_real per_ampere = {plan->rates.a1_u, 0.0};
-    const hopform_motion_real by_u =
-        hopform_motion_under_real(&plan->rates, &per_ampere, &tally->change, passage->side_1, passage->side_2);
-    const propagator_real end = propagator_of_real(passage->poles, passage->length, passage->end);
-    const jet_real from = jet_at_start_real(passage->poles, &contact);
-    const jet_real to = jet_at_real(set.poles, &contact, &end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION || (passage->side_1 != 0 && passage->side_1 == passage->side_2)) {
-        /* else y' keeps its sign */
-        const hopform_least_real least = hopform_least_minimum_real(&set, &from, &to, &end, 64.0);
-        if (least.count > 0) {
-            const hopform_state_real there =
-                hopform_arrive_real(&tally->change, &by_u, &least.basis, passage->side_1, passage->side_2);
-            hopform_note_minimum_real(tally->trial, least.value, hopform_contact_slope_real(&plan->robot, &there),
-                                      least.count);
+    tally->moves = tally->moves || side_1 != 0;
+    const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || (side_1 != 0 && side_1 == side_2);
+    if (tally->moves || turns) {
+        const hopform_drive_real per_ampere = {plan->rates.a1_u, 0.0};
+        const hopform_motion_real by_u =
+            hopform_motion_under_real(&plan->rates, &per_ampere, &tally->change, side_1, side_2);
+        if (turns) {
+            hopform_look_for_minimum_real(tally, passage, &by_u);
         }
+        tally->change = hopform_arrive_real(&tally->change, &by_u, w, side_1, side_2);
     }
-    tally->change = hopform_arrive_real(&tally->change, &by_u, passage->end, passage->side_1, passage->side_2);
     tally->arrived = passage->arrived;
     tally->speed.x1 = passage->arrived.v1;
-    tally->speed.v1 = rate_at_real(&velocity_1, &end);
-    tally->speed.v2 = rate_at_real(&velocity_2, &end);
-    tally->speed.y = rate_at_real(&compression, &end);
-    tally->contact_rate = to.rate;
-    tally->side_1 = passage->side_1;
-    tally->side_2 = passage->side_2;
+    tally->speed.v1 = motion->H3_1 * w->Wdd + motion->H2_1 * w->Wd + motion->H1_1 * w->W;
+    tally->speed.v2 = motion->H3_2 * w->Wdd + motion->H2_2 * w->Wd + motion->H1_2 * w->W;
+    tally->speed.y = motion->H3_y * w->Wdd + motion->H2_y * w->Wd + motion->H1_y * w->W;
+    tally->side_1 = side_1;
+    tally->side_2 = side_2;
     tally->begun = true;
 }
 
-/* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. */
-static inline void hopform_lift_real(hopform_tally_real *tally, const hopform_phase_real *last,
-                                     const hopform_state_real *end)
+/* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
+ * leg that leaves at once does so under every current. */
+static inline void hopform_lift_real(hopform_tally_real *tally, const hopform_state_real *end)
 {
     const hopform_robot_real *robot = &tally->plan->robot;
+    const hopform_state_real *speed = &tally->speed;
+    const hopform_state_real *change = &tally->change;
     hopform_trial_real *trial = tally->trial;
-    const hopform_motion_real motion =
-        hopform_motion_of_real(tally->plan, end, trial->u, hopform_side_1_real(last), hopform_side_2_real(last));
-    const hopform_state_real speed = {end->v1, motion.H3_1, motion.H3_2, motion.H3_y};
-    const real rate = hopform_contact_slope_real(robot, &speed);
+    const real rate = hopform_contact_slope_real(robot, speed);
     if (!(fabs_real(rate) > 0.0)) {
         trial->smooth = false;
         return;
     }
-    const real late = -hopform_contact_slope_real(robot, &tally->change) / rate;
-    const real x1_u = tally->change.x1 + speed.x1 * late;
-    const real y_u = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : tally->change.y + speed.y * late;
-    const real v2_u = tally->change.v2 + speed.v2 * late;
+    const real late = -hopform_contact_slope_real(robot, change) / rate;
+    const real x1_u = change->x1 + speed->x1 * late;
+    const real y_u = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : change->y + speed->y * late;
+    const real v2_u = change->v2 + speed->v2 * late;
     trial->apex_u = (x1_u - y_u) + hopform_greater_real(end->v2, 0.0) * v2_u / hopform_fall_of_real(robot);
     hopform_note_largest_real(trial, end->x1, x1_u);
 }
@@ -204,14 +212,12 @@ static inline void hopform_close_trial_real(hopform_tally_real *tally, const hop
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial->events = hopform_fingerprint_real(phases, stance->phases_kept);
     trial->held = true;
-    const hopform_phase_real *last = phases;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
-        last = &phases[n];
-        trial->held = trial->held && hopform_side_1_real(last) == 0;
+        trial->held = trial->held && hopform_side_1_real(&phases[n]) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        hopform_lift_real(tally, last, &stance->end);
+        hopform_lift_real(tally, &stance->end);
     } else {
         hopform_note_largest_real(trial, stance->end.x1, tally->change.x1);
     }

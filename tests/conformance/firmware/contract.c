@@ -23,8 +23,8 @@ enum { CAPACITY = 12, TIMES = 2, GRID = 2, MOST = 9, POISON = 0xa5 };
 #define PACE 1
 #endif
 
-/* Bytes for an argument; none is larger than a search. */
-#define ROOM ((sizeof(OF(search)) + 63) / 64 * 64)
+/* Bytes for an argument; none is larger than two searches. */
+#define ROOM ((2 * sizeof(OF(search)) + 63) / 64 * 64)
 
 /* What an argument is for. */
 typedef enum {

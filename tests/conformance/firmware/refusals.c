@@ -324,7 +324,7 @@ static void commands(void)
     OF(command) command = junk;
     OF(trial) trials[2];
     const real currents[2] = {0.0f, 1.0f};
-    search.best.u = 2.0f; /* what the memory may hold */
+    search.best_u = 2.0f; /* what the memory may hold */
     search.found = true;
     search.datum = nan;
     IS(OF(choose_current)(&search, NULL, &start, &target, phases, CAPACITY, &command), HOPFORM_ERROR_NULL);

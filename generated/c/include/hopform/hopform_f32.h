@@ -14,8 +14,8 @@
 extern "C" {
 #endif
 
-/** Intervals of currents that wait in a search. */
-enum { HOPFORM_SEARCH_INTERVALS_f32 = 24 };
+/** Currents that a search remembers: the ends of the intervals that wait. */
+enum { HOPFORM_SEARCH_CANDIDATES_f32 = 15 };
 
 /** What the hopper is made of. */
 typedef struct {
@@ -190,19 +190,11 @@ typedef struct {
     float least_contact; /**< [m] the least minimum of the contact force over k before the ending */
     float least_contact_u; /**< [m/A] */
     uint32_t events; /**< stands for the order of modes and events */
-    uint32_t minima; /**< how many minima of it there are */
+    uint8_t minima; /**< how many minima of it there are, up to 255 */
     bool takes_off;
     bool held; /**< the actuator never moves */
     bool smooth; /**< the derivatives exist */
 } hopform_trial_f32;
-
-/** An interval between two currents that were tried, of a branch and bound. */
-typedef struct {
-    hopform_trial_f32 from; /**< the one nearer to 0 */
-    hopform_trial_f32 to;
-    float lower_bound; /**< [m] lower bound: no admissible current in it comes nearer to what is wanted */
-    int32_t slow; /**< bisections in a row that left most of an interval */
-} hopform_interval_f32;
 
 /** A search for a current; the caller's memory. */
 typedef struct {
@@ -212,14 +204,17 @@ typedef struct {
     float limit; /**< [m] x_1 stays below */
     float horizon; /**< [s] */
     float datum; /**< [m] */
-    hopform_trial_f32 best; /**< the nearest so far; u = 0 until one is admissible */
-    hopform_trial_f32 zero; /**< the current 0 */
-    hopform_interval_f32 intervals[24]; /**< intervals in which a better current may lie */
-    int32_t count; /**< of them; the last one is split next */
-    int32_t limits; /**< of the range, yet to be tried */
+    float best_u; /**< [A] the nearest so far; 0 until one is admissible */
+    float best_apex; /**< [m] over the ground */
     float next; /**< [A] what to try */
-    int32_t trials;
+    hopform_trial_f32 candidates[15]; /**< currents with an interval beside them, by u */
+    float lower_bound[15]; /**< [m] no admissible current between one and the next comes nearer to what is wanted; HOPFORM_NEVER where none is better, below 0 where the apex passes what is wanted */
+    int8_t slow[15]; /**< candidates in a row that left most of the interval */
+    int32_t count; /**< of the candidates */
+    int32_t sides; /**< of 0, yet to be opened */
+    int32_t trials; /**< currents tried so far */
     int32_t status; /**< HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
+    bool held; /**< 0 leaves the actuator where it is */
     bool found; /**< one is admissible */
     bool reached;
     bool partial; /**< a stance or the search outgrew the memory given */
