@@ -58,9 +58,8 @@ ACTUATOR_AT = Record("ActuatorAt", "The actuator at time t of a phase of the fli
     Quantity("moved", r"x_1(t) - x_1", "m", "how far it has moved since the phase began"),
     Quantity("v1_t", r"\dot{x}_1(t)", "m/s", "velocity"),
     Quantity("acc1_t", r"\ddot{x}_1(t)", "m/s^2", "acceleration"),
-    Quantity("jerk1_t", r"\dddot{x}_1(t)", "m/s^3", "its rate"),
 )
-moved, v1_t, acc1_t, jerk1_t = ACTUATOR_AT.symbols
+moved, v1_t, acc1_t = ACTUATOR_AT.symbols
 
 FLIGHT_LEDGER = Record(
     "FlightLedger",
@@ -165,13 +164,12 @@ def acceleration_at_limit(model: Model) -> Steps:
     yield Step(acc1, a_free - a_largest * limit - p_free * v1 - model.levels[0] * side_1, "(3) at the limit")
 
 
-@function(takes=(ACTUATOR, POLES, PAIR), returns=ACTUATOR_AT)
+@function(takes=(*ACTUATOR.quantities[1:], POLES, PAIR), returns=ACTUATOR_AT)
 def actuator_in_flight() -> Steps:
     """The actuator at time t of a phase of the flight."""
     yield Step(moved, v1 * (R + p * R1) + acc1 * R1, "(3) in flight, integral")
     yield Step(v1_t, v1 * (Rd + p * R) + acc1 * R, "(3) in flight")
     yield Step(acc1_t, acc1 * Rd - q * v1 * R, "(3) in flight, derivative")
-    yield Step(jerk1_t, -p * acc1_t - q * v1_t, "(3) in flight, differentiated")
 
 
 @function(takes=(ROBOT, SETTLING), returns=GAINS)

@@ -291,10 +291,9 @@ typedef struct {
 
 /* The actuator at time t of a phase of the flight. */
 typedef struct {
-    float moved;    /* [m] how far it has moved since the phase began */
-    float v1_t;     /* [m/s] velocity */
-    float acc1_t;   /* [m/s^2] acceleration */
-    float jerk1_t;  /* [m/s^3] its rate */
+    float moved;   /* [m] how far it has moved since the phase began */
+    float v1_t;    /* [m/s] velocity */
+    float acc1_t;  /* [m/s^2] acceleration */
 } hopform_actuator_at_f32;
 
 /* Integrals over a part of a phase of the flight. */
@@ -1133,18 +1132,17 @@ static inline float hopform_acceleration_at_limit_f32(const hopform_robot_f32 *r
 }
 
 /* The actuator at time t of a phase of the flight. */
-static inline hopform_actuator_at_f32 hopform_actuator_in_flight_f32(const hopform_actuator_f32 *actuator,
+static inline hopform_actuator_at_f32 hopform_actuator_in_flight_f32(float v1,
+    float acc1,
     const hopform_poles_f32 *poles,
     const hopform_pair_f32 *pair)
 {
-    const float v1 = actuator->v1, acc1 = actuator->acc1;
     const float p = poles->p, q = poles->q;
     const float Rd = pair->Rd, R = pair->R, R1 = pair->R1;
     const float moved = R1*acc1 + v1*(R + R1*p);  /* (3) in flight, integral */
     const float v1_t = R*acc1 + v1*(Rd + R*p);    /* (3) in flight */
     const float acc1_t = Rd*acc1 - R*q*v1;        /* (3) in flight, derivative */
-    const float jerk1_t = -acc1_t*p - q*v1_t;     /* (3) in flight, differentiated */
-    const hopform_actuator_at_f32 result = {moved, v1_t, acc1_t, jerk1_t};
+    const hopform_actuator_at_f32 result = {moved, v1_t, acc1_t};
     return result;
 }
 

@@ -291,10 +291,9 @@ typedef struct {
 
 /* The actuator at time t of a phase of the flight. */
 typedef struct {
-    double moved;    /* [m] how far it has moved since the phase began */
-    double v1_t;     /* [m/s] velocity */
-    double acc1_t;   /* [m/s^2] acceleration */
-    double jerk1_t;  /* [m/s^3] its rate */
+    double moved;   /* [m] how far it has moved since the phase began */
+    double v1_t;    /* [m/s] velocity */
+    double acc1_t;  /* [m/s^2] acceleration */
 } hopform_actuator_at_f64;
 
 /* Integrals over a part of a phase of the flight. */
@@ -1133,18 +1132,17 @@ static inline double hopform_acceleration_at_limit_f64(const hopform_robot_f64 *
 }
 
 /* The actuator at time t of a phase of the flight. */
-static inline hopform_actuator_at_f64 hopform_actuator_in_flight_f64(const hopform_actuator_f64 *actuator,
+static inline hopform_actuator_at_f64 hopform_actuator_in_flight_f64(double v1,
+    double acc1,
     const hopform_poles_f64 *poles,
     const hopform_pair_f64 *pair)
 {
-    const double v1 = actuator->v1, acc1 = actuator->acc1;
     const double p = poles->p, q = poles->q;
     const double Rd = pair->Rd, R = pair->R, R1 = pair->R1;
     const double moved = R1*acc1 + v1*(R + R1*p);  /* (3) in flight, integral */
     const double v1_t = R*acc1 + v1*(Rd + R*p);    /* (3) in flight */
     const double acc1_t = Rd*acc1 - R*q*v1;        /* (3) in flight, derivative */
-    const double jerk1_t = -acc1_t*p - q*v1_t;     /* (3) in flight, differentiated */
-    const hopform_actuator_at_f64 result = {moved, v1_t, acc1_t, jerk1_t};
+    const hopform_actuator_at_f64 result = {moved, v1_t, acc1_t};
     return result;
 }
 

@@ -8,7 +8,6 @@ The straight-line formulas, one line a step, for floats and for arrays; equation
 from numpy import fabs, sqrt
 
 from hopform_solver.records import (
-    Actuator,
     ActuatorAt,
     At,
     Basis,
@@ -884,18 +883,18 @@ def acceleration_at_limit(robot: Robot, flight_rates: FlightRates, v1: Real, sid
     return acc1
 
 
-def actuator_in_flight(actuator: Actuator, poles: Poles, pair: Pair) -> ActuatorAt:
+def actuator_in_flight(v1: Real, acc1: Real, poles: Poles, pair: Pair) -> ActuatorAt:
     """The actuator at time t of a phase of the flight.
 
+    v1 [m/s] velocity.
+    acc1 [m/s^2] acceleration.
     """
-    v1, acc1 = actuator.v1, actuator.acc1
     p, q = poles.p, poles.q
     Rd, R, R1 = pair.Rd, pair.R, pair.R1
     moved = R1*acc1 + v1*(R + R1*p)  # (3) in flight, integral
     v1_t = R*acc1 + v1*(Rd + R*p)    # (3) in flight
     acc1_t = Rd*acc1 - R*q*v1        # (3) in flight, derivative
-    jerk1_t = -acc1_t*p - q*v1_t     # (3) in flight, differentiated
-    return ActuatorAt(moved, v1_t, acc1_t, jerk1_t)
+    return ActuatorAt(moved, v1_t, acc1_t)
 
 
 def critical_gains(robot: Robot, time: Real) -> Gains:

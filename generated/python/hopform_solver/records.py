@@ -861,8 +861,6 @@ class ActuatorAt(NamedTuple):
     """[m/s] velocity"""
     acc1_t: Real
     """[m/s^2] acceleration"""
-    jerk1_t: Real
-    """[m/s^3] its rate"""
 
 
 class FlightWork(NamedTuple):
