@@ -116,11 +116,13 @@ typedef struct {
     int64_t evaluations; /* of W for all lanes, in this run */
     int64_t solved;
 
-    lane stance[LANES];               /* in each lane */
-    bool live[LANES];                 /* whether there is one */
-    int mode[LANES];                  /* 3 (side_1 + 1) + side_2 + 1 */
-    column limit;                     /* the end of the phase */
-    function_columns function[SLOTS]; /* constants for those that it does not have */
+    lane stance[LANES];                                    /* in each lane */
+    bool live[LANES];                                      /* whether there is one */
+    int mode[LANES];                                       /* 3 (side_1 + 1) + side_2 + 1 */
+    column limit;                                          /* the end of the phase */
+    function_columns function[SLOTS];                      /* constants for those that it does not have */
+    column turns[SLOTS], monotone[SLOTS], distance[SLOTS]; /* their shapes */
+    column passed[SLOTS];                                  /* have no root before the end, being monotone */
 
     /* The round: the phases that have their turn, and the ends of their first intervals. */
     column turn, sure; /* what is certified */
@@ -236,7 +238,12 @@ static void put_phase(lanes *w, int l)
     w->limit[l] = one->search.limit;
     for (int s = 0; s < SLOTS; s++) {
         const event_function_f64 none = {0.0, 0.0, 0.0, 0.0, 1.0, 0, 0, MONOTONE_f64};
-        keep_function(&w->function[s], l, true, s < set->count ? &set->function[s] : &none);
+        const event_function_f64 *g = s < set->count ? &set->function[s] : &none;
+        keep_function(&w->function[s], l, true, g);
+        w->turns[s][l] = flag(g->shape == MAY_TURN_f64);
+        w->monotone[s][l] = flag(g->shape == MONOTONE_f64);
+        w->distance[s][l] = flag(g->shape == DISTANCE_f64);
+        w->passed[s][l] = 0.0;
     }
 }
 
@@ -292,11 +299,12 @@ typedef struct {
     jet_f64 from, to;
 } ends_of_lane;
 
-static inline ends_of_lane look_there(const lanes *w, const hopform_poles_f64 *poles, int s, int l)
+static inline ends_of_lane ends_of_function(const lanes *w, const hopform_poles_f64 *poles,
+                                            const function_columns *function, int l)
 {
     const hopform_basis_f64 basis = one_basis(&w->end, l);
     ends_of_lane ends;
-    ends.g = one_function(&w->function[s], l);
+    ends.g = one_function(function, l);
     ends.high = propagator_of_f64(poles, w->end_t[l], &basis);
     ends.from = jet_at_start_f64(poles, &ends.g);
     ends.from.value = ends.from.value < 0.0 ? 0.0 : ends.from.value;
@@ -304,45 +312,56 @@ static inline ends_of_lane look_there(const lanes *w, const hopform_poles_f64 *p
     return ends;
 }
 
+static inline ends_of_lane look_there(const lanes *w, const hopform_poles_f64 *poles, int s, int l)
+{
+    return ends_of_function(w, poles, &w->function[s], l);
+}
+
 static inline bool is_found(const lanes *w, int s, int l)
 {
     return fabs_f64(w->found[l] - (double)s) < 0.5;
 }
 
-/* Where function s, if it has crossed zero by the end of the interval, did so, and whether it is the first: guesses. */
+/* Where function s, if it has crossed zero by the end of the interval, did so, and whether it is the first: rough
+ * guesses. One that is monotone and has not crossed zero by then has not before. */
 LANES_CODE static void guess_crossings(lanes *restrict w, int s)
 {
-    column crossed, going, share;
     const hopform_poles_f64 poles = w->poles;
     for (int l = 0; l < LANES; l++) {
         const ends_of_lane ends = look_there(w, &poles, s, l);
         const double rounding = rounding_of_f64(&ends.g, &ends.high, ends.to.rate);
-        const bool has = has_crossed_f64(&ends.to, w->end_t[l], rounding, w->found[l] < 0.0);
-        crossed[l] = w->turn[l] * flag(has) * flag(!is_found(w, s, l));
-        going[l] = crossed[l];
-        share[l] = rough_root_f64(&ends.from, &ends.to, w->end_t[l]);
+        const bool is_last = (w->found[l] < 0.0) & !(w->distance[s][l] > 0.0);
+        const bool asked = (w->turn[l] > 0.0) & !(w->passed[s][l] > 0.0) & !is_found(w, s, l);
+        const double share = rough_root_f64(&ends.from, &ends.to, w->end_t[l]);
+        const bool first = asked & has_crossed_f64(&ends.to, w->end_t[l], rounding, is_last) & (share < w->share[l]);
+        keep(&w->passed[s][l], asked & (w->monotone[s][l] > 0.0) & !(ends.to.value < 0.0), 1.0);
+        keep(&w->going[l], first, 1.0);
+        keep(&w->number[l], first, (double)s);
+        keep(&w->share[l], first, share);
+        keep_function(&w->falling, l, first, &ends.g);
     }
-    if (!any(crossed)) {
-        return;
+}
+
+/* Refine the guesses of those that are first. */
+LANES_CODE static void refine_guesses(lanes *restrict w)
+{
+    column going;
+    const hopform_poles_f64 poles = w->poles;
+    for (int l = 0; l < LANES; l++) {
+        going[l] = w->going[l];
     }
     for (int n = 0; n < PREDICTION_STEPS_f64 && any(going); n++) {
         for (int l = 0; l < LANES; l++) {
-            const ends_of_lane ends = look_there(w, &poles, s, l);
+            const ends_of_lane ends = ends_of_function(w, &poles, &w->falling, l);
             const interpolant_f64 p = interpolant_of_f64(&ends.from, &ends.to, w->end_t[l]);
-            const double step = prediction_step_f64(&p, share[l]);
-            const double next = share[l] - step;
-            keep(&share[l], (going[l] > 0.0) & (next > 0.0) & (next < 1.0), next);
-            going[l] *= flag(!(fabs_f64(step) < HOPFORM_PREDICTION_f64 * share[l]));
+            const double step = prediction_step_f64(&p, w->share[l]);
+            const double next = w->share[l] - step;
+            keep(&w->share[l], (going[l] > 0.0) & (next > 0.0) & (next < 1.0), next);
+            going[l] *= flag(!(fabs_f64(step) < HOPFORM_PREDICTION_f64 * w->share[l]));
         }
     }
     for (int l = 0; l < LANES; l++) {
-        const bool first = (crossed[l] > 0.0) & (share[l] < w->share[l]);
-        const event_function_f64 g = one_function(&w->function[s], l);
-        keep(&w->going[l], first, 1.0);
-        keep(&w->number[l], first, (double)s);
-        keep(&w->share[l], first, share[l]);
-        keep(&w->t[l], first, w->end_t[l] * share[l]);
-        keep_function(&w->falling, l, first, &g);
+        keep(&w->t[l], w->going[l] > 0.0, w->end_t[l] * w->share[l]);
     }
 }
 
@@ -408,6 +427,7 @@ static void end_at_first_crossings(lanes *w)
         if (!any(w->going)) {
             return;
         }
+        refine_guesses(w);
         find_roots(w);
     }
 }
@@ -422,12 +442,13 @@ LANES_CODE static void certify(lanes *restrict w, int s)
     for (int l = 0; l < LANES; l++) {
         const ends_of_lane ends = look_there(w, &poles, s, l);
         const double h = w->end_t[l];
-        const bool crossed =
-            has_crossed_f64(&ends.to, h, rounding_of_f64(&ends.g, &ends.high, ends.to.rate), w->found[l] < 0.0);
+        const bool is_last = (w->found[l] < 0.0) & !(w->distance[s][l] > 0.0);
+        const bool crossed = has_crossed_f64(&ends.to, h, rounding_of_f64(&ends.g, &ends.high, ends.to.rate), is_last)
+                             & !(w->passed[s][l] > 0.0);
         const double d = ends.from.curvature + pole * ends.from.rate;
         const double d_then = ends.to.curvature + pole * ends.to.rate;
-        const bool leaves = (h > fades) | (crossed & !is_found(w, s, l));
-        open[l] = w->sure[l] * flag((!leaves) & !has_no_root_f64(&ends.from, d, &ends.to, d_then));
+        const bool leaves = ((h > fades) & (w->turns[s][l] > 0.0)) | (crossed & !is_found(w, s, l));
+        open[l] = w->sure[l] * w->turns[s][l] * flag((!leaves) & !has_no_root_f64(&ends.from, d, &ends.to, d_then));
         w->sure[l] *= flag(!leaves);
     }
     if (!any(open)) {
@@ -459,8 +480,10 @@ static void end_phase(lanes *w, int l)
         in->found = (int32_t)w->found[l];
     }
     if (search->open && w->sure[l] > 0.0) {
-        if (in->found != 0) {
+        if (in->found > 0) {
             settle_ties_f64(set, in);
+        }
+        if (!(in->high.t < search->limit)) {
             cross_at_the_limit_f64(&search->events, search->limit, in);
         }
         ends = in->found >= 0 || !(in->high.t < search->limit);
