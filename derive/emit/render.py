@@ -18,7 +18,7 @@ from typing import Any
 import jinja2
 
 from .. import VERSION
-from ..maths import contact, energy, kernels, stability
+from ..maths import contact, elements, energy, kernels, stability
 from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
 from ..model.equations import FIXED, Model
@@ -197,7 +197,7 @@ def _declarations() -> dict[str, str]:
     return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
 
 
-FACTS = (c, energy, ir, kernels, kinds, numpy, precisions, quantities, register, selftest, stability, structs)
+FACTS = (c, elements, energy, ir, kernels, kinds, numpy, precisions, quantities, register, selftest, stability, structs)
 """Modules whose facts and spelling templates ask for, by their names."""
 
 

@@ -43,6 +43,13 @@ def apex_of_takeoff(model: Model) -> Steps:
     yield Step(apex, x1 - (y - model.rest) + v_up**2 / (2 * model.fall), "apex of the ballistic flight")
 
 
+@function(takes=(ROBOT, STATE), returns=APEX)
+def apex_after(model: Model) -> Steps:
+    """Hop height of the apex after a take-off in a state; that of a body that falls is behind it."""
+    yield Step(v_up, (v2 + sp.Abs(v2)) / 2, "max(v_2, 0)")
+    yield from apex_of_takeoff(model)
+
+
 @function(takes=(ROBOT, STATE, AED, X1_T, STEP), returns=APEX)
 def apex_from_energy() -> Steps:
     """Hop height of the apex over the ground at take-off, from the energies at touchdown and the AED.

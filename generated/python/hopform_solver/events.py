@@ -14,6 +14,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from hopform_solver import formulas
+from hopform_solver.elements import MODES
 from hopform_solver.kernels import basis_at, pair_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import EPS, NEVER, SMALLEST_EXPONENT, UNDERFLOW
@@ -22,7 +23,7 @@ from hopform_solver.records import Basis, Numerator, Poles
 Curve: TypeAlias = Callable[[Numbers, Array, Array], Array]
 """Jets of functions of some lanes at a time, with the propagator there, and below them their fourth derivatives."""
 
-SLOTS = 3
+SLOTS = 1 + max(len(mode.guards) for mode in MODES)
 SLOT = np.arange(SLOTS)[:, np.newaxis]
 NONE, UNKNOWN = -1, -2
 """What is found where no function has a root, and where there is no certificate."""
