@@ -6,7 +6,10 @@ An element slips or is held. Elements stand in the order in which they win a tie
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hopform_solver import formulas
 from hopform_solver.records import Drive, LegState, Motion, Numerator, Rates
@@ -45,6 +48,20 @@ class Mode(NamedTuple):
     polynomial: tuple[int, ...]
     guards: tuple[tuple[int, int], ...]
     motion: Callable[[Rates, Drive, LegState], Motion]
+
+
+class Phases(NamedTuple):
+    """Phases of all lanes, lane by lane in the order of time."""
+
+    lane: NDArray[np.intp]
+    t: NDArray[Any]
+    x1: NDArray[Any]
+    v1: NDArray[Any]
+    v2: NDArray[Any]
+    y: NDArray[Any]
+    mode: NDArray[Any]
+    event: NDArray[Any]
+    step: NDArray[Any]
 
 
 ELEMENTS = (

@@ -844,25 +844,3 @@ class FlightLedger(NamedTuple):
     """[J] Coulomb loss of the actuator"""
     stop_loss: Real
     """[J] what the actuator lost at stops"""
-
-
-class Phases(NamedTuple):
-    """Phases of all lanes, lane by lane in the order of time."""
-
-    lane: Real
-    t: Real
-    """[s] time since touchdown"""
-    x1: Real
-    """[m] displacement of the actuator"""
-    v1: Real
-    """[m/s] velocity of the actuator"""
-    v2: Real
-    """[m/s] velocity of the body"""
-    y: Real
-    """[m] compression of the spring, x_1 - x_2 + L_0 + c"""
-    mode: Real
-    """3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held"""
-    event: Real
-    """HOPFORM_EVENT_..., what started it"""
-    step: Real
-    """index of the step of the current"""

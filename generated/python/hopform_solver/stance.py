@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import events, formulas
-from hopform_solver.elements import CONTACT_AXIS, ELEMENTS, FOLLOWS, MODES, NUMERATORS
+from hopform_solver.elements import CONTACT_AXIS, ELEMENTS, FOLLOWS, MODES, NUMERATORS, Phases
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
@@ -26,7 +26,7 @@ from hopform_solver.phases import (
     poles_of,
     state_in_phase,
 )
-from hopform_solver.records import ENDINGS, EVENTS, At, LegState, Motion, Phases, Poles, Robot
+from hopform_solver.records import ENDINGS, EVENTS, At, LegState, Motion, Poles, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
 EVENT: dict[str, int] = {text: number for number, text in EVENTS.items()}
@@ -40,7 +40,6 @@ LIMITED = [
     (n, each.position, each.stops) for n, each in enumerate(ELEMENTS) if each.position is not None and each.stops
 ]
 """The elements with stops: number, axis of the position, stops in Robot."""
-AXES = np.arange(len(FOLLOWS))[:, np.newaxis]
 CONTACT_FOLLOWS = np.array(FOLLOWS[CONTACT_AXIS], np.int8)[:, np.newaxis]
 FIXED = np.array([[each.is_fixed] for each in ELEMENTS])
 REVERSES, STICKS, SLIPS, HITS_STOP = (
@@ -173,15 +172,12 @@ def _free_accelerations(phase: Phase) -> Array:
 
 
 class _End(NamedTuple):
-    """How phases end: when, by what, a threshold to which side, the propagator there, and how near to a stop a position
-    that turns touches it.
-    """
+    """How phases end: when, by what, a threshold to which side, and the propagator there."""
 
     t: Array
     kind: Numbers
     side: Array
     propagator: Array
-    touch: Array
 
 
 class _Guards(NamedTuple):
@@ -227,11 +223,16 @@ def _put_guards(chain: _Chain, poles: Poles, motion: Motion) -> _Guards:
             numerator[:, slot, lanes], start[slot, lanes] = of[:, lanes], now[lanes]
             kind[slot, lanes], towards[slot, lanes] = (THRESHOLD if goal else VELOCITY)[element], goal
     rows, node = np.array(poles), events.node_of(poles)
-    stops = []
+    stops: list[events.EventSet] = []
     for element, axis, _ in LIMITED:
-        position = np.array([state[VELOCITIES[element]], *terms[NUMERATORS[axis] :][:3]])
-        stops.append(events.EventSet(rows, node, -side[element] * position, -side[element] * chain.gap_ahead[element]))
+        of, sign = _position_terms(chain, terms, element, axis), -side[element]
+        stops.append(events.EventSet(rows, node, sign * of, sign * chain.gap_ahead[element]))
     return _Guards(events.EventSet(rows, node, numerator, start), kind, towards, rest_time, rests, tuple(stops))
+
+
+def _position_terms(chain: _Chain, terms: Array, element: int, axis: int) -> Array:
+    """What moves a position: the factors of W', W and the integrals of W."""
+    return np.array([chain.state[VELOCITIES[element]], *terms[NUMERATORS[axis] :][:3]])
 
 
 def _closed_forms(chain: _Chain, poles: Poles, terms: Array) -> tuple[Array, Numbers, Flags]:
@@ -267,7 +268,7 @@ def _meet_stops(guards: _Guards, on: events.Interval, certified: Flags) -> Numbe
             continue
         of, (high, at_high) = take(stop, on.lane[lanes]), take((on.high, on.propagator), lanes)
         short = events.jets_of(of, at_high)
-        beyond = np.flatnonzero(short[0] < -_grazing_tolerance(of, at_high))
+        beyond = np.flatnonzero(short[0] < -_grazing_tolerance(of.start, of.numerator * at_high[3::-1]))
         if beyond.size:
             lanes, of, short, high, at_high = take((lanes, of, short, high, at_high), beyond)
             guess = high - events.step_to_root(short)
@@ -279,12 +280,11 @@ def _meet_stops(guards: _Guards, on: events.Interval, certified: Flags) -> Numbe
     return met
 
 
-def _grazing_tolerance(stop: events.EventSet, propagator: Array) -> Array:
+def _grazing_tolerance(start: Array, terms: Array) -> Array:
     """An extremum of a position, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the
     terms.
     """
-    zero = np.zeros_like(stop.start)
-    return events.rounding_of(stop, propagator, zero, zero)
+    return np.asarray(16.0 * EPS[start.dtype] * (np.abs(start) + np.abs(terms).sum(axis=0)))
 
 
 def _cross_at_the_limit(guards: _Guards, on: events.Interval, certified: Flags) -> None:
@@ -343,7 +343,7 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End
     guards = _put_guards(chain, poles, motion)
     limit, never_met = np.minimum(guards.rest_time, until), np.full(until.shape, LIMIT)
     zero, propagator = np.zeros_like(limit), np.zeros((7, limit.size), limit.dtype)
-    end = _End(limit.copy(), never_met.copy(), zero, propagator, np.zeros_like(chain.side))
+    end = _End(limit.copy(), never_met.copy(), zero, propagator)
     on, stops = events.first_interval(guards.of, limit), never_met
     ended = (on.found >= 0) | ~(limit > 0.0)
     on.high[ended] = 0.0
@@ -360,9 +360,6 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End
         ended = certified & ((stops != LIMIT) | (on.found >= 0) | ~(on.high < on.limit))
         events.begin_interval(on, np.flatnonzero(certified & ~ended))
         ended |= events.give_up(on, ended)
-    for (element, *_), stop in zip(LIMITED, guards.stops, strict=True):
-        lanes = np.flatnonzero((end.kind == VELOCITY[element]) & np.isfinite(stop.start))
-        end.touch[element, lanes] = _grazing_tolerance(take(stop, lanes), end.propagator[:, lanes])
     return end
 
 
@@ -416,6 +413,20 @@ def _motion_from(chain: _Chain) -> Motion:
     return Motion(*motion)
 
 
+def _advance(chain: _Chain, motion: Motion, end: _End) -> Flags:
+    """Move to the ends of phases; returns which elements, that turn there, touch the stop ahead."""
+    touches = np.zeros(chain.side.shape, np.bool_)
+    for element, axis, _ in LIMITED:
+        terms = _position_terms(chain, np.array(motion), element, axis) * end.propagator[3::-1]
+        bound = _grazing_tolerance(chain.gap_ahead[element], terms)
+        chain.gap[element] += choose(chain.side[element] == 0.0, 0.0, terms[::-1].sum(axis=0))
+        near = np.isfinite(bound) & (np.abs(chain.gap_ahead[element]) <= bound)
+        touches[element] = near & (end.kind == VELOCITY[element])
+    basis = events.basis_of(end.propagator)
+    chain.state[...] = arrive(LegState(*chain.state), motion, basis, chain.side)
+    return touches
+
+
 def _stop_at(chain: _Chain, there: Flags) -> None:
     """Positions that are at the stops ahead."""
     for element, axis, (low, high) in LIMITED:
@@ -425,13 +436,13 @@ def _stop_at(chain: _Chain, there: Flags) -> None:
         chain.gap[element][:, lanes] = stop - ends
 
 
-def _pass(chain: _Chain, log: Log, end: _End) -> None:
+def _pass(chain: _Chain, log: Log, end: _End, touches: Flags) -> None:
     """The states and modes right after the end of a phase, recorded as the next phase: elements at rest stick, reverse,
     or go on after a touch; those that are held may begin to slip where the current takes its next value.
     """
     going, hits, rests = end.kind == LIMIT, end.kind == STOP, end.kind == VELOCITY
     # One that it touches where it turns is no event, but that is where it is.
-    _stop_at(chain, hits | (rests & (np.abs(chain.gap_ahead) <= end.touch)))
+    _stop_at(chain, hits | touches)
     rests |= hits
     chain.state[VELOCITIES] = choose(rests, 0.0, chain.state[VELOCITIES])
     chain.step[going] += 1
@@ -488,11 +499,7 @@ def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) ->
             return
         until, motion = np.minimum(next_times[chain.step], chain.horizon), _motion_from(chain)
         end = _find_end(chain, poles_of(chain.plan, chain.side), motion, until - chain.t)
-        state, basis = LegState(*chain.state), events.basis_of(end.propagator)
-        for element, axis, _ in LIMITED:
-            moved = formulas.state_at(LegState(*choose(axis == AXES, 0.0, chain.state)), motion, basis)[axis]
-            chain.gap[element] += choose(chain.side[element] == 0.0, 0.0, moved)
-        chain.state[...] = arrive(state, motion, basis, chain.side)
+        touches = _advance(chain, motion, end)
         chain.t[...] = np.where(end.kind == LIMIT, until, chain.t + end.t)
         lifts, failed = end.kind == TAKEOFF, end.kind == UNCERTIFIED
         expired = (end.kind == LIMIT) & ~(until < chain.horizon)
@@ -502,7 +509,7 @@ def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) ->
             close(lanes, ending)
         end.kind[expired] = TAKEOFF
         _keep_free_accelerations(chain, motion, end)
-        _pass(chain, log, end)
+        _pass(chain, log, end, touches)
         ended = lifts | failed | expired
         if not CONTACT_IS_COMPRESSION and not FOOT_IS_FIXED:  # what is lost at a stop was in the contact force
             contact = formulas.contact_of(chain.plan.robot, LegState(*chain.state))
@@ -555,31 +562,29 @@ def solve(
     flat = np.array([np.broadcast_to(field, shape).reshape(-1) for field in inputs])
     values = np.broadcast_to(values, (*shape, times.size)).reshape(-1, times.size)
     robots, first = Robot(*flat[: len(robot)]), LegState(*flat[len(robot) : -1])
-    plan, lane = plan_of(robots), np.arange(flat.shape[1])
-    gap = np.full((len(ELEMENTS), 2, lane.size), np.inf, dtype)
-    gap[:, 1] = -np.inf
+    plan, size = plan_of(robots), int(np.prod(shape))
+    rows = len(ELEMENTS), size
+    gap = np.full((len(ELEMENTS), 2, size), np.inf, dtype) * np.array([[1.0], [-1.0]], dtype)
     for element, axis, stops in LIMITED:
         gap[element] = first[axis] - np.array([robots[each] for each in stops])
-    side, free = np.zeros((2, len(ELEMENTS), lane.size), dtype)
-    just_slips, is_known = np.zeros((2, *side.shape), np.bool_)
-    step, counted = np.zeros((2, lane.size), np.int64)
+    flags, counts = np.zeros((2, *rows), np.bool_), np.zeros((2, size), np.int64)
     chain = _Chain(
-        lane, plan, values.T, flat[-1], np.array(first), gap, side, np.zeros_like(flat[-1]), step, just_slips, is_known,
-        free, counted,
+        np.arange(size), plan, values.T, flat[-1], np.array(first), gap, np.zeros(rows, dtype), np.zeros(size, dtype),
+        counts[0], flags[0], flags[1], np.zeros(rows, dtype), counts[1],
     )  # fmt: skip
     log: Log = []
     over: Log = []
     loss = _begin(chain, log)
     _run(chain, times, max_phases, log, over)
-    _, duration, states, counts, ending = _sorted(over)
+    _, duration, states, counted, ending = _sorted(over)
     phases, end = Phases(*_sorted(log)), LegState(*states)
     aed = formulas.body_energy_gain(robots, first, At(*end))
     lifts = (ending == ENDING["takeoff"]) & (formulas.fall_of(robots) > 0.0)
     apex = choose(lifts, formulas.apex_after(robots, end), np.nan)
-    kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < counts[phases.lane]
+    kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < counted[phases.lane]
     solution = Solution(
         shape, plan, times, values, first, duration.reshape(shape), LegState(*(field.reshape(shape) for field in end)),
-        apex.reshape(shape), aed.reshape(shape), loss.reshape(shape), ending.reshape(shape), counts.reshape(shape),
+        apex.reshape(shape), aed.reshape(shape), loss.reshape(shape), ending.reshape(shape), counted.reshape(shape),
         take(phases, kept),
     )  # fmt: skip
     _add_up(solution)

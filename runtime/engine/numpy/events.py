@@ -283,30 +283,6 @@ def has_no_root(start: Array, d: Array, end: Array, d_then: Array) -> Flags:
     return np.asarray(((d < 0.0) & (falls_then | negative_then)) | (~(d < 0.0) & after_positive))
 
 
-def has_no_root_by_pair(of: EventSet, propagator: Array, start: Array, end: Array) -> Flags:
-    """Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it.
-
-    V, the sign changes of (+, g', f, e), does not fall from the start to the end; e is the sign of the real pole's
-    part.
-    """
-    a, p, q = of.poles[:3]
-    H3, H2, H1 = of.numerator
-    mu = 0.5 * p
-    ww = q - mu * mu
-    R = propagator[3] + a * propagator[2]
-    C = propagator[4] + a * propagator[3] + mu * R
-    below = np.sqrt(ww * R * R + C * C) + C
-    decided = below > 0.0  # else nothing is left of the pair
-    wt = ww * R / below  # w tan(w h/2)
-    falls, falls_then = start[1] < 0.0, end[1] < 0.0
-    f_is_negative = start[2] - (wt - mu) * start[1] < 0.0
-    f_is_negative_then = end[2] + (wt + mu) * end[1] < 0.0
-    with_positive = ~(falls | f_is_negative) | falls_then | f_is_negative_then
-    with_negative = ~falls | f_is_negative | (falls_then & ~f_is_negative_then)
-    e_is_negative = H1 - a * (H2 - a * H3) < 0.0
-    return np.asarray(decided & ((e_is_negative & with_negative) | (~e_is_negative & with_positive)))
-
-
 def is_held_up_by_bernstein(
     of: EventSet, start: Array, end: Array, h: Array, ends_at_root: Flags, bound: Array
 ) -> Flags:
@@ -329,17 +305,6 @@ def is_held_up_by_bernstein(
     least = choose(ends_at_root, least, np.minimum(least, end[0]))
     hhh = h * h * h
     return np.asarray(least > M6 * hhh * hhh / 43200.0 + bound)
-
-
-def is_held_up_by_tangents(start: Array, end: Array, pole: Array, h: Array, bound: Array) -> Flags:
-    """Rule 4: whether the tangents at both ends hold g above its rounding, where exp(pole t) g' rises: g lies above the
-    tangent at the start, and above one a little steeper than that at the end.
-    """
-    rises = ~(start[2] + pole * start[1] < 0.0) & ~(end[2] + pole * end[1] < 0.0)
-    last = choose(pole * h < 1.0, end[1] * (1.0 + pole * h), NEVER[h.dtype])
-    steeper = last - start[1]
-    cross = choose(np.abs(steeper) > 0.0, (start[0] - end[0] + last * h) / steeper, h)
-    return np.asarray(rises & (start[0] + start[1] * np.minimum(np.maximum(cross, 0.0), h) > bound))
 
 
 def quiet_time(of: EventSet, jet: Array, bound: Array) -> Array:
@@ -498,11 +463,9 @@ def uncertified(on: Interval, open_: Flags, d: Array, d_then: Array) -> tuple[Nu
     is_open |= ~(quiet_time(of, start, rounding) > h)
     some = np.flatnonzero(is_open & ~open_[slot, lane] & (Node(*of.node).half_period < NEVER[h.dtype]))
     if some.size:
-        of, start, end, where = take((of, start, end, lane), some)
-        first = ~(on.low[where] > 0.0) & has_no_root_by_pair(of, on.propagator[:, where], start, end)
-        ends_there = slot[some] == on.found[where]
-        held = is_held_up_by_bernstein(of, start, end, h[some], ends_there, rounding[some])
-        is_open[some] = ~(first | held)
+        of, start, end, h, rounding = take((of, start, end, h, rounding), some)
+        ends_there = slot[some] == on.found[lane[some]]
+        is_open[some] = ~is_held_up_by_bernstein(of, start, end, h, ends_there, rounding)
     return slot[is_open], lane[is_open]
 
 
@@ -520,11 +483,10 @@ def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Arr
     changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
     cut = low + np.clip(choose(changes, before / (before - after), 0.25), 0.015625, 0.984375) * h
     dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)
-    deep = dips & ~is_held_up_by_tangents(start, end, Node(*of.node).pole, h, on.rounding[slot, lane])
     cuts = (cut > low) & (cut < high) & ~dips  # else no number lies in between
-    if deep.any():
+    if dips.any():
         at_high = on.propagator.take(lane, -1)
-        cut[deep], cuts[deep] = minimum_between(*take((of, low, start, high, end, at_high), deep))
+        cut[dips], cuts[dips] = minimum_between(*take((of, low, start, high, end, at_high), dips))
     on.found[lane[cuts]], is_cut[lane[cuts]] = NONE, True
     np.minimum.at(on.high, lane[cuts], cut[cuts])
     return is_cut
