@@ -46,8 +46,8 @@ def apex_of_takeoff(model: Model) -> Steps:
 @function(takes=(ROBOT, STATE), returns=APEX)
 def apex_after(model: Model) -> Steps:
     """Hop height of the apex after a take-off in a state; that of a body that falls is behind it."""
-    yield Step(v_up, (v2 + sp.Abs(v2)) / 2, "max(v_2, 0)")
-    yield from apex_of_takeoff(model)
+    upwards = (v2 + sp.Abs(v2)) * v2 / (4 * model.fall)  # max(v_2, 0)^2/(2 g), by powers of two
+    yield Step(apex, x1 - (y - model.rest) + upwards, "apex of the ballistic flight")
 
 
 @function(takes=(ROBOT, STATE, AED, X1_T, STEP), returns=APEX)

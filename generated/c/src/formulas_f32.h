@@ -747,8 +747,7 @@ static inline float hopform_apex_after_f32(const hopform_robot_f32 *robot, const
 {
     const float g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
-    const float v_up = 0.5f*fabs_f32(v2) + 0.5f*v2;  /* max(v_2, 0) */
-    const float apex = x1 + 0.5f*v_up*v_up/g - y;    /* apex of the ballistic flight */
+    const float apex = x1 + 0.25f*v2*(fabs_f32(v2) + v2)/g - y;  /* apex of the ballistic flight */
     return apex;
 }
 

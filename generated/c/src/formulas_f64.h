@@ -747,8 +747,7 @@ static inline double hopform_apex_after_f64(const hopform_robot_f64 *robot, cons
 {
     const double g = robot->g;
     const double x1 = state->x1, v2 = state->v2, y = state->y;
-    const double v_up = 0.5*fabs_f64(v2) + 0.5*v2;  /* max(v_2, 0) */
-    const double apex = x1 + 0.5*v_up*v_up/g - y;    /* apex of the ballistic flight */
+    const double apex = x1 + 0.25*v2*(fabs_f64(v2) + v2)/g - y;  /* apex of the ballistic flight */
     return apex;
 }
 

@@ -307,6 +307,17 @@ def is_held_up_by_bernstein(
     return np.asarray(least > M6 * hhh * hhh / 43200.0 + bound)
 
 
+def is_held_up_by_tangents(start: Array, end: Array, pole: Array, h: Array, bound: Array) -> Flags:
+    """Rule 4: whether the tangents at both ends hold g above its rounding, where exp(pole t) g' rises: g lies above the
+    tangent at the start, and above one a little steeper than that at the end.
+    """
+    rises = ~(start[2] + pole * start[1] < 0.0) & ~(end[2] + pole * end[1] < 0.0)
+    last = choose(pole * h < 1.0, end[1] * (1.0 + pole * h), NEVER[h.dtype])
+    steeper = last - start[1]
+    cross = choose(np.abs(steeper) > 0.0, (start[0] - end[0] + last * h) / steeper, h)
+    return np.asarray(rises & (start[0] + start[1] * np.minimum(np.maximum(cross, 0.0), h) > bound))
+
+
 def quiet_time(of: EventSet, jet: Array, bound: Array) -> Array:
     """Rule 5: how long from jets on functions, for certain, have no root; NEVER if they have none at all."""
     rings = Node(*of.node).half_period < NEVER[bound.dtype]
@@ -406,11 +417,12 @@ def begin_interval(on: Interval, lanes: Numbers) -> None:
     on.found[lanes], on.is_quiet[lanes], on.is_late[lanes] = NONE, is_quiet, False
 
 
-def look_there(on: Interval, lanes: Numbers) -> None:
-    """The jets of all functions at the ends of intervals."""
-    of, propagator = take(on.of, lanes), on.propagator.take(lanes, -1)[:, None]
-    on.end[..., lanes] = end = jets_of(of, propagator)
-    on.rounding[:, lanes] = rounding_of(of, propagator, on.high[lanes], end[1])
+def look_there(on: Interval, lanes: Numbers | slice) -> None:
+    """The jets of all functions at the ends of intervals; those of all lanes without a copy."""
+    there = on.of, on.propagator, on.high
+    of, propagator, high = there if isinstance(lanes, slice) else take(there, lanes)
+    on.end[..., lanes] = end = jets_of(of, propagator[:, None])
+    on.rounding[:, lanes] = rounding_of(of, propagator[:, None], high, end[1])
 
 
 def crossings(on: Interval, lanes: Numbers) -> tuple[Numbers, Numbers]:
@@ -483,10 +495,11 @@ def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Arr
     changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
     cut = low + np.clip(choose(changes, before / (before - after), 0.25), 0.015625, 0.984375) * h
     dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)
+    deep = dips & ~is_held_up_by_tangents(start, end, Node(*of.node).pole, h, on.rounding[slot, lane])
     cuts = (cut > low) & (cut < high) & ~dips  # else no number lies in between
-    if dips.any():
+    if deep.any():
         at_high = on.propagator.take(lane, -1)
-        cut[dips], cuts[dips] = minimum_between(*take((of, low, start, high, end, at_high), dips))
+        cut[deep], cuts[deep] = minimum_between(*take((of, low, start, high, end, at_high), deep))
     on.found[lane[cuts]], is_cut[lane[cuts]] = NONE, True
     np.minimum.at(on.high, lane[cuts], cut[cuts])
     return is_cut
@@ -506,7 +519,7 @@ def find_first_root(on: Interval) -> Flags:
     and are looked at again.
     """
     on.propagator[...] = propagator_at(on.of.poles, on.high)
-    look_there(on, np.arange(on.lane.size))
+    look_there(on, slice(None))
     searched = np.flatnonzero(~on.is_quiet)
     on.tries[searched] += 1
     open_ = end_at_first_crossing(on, searched)

@@ -534,8 +534,7 @@ def apex_after(robot: Robot, state: LegState) -> Real:
     """
     g = robot.g
     x1, v2, y = state.x1, state.v2, state.y
-    v_up = 0.5*fabs(v2) + 0.5*v2     # max(v_2, 0)
-    apex = x1 + 0.5*v_up*v_up/g - y  # apex of the ballistic flight
+    apex = x1 + 0.25*v2*(fabs(v2) + v2)/g - y  # apex of the ballistic flight
     return apex
 
 

@@ -292,7 +292,7 @@ def _cross_at_the_limit(guards: _Guards, on: events.Interval, certified: Flags) 
     lanes = np.flatnonzero(certified & ~on.is_quiet & (on.found < 0) & ~(on.high < on.limit))
     own, limit = on.lane[lanes], on.limit[lanes]
     is_first = guards.kind[:, own] < np.where(guards.rest_time[own] > limit, LIMIT, guards.rests[own])
-    value, rate, *_ = on.end[..., lanes]
+    value, rate = on.end[:2, :, lanes]
     crosses = (
         is_first & (value < -8.0 * EPS[limit.dtype] * limit * rate) & (rate * limit < -16.0 * on.rounding[:, lanes])
     )
