@@ -44,10 +44,10 @@ def apex_of_takeoff(model: Model) -> Steps:
 
 
 @function(takes=(ROBOT, STATE), returns=APEX)
-def apex_of_end(model: Model) -> Steps:
-    """Hop height of the apex after a take-off in a state; a body that moves down has its apex there."""
-    yield Step(v_up, (v2 + sp.Abs(v2)) / 2, "upwards")
-    yield Step(apex, x1 - (y - model.rest) + v_up**2 / (2 * model.fall), "apex of the ballistic flight")
+def apex_after(model: Model) -> Steps:
+    """Hop height of the apex after a take-off in a state; that of a body that falls is behind it."""
+    upwards = (v2 + sp.Abs(v2)) * v2 / (4 * model.fall)  # max(v_2, 0)^2/(2 g), by powers of two
+    yield Step(apex, x1 - (y - model.rest) + upwards, "apex of the ballistic flight")
 
 
 @function(takes=(ROBOT, STATE, AED, X1_T, STEP), returns=APEX)

@@ -21,8 +21,10 @@ from .time_domain import AT, v2_t, x1_t, y_t
 X1_0 = scalar("x1_0", "m", "displacement of the actuator at the start of the phase")
 AED = scalar("aed", "J", "analytical energy delta")
 STORED = scalar("stored", "J", "k (x_2 - L_0 - c)^2/2")
+MOVING = scalar("moving", "J", "m_s (v_2^2 + speed^2)/2")
+SPEED = scalar("speed", "m/s", "velocity that counts beside that of the body")
 GAIN = scalar("gain", "J", "E(t) - E(0)")
-x1_0, aed, stored, gain = (quantity.symbol for quantity in (X1_0, AED, STORED, GAIN))
+x1_0, aed, stored, moving, speed, gain = (quantity.symbol for quantity in (X1_0, AED, STORED, MOVING, SPEED, GAIN))
 displacement, length, unloaded = sp.symbols("displacement length unloaded", real=True)
 
 body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
@@ -120,10 +122,16 @@ def body_height() -> Steps:
 def stored_energy() -> Steps:
     """Energy of the body beside its kinetic energy and that of its height.
 
-    Where this is large against m_s max(v_2^2, 1)/2, the difference of two E has lost the digits of the AED.
+    Where this is large against `moving_energy`, the difference of two E has lost the digits of the AED.
     """
     yield Step(length, x1 - y, "x_2 - L_0 - c at the start")
     yield Step(stored, k * length**2 / 2, "(22), (23)")
+
+
+@function(takes=(ROBOT, STATE, SPEED), returns=MOVING)
+def moving_energy() -> Steps:
+    """Kinetic energy of the body, and that of a given velocity, with which stored energy is compared."""
+    yield Step(moving, m_s * (speed**2 + v2**2) / 2, "(22), (23)")
 
 
 @function(takes=(ROBOT, STATE), returns=ENERGY)

@@ -834,7 +834,7 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0f;
     if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f32(robot) > 0.0f) {
-        stance->apex = hopform_apex_of_end_f32(robot, end);
+        stance->apex = hopform_apex_after_f32(robot, end);
     }
     const float others = fabs_f32(stance->duration) + fabs_f32(stance->apex) + fabs_f32(stance->aed);
     if (!is_finite_state_f32(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f32)) {

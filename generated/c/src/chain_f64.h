@@ -834,7 +834,7 @@ static inline int32_t stance_report_f64(const stance_chain_f64 *chain, const hop
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0;
     if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f64(robot) > 0.0) {
-        stance->apex = hopform_apex_of_end_f64(robot, end);
+        stance->apex = hopform_apex_after_f64(robot, end);
     }
     const double others = fabs_f64(stance->duration) + fabs_f64(stance->apex) + fabs_f64(stance->aed);
     if (!is_finite_state_f64(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f64)) {

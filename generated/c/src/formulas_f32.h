@@ -843,6 +843,17 @@ static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, co
     return stored;
 }
 
+/* Kinetic energy of the body, and that of a given velocity, with which stored energy is compared. */
+static inline float hopform_moving_energy_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    float speed)
+{
+    const float m_s = robot->m_s;
+    const float v2 = state->v2;
+    const float moving = 0.5f*m_s*(speed*speed + v2*v2);  /* (22), (23) */
+    return moving;
+}
+
 /* Energy of the body and of the robot. */
 static inline hopform_energy_f32 hopform_energies_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state)
@@ -887,13 +898,12 @@ static inline float hopform_apex_of_takeoff_f32(const hopform_robot_f32 *robot, 
     return apex;
 }
 
-/* Hop height of the apex after a take-off in a state; a body that moves down has its apex there. */
-static inline float hopform_apex_of_end_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+/* Hop height of the apex after a take-off in a state; that of a body that falls is behind it. */
+static inline float hopform_apex_after_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
-    const float v_up = 0.5f*fabs_f32(v2) + 0.5f*v2;  /* upwards */
-    const float apex = x1 + 0.5f*v_up*v_up/g - y;    /* apex of the ballistic flight */
+    const float apex = x1 + 0.25f*v2*(fabs_f32(v2) + v2)/g - y;  /* apex of the ballistic flight */
     return apex;
 }
 

@@ -843,6 +843,17 @@ static inline double hopform_stored_energy_f64(const hopform_robot_f64 *robot, c
     return stored;
 }
 
+/* Kinetic energy of the body, and that of a given velocity, with which stored energy is compared. */
+static inline double hopform_moving_energy_f64(const hopform_robot_f64 *robot,
+    const hopform_state_f64 *state,
+    double speed)
+{
+    const double m_s = robot->m_s;
+    const double v2 = state->v2;
+    const double moving = 0.5*m_s*(speed*speed + v2*v2);  /* (22), (23) */
+    return moving;
+}
+
 /* Energy of the body and of the robot. */
 static inline hopform_energy_f64 hopform_energies_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state)
@@ -887,13 +898,12 @@ static inline double hopform_apex_of_takeoff_f64(const hopform_robot_f64 *robot,
     return apex;
 }
 
-/* Hop height of the apex after a take-off in a state; a body that moves down has its apex there. */
-static inline double hopform_apex_of_end_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+/* Hop height of the apex after a take-off in a state; that of a body that falls is behind it. */
+static inline double hopform_apex_after_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double g = robot->g;
     const double x1 = state->x1, v2 = state->v2, y = state->y;
-    const double v_up = 0.5*fabs_f64(v2) + 0.5*v2;  /* upwards */
-    const double apex = x1 + 0.5*v_up*v_up/g - y;    /* apex of the ballistic flight */
+    const double apex = x1 + 0.25*v2*(fabs_f64(v2) + v2)/g - y;  /* apex of the ballistic flight */
     return apex;
 }
 

@@ -580,6 +580,18 @@ def stored_energy(robot: Robot, state: LegState) -> Real:
     return stored
 
 
+def moving_energy(robot: Robot, state: LegState, speed: Real) -> Real:
+    """Kinetic energy of the body, and that of a given velocity, with which stored energy is compared.
+
+    speed [m/s] velocity that counts beside that of the body.
+    Returns moving [J], m_s (v_2^2 + speed^2)/2.
+    """
+    m_s = robot.m_s
+    v2 = state.v2
+    moving = 0.5*m_s*(speed*speed + v2*v2)  # (22), (23)
+    return moving
+
+
 def energies(robot: Robot, state: LegState) -> Energy:
     """Energy of the body and of the robot.
 
@@ -631,15 +643,14 @@ def apex_of_takeoff(robot: Robot, x1: Real, y: Real, v_up: Real) -> Real:
     return apex
 
 
-def apex_of_end(robot: Robot, state: LegState) -> Real:
-    """Hop height of the apex after a take-off in a state; a body that moves down has its apex there.
+def apex_after(robot: Robot, state: LegState) -> Real:
+    """Hop height of the apex after a take-off in a state; that of a body that falls is behind it.
 
     Returns apex [m], hop height of the apex.
     """
     g = robot.g
     x1, v2, y = state.x1, state.v2, state.y
-    v_up = 0.5*fabs(v2) + 0.5*v2     # upwards
-    apex = x1 + 0.5*v_up*v_up/g - y  # apex of the ballistic flight
+    apex = x1 + 0.25*v2*(fabs(v2) + v2)/g - y  # apex of the ballistic flight
     return apex
 
 

@@ -834,7 +834,7 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0;
     if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_real(robot) > 0.0) {
-        stance->apex = hopform_apex_of_end_real(robot, end);
+        stance->apex = hopform_apex_after_real(robot, end);
     }
     const real others = fabs_real(stance->duration) + fabs_real(stance->apex) + fabs_real(stance->aed);
     if (!is_finite_state_real(end) || !(others - stance->start_loss <= HOPFORM_NEVER_real)) {

@@ -14,6 +14,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from hopform_solver import formulas
+from hopform_solver.elements import MODES
 from hopform_solver.kernels import basis_at, pair_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import EPS, NEVER, SMALLEST_EXPONENT, UNDERFLOW
@@ -22,7 +23,7 @@ from hopform_solver.records import Basis, Numerator, Poles
 Curve: TypeAlias = Callable[[Numbers, Array, Array], Array]
 """Jets of functions of some lanes at a time, with the propagator there, and below them their fourth derivatives."""
 
-SLOTS = 3
+SLOTS = 1 + max(len(mode.guards) for mode in MODES)
 SLOT = np.arange(SLOTS)[:, np.newaxis]
 NONE, UNKNOWN = -1, -2
 """What is found where no function has a root, and where there is no certificate."""
@@ -282,30 +283,6 @@ def has_no_root(start: Array, d: Array, end: Array, d_then: Array) -> Flags:
     return np.asarray(((d < 0.0) & (falls_then | negative_then)) | (~(d < 0.0) & after_positive))
 
 
-def has_no_root_by_pair(of: EventSet, propagator: Array, start: Array, end: Array) -> Flags:
-    """Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it.
-
-    V, the sign changes of (+, g', f, e), does not fall from the start to the end; e is the sign of the real pole's
-    part.
-    """
-    a, p, q = of.poles[:3]
-    H3, H2, H1 = of.numerator
-    mu = 0.5 * p
-    ww = q - mu * mu
-    R = propagator[3] + a * propagator[2]
-    C = propagator[4] + a * propagator[3] + mu * R
-    below = np.sqrt(ww * R * R + C * C) + C
-    decided = below > 0.0  # else nothing is left of the pair
-    wt = ww * R / below  # w tan(w h/2)
-    falls, falls_then = start[1] < 0.0, end[1] < 0.0
-    f_is_negative = start[2] - (wt - mu) * start[1] < 0.0
-    f_is_negative_then = end[2] + (wt + mu) * end[1] < 0.0
-    with_positive = ~(falls | f_is_negative) | falls_then | f_is_negative_then
-    with_negative = ~falls | f_is_negative | (falls_then & ~f_is_negative_then)
-    e_is_negative = H1 - a * (H2 - a * H3) < 0.0
-    return np.asarray(decided & ((e_is_negative & with_negative) | (~e_is_negative & with_positive)))
-
-
 def is_held_up_by_bernstein(
     of: EventSet, start: Array, end: Array, h: Array, ends_at_root: Flags, bound: Array
 ) -> Flags:
@@ -440,11 +417,12 @@ def begin_interval(on: Interval, lanes: Numbers) -> None:
     on.found[lanes], on.is_quiet[lanes], on.is_late[lanes] = NONE, is_quiet, False
 
 
-def look_there(on: Interval, lanes: Numbers) -> None:
-    """The jets of all functions at the ends of intervals."""
-    of, propagator = take(on.of, lanes), on.propagator.take(lanes, -1)[:, None]
-    on.end[..., lanes] = end = jets_of(of, propagator)
-    on.rounding[:, lanes] = rounding_of(of, propagator, on.high[lanes], end[1])
+def look_there(on: Interval, lanes: Numbers | slice) -> None:
+    """The jets of all functions at the ends of intervals; those of all lanes without a copy."""
+    there = on.of, on.propagator, on.high
+    of, propagator, high = there if isinstance(lanes, slice) else take(there, lanes)
+    on.end[..., lanes] = end = jets_of(of, propagator[:, None])
+    on.rounding[:, lanes] = rounding_of(of, propagator[:, None], high, end[1])
 
 
 def crossings(on: Interval, lanes: Numbers) -> tuple[Numbers, Numbers]:
@@ -497,11 +475,9 @@ def uncertified(on: Interval, open_: Flags, d: Array, d_then: Array) -> tuple[Nu
     is_open |= ~(quiet_time(of, start, rounding) > h)
     some = np.flatnonzero(is_open & ~open_[slot, lane] & (Node(*of.node).half_period < NEVER[h.dtype]))
     if some.size:
-        of, start, end, where = take((of, start, end, lane), some)
-        first = ~(on.low[where] > 0.0) & has_no_root_by_pair(of, on.propagator[:, where], start, end)
-        ends_there = slot[some] == on.found[where]
-        held = is_held_up_by_bernstein(of, start, end, h[some], ends_there, rounding[some])
-        is_open[some] = ~(first | held)
+        of, start, end, h, rounding = take((of, start, end, h, rounding), some)
+        ends_there = slot[some] == on.found[lane[some]]
+        is_open[some] = ~is_held_up_by_bernstein(of, start, end, h, ends_there, rounding)
     return slot[is_open], lane[is_open]
 
 
@@ -543,7 +519,7 @@ def find_first_root(on: Interval) -> Flags:
     and are looked at again.
     """
     on.propagator[...] = propagator_at(on.of.poles, on.high)
-    look_there(on, np.arange(on.lane.size))
+    look_there(on, slice(None))
     searched = np.flatnonzero(~on.is_quiet)
     on.tries[searched] += 1
     open_ = end_at_first_crossing(on, searched)

@@ -1,31 +1,36 @@
 # SPDX-License-Identifier: MIT-0
-"""A phase: its poles and numerators by mode, and its state over time. All lanes at once."""
+"""A phase: its poles and numerators by mode, and its state over time. All lanes at once.
+
+Arrays of two axes have a row for each element, or for each axis of the state, in the order of `elements`.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from hopform_solver import formulas
+from hopform_solver.elements import FOLLOWS, MODES, NUMERATORS, Mode
 from hopform_solver.kernels import basis_at, factor_cubic
-from hopform_solver.lanes import Array, choose, put, take
+from hopform_solver.lanes import Array, Flags, choose, put, take
 from hopform_solver.records import Basis, Drive, LegState, Motion, Numerator, Poles, Rates, Robot
 from hopform_solver.stability import conditions
 
+MOVES_WITH = np.array(FOLLOWS)[..., np.newaxis] != 0
+"""(axes, elements, 1): which elements move an axis of the state."""
+
 
 class Plan(NamedTuple):
-    """What is computed once per robot: coefficients of the equations of motion and poles of each mode."""
+    """What is computed once per robot: coefficients of the equations of motion and poles, (modes, 6, lanes)."""
 
     robot: Robot
     rates: Rates
-    both: Poles
-    actuator: Poles
-    body: Poles
+    poles: Array
 
 
 class Phase(NamedTuple):
     """Phases: of which robot, from which state, under which current, and in which mode.
 
-    side (2, lanes): the sign of each velocity, 0 where the mass is held.
+    side (elements, lanes): the sign of each velocity, 0 where the element is held.
     """
 
     plan: Plan
@@ -48,41 +53,37 @@ def stable_rates_of(robot: Robot) -> Rates:
 
 def plan_of(robot: Robot) -> Plan:
     """The plan of robots whose fields are arrays of one length; ValueError if one of them is unstable."""
-    zero = np.zeros_like(robot.m_eff)
+    zero = np.zeros_like(robot[0])
     rates = Rates(*(zero + value for value in stable_rates_of(robot)))
-    return Plan(
-        robot,
-        rates,
-        factor_cubic(rates.s_1, rates.s_2, rates.s_3),
-        pair_alone(rates.p_1, rates.q_1),
-        pair_alone(rates.p_2, rates.q_2),
-    )
+    polynomials = [[rates[n] for n in mode.polynomial] for mode in MODES]
+    return Plan(robot, rates, np.array([pair_alone(*s) if len(s) == 2 else factor_cubic(*s) for s in polynomials]))
 
 
 def pair_alone(p: Array, q: Array) -> Poles:
-    """The poles of one mass while the other one is held."""
+    """The poles of an element that slips while the others are held."""
     zero = np.zeros_like(p)
     return Poles(zero, p, q, p, q, zero)
 
 
+def lanes_in(mode: Mode, side: Array) -> Flags:
+    """Which lanes are in a mode."""
+    return np.asarray(((side != 0.0) == np.array(mode.slips)[:, np.newaxis]).all(axis=0))
+
+
 def poles_of(plan: Plan, side: Array) -> Poles:
-    """The poles of each lane's mode."""
-    modes = zip(plan.both, plan.actuator, plan.body, strict=True)
-    held_1, held_2 = side == 0.0
-    return Poles(*(choose(held_1, body, choose(held_2, actuator, both)) for both, actuator, body in modes))
+    """The poles of each lane's mode; any where all is held."""
+    *others, poles = plan.poles
+    for mode, own in zip(MODES, others, strict=False):
+        poles = choose(lanes_in(mode, side), own, poles)
+    return Poles(*poles)
 
 
 def motion_under(rates: Rates, drive: Drive, state: LegState, side: Array) -> Motion:
     """The numerators of each lane's mode from the state in which the phase starts, under constant accelerations."""
     motion = Motion(*np.zeros((len(Motion._fields), side.shape[1]), side.dtype))
-    moves_1, moves_2 = side != 0.0
-    for lanes, formula in (
-        (moves_1 & moves_2, formulas.motion_of_both),
-        (moves_1 & ~moves_2, formulas.motion_of_actuator),
-        (~moves_1 & moves_2, formulas.motion_of_body),
-    ):
-        if lanes.any():
-            put(motion, lanes, formula(*take((rates, drive, state), lanes)))
+    for mode in MODES:
+        if (lanes := lanes_in(mode, side)).any():
+            put(motion, lanes, mode.motion(*take((rates, drive, state), lanes)))
     return motion
 
 
@@ -98,20 +99,14 @@ def motion_of(phase: Phase) -> Motion:
 
 def contact_numerator(robot: Robot, motion: Motion) -> Numerator:
     """The numerator of the contact force over k."""
-    none = np.zeros_like(motion.H3_y)
-    return Numerator(*(formulas.contact_slope(robot, LegState(none, *motion[n:9:3])) for n in range(3)))
+    terms = (LegState(*(motion[first + n] for first in NUMERATORS)) for n in range(3))
+    return Numerator(*(formulas.contact_slope(robot, each) for each in terms))
 
 
 def arrive(state: LegState, motion: Motion, basis: Basis, side: Array) -> LegState:
     """The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is."""
-    at = formulas.state_at(state, motion, basis)
-    held_1, held_2 = side == 0.0
-    return LegState(
-        choose(held_1, state.x1, at.x1_t),
-        choose(held_1, 0.0, at.v1_t),
-        choose(held_2, 0.0, at.v2_t),
-        choose(held_1 & held_2, state.y, at.y_t),
-    )
+    moves = (MOVES_WITH & (side != 0.0)).any(axis=1)
+    return LegState(*map(choose, moves, formulas.state_at(state, motion, basis), state))
 
 
 def state_in_phase(phase: Phase, t: Array) -> LegState:

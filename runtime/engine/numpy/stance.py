@@ -1,45 +1,59 @@
 # SPDX-License-Identifier: MIT-0
-"""Stances as chains of phases: each is linear, has its closed form, and ends at the first of the events in which a mass
-reverses, sticks, slips or hits a stop, or in which the spring force returns to zero. All lanes advance together, each
-through its own events. Rows of two are those of the masses, 0 the actuator, 1 the body.
+"""Stances as chains of phases: each is linear, has its closed form, and ends at the first of the events in which an
+element reverses, sticks, slips or hits a stop, or in which the contact force returns to zero. All lanes advance
+together, each through its own events. Arrays of two axes have a row for each element, or for each axis of the state.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import events, formulas
-from hopform_solver.lanes import Array, Flags, Numbers, choose, put, take
+from hopform_solver.elements import CONTACT_AXIS, ELEMENTS, FOLLOWS, MODES, NUMERATORS, Phases
+from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.ledgers import ledger_over
-from hopform_solver.limits import BODY_IS_FIXED, CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
-from hopform_solver.phases import Phase, Plan, arrive, contact_numerator, motion_of, plan_of, poles_of, state_in_phase
+from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
+from hopform_solver.phases import (
+    Phase,
+    Plan,
+    arrive,
+    contact_numerator,
+    lanes_in,
+    motion_of,
+    plan_of,
+    poles_of,
+    state_in_phase,
+)
 from hopform_solver.records import ENDINGS, EVENTS, At, LegState, Motion, Poles, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
 EVENT: dict[str, int] = {text: number for number, text in EVENTS.items()}
 """The numbers of endings and events."""
-_REVERSES, _STICKS, _SLIPS = (
-    np.array([[EVENT[f"x1_{word}"]], [EVENT[f"x2_{word}"]]]) for word in ("reverses", "sticks", "slips")
+
+ELEMENT = np.arange(len(ELEMENTS))[:, np.newaxis]
+VELOCITIES = [each.velocity for each in ELEMENTS]
+TERMS = np.array([[NUMERATORS[axis] + n for n in range(3)] for axis in VELOCITIES])
+"""Of each element the axis of its velocity, and its terms in Motion."""
+LIMITED = [
+    (n, each.position, each.stops) for n, each in enumerate(ELEMENTS) if each.position is not None and each.stops
+]
+"""The elements with stops: number, axis of the position, stops in Robot."""
+CONTACT_FOLLOWS = np.array(FOLLOWS[CONTACT_AXIS], np.int8)[:, np.newaxis]
+FIXED = np.array([[each.is_fixed] for each in ELEMENTS])
+REVERSES, STICKS, SLIPS, HITS_STOP = (
+    np.array([[getattr(each, what)] for each in ELEMENTS], np.int8)
+    for what in ("reverses", "sticks", "slips", "hits_stop")
 )
-LIMIT, TAKEOFF, STOP, UNCERTIFIED = range(4)
-VELOCITY, THRESHOLD = np.array([[4], [5]]), np.array([[6], [7]])
-"""What ends phases; of each mass, that its velocity vanishes, or that a force reaches its friction."""
+DIGIT = 3 ** (len(ELEMENTS) - 1 - ELEMENT)
+"""A mode as one number: the signs of the velocities, 1 added, are its digits."""
 
-
-class Phases(NamedTuple):
-    """Phases of all lanes, lane by lane in the order of time."""
-
-    lane: Numbers
-    t: Array
-    x1: Array
-    v1: Array
-    v2: Array
-    y: Array
-    mode: NDArray[np.int8]
-    event: NDArray[np.int8]
-    step: NDArray[np.int64]
+UNCERTIFIED, TAKEOFF, LIMIT = -1, 0, 1
+VELOCITY, THRESHOLD, STOP = 2 + 2 * ELEMENT, 3 + 2 * ELEMENT, 2 + 2 * len(ELEMENTS) + ELEMENT
+"""What ends phases, in the order in which it wins a tie: take-off, the limit, and of each element that its velocity
+vanishes, or that a force reaches its friction. A stop is met where its position is beyond it, whatever else there is.
+"""
 
 
 @dataclass(frozen=True)
@@ -79,9 +93,9 @@ class Solution:
 
     def phase(self, index: Numbers) -> Phase:
         """Phases by their numbers."""
-        lane, _, x1, v1, v2, y, mode, _, step = take(self.phases, index)
-        side = np.array([mode // 3 - 1, mode % 3 - 1], self.duration.dtype)
-        return Phase(take(self.plan, lane), LegState(x1, v1, v2, y), self.u_values[lane, step], side)
+        lane, _, *state, mode, _, step = take(self.phases, index)
+        side = (mode // DIGIT % 3 - 1).astype(self.duration.dtype)
+        return Phase(take(self.plan, lane), LegState(*state), self.u_values[lane, step], side)
 
 
 class _Chain(NamedTuple):
@@ -91,20 +105,20 @@ class _Chain(NamedTuple):
     plan: Plan
     u_values: Array
     horizon: Array
-    state: LegState
-    gap: Array  # x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop
+    state: Array
+    gap: Array  # (elements, 2, lanes), from both stops: a position has no digits for what is this close to one
     side: Array
     t: Array
     step: NDArray[np.int64]
     just_slips: Flags
-    is_known: Flags  # of a mass that has just come to rest: its free acceleration, from the motion
+    is_known: Flags  # of an element that has just come to rest: its free acceleration, from the motion
     free: Array  # this acceleration, from before the state lost its digits
     counted: NDArray[np.int64]
 
     @property
     def phase(self) -> Phase:
         u = self.u_values[self.step, np.arange(self.step.size)]
-        return Phase(self.plan, self.state, u, self.side)
+        return Phase(self.plan, LegState(*self.state), u, self.side)
 
     @property
     def friction(self) -> Array:
@@ -112,78 +126,67 @@ class _Chain(NamedTuple):
 
     @property
     def gap_ahead(self) -> Array:
-        """x1, counted from the stop to which the actuator moves."""
-        return choose(self.side[0] > 0.0, self.gap[1], self.gap[0])
+        """Positions, counted from the stops to which elements move."""
+        return choose(self.side > 0.0, self.gap[:, 1], self.gap[:, 0])
 
 
 # ---- the hold rule ----
 
 
 def _blocked(chain: _Chain, side: Array | float) -> Flags:
-    locked = ~(chain.plan.robot.x1_min < chain.plan.robot.x1_max)
-    return np.asarray(locked | ((side < 0.0) & (chain.gap[0] <= 0.0)) | ((side > 0.0) & (chain.gap[1] >= 0.0)))
+    """What a stop, or the ground that it is bolted to, keeps from moving to a side."""
+    below, above = chain.gap[:, 0] <= 0.0, chain.gap[:, 1] >= 0.0
+    return np.asarray(FIXED | ((side < 0.0) & below) | ((side > 0.0) & above))
 
 
-def _drift_of_free(phase: Phase, mass: int) -> Array:
-    """First non-zero derivative of the free acceleration of masses that are held."""
-    phase.side[mass] = 0.0
-    free = _FREE_NUMERATOR[mass](phase.plan.rates, motion_of(phase))
+def _drift_of_free(phase: Phase, element: int) -> Array:
+    """First non-zero derivative of the free acceleration of an element that is held."""
+    phase.side[element] = 0.0
+    free = ELEMENTS[element].free_numerator(phase.plan.rates, motion_of(phase))
     later = choose(free.H2 != 0.0, free.H2, free.H1 - poles_of(phase.plan, phase.side).s_1 * free.H2)
     return choose(free.H3 != 0.0, free.H3, later)
 
 
 def _settle(chain: _Chain, rests: Flags) -> None:
-    """Where masses at rest go: held while |a_i| <= f_i; on the threshold the first non-zero derivative decides.
+    """Where elements at rest go: held while |a_i| <= f_i; on the threshold the first non-zero derivative decides.
 
-    This is done twice, because it may depend on what the other mass does.
+    This is done twice, because it may depend on what the others do.
     """
     friction, phase = chain.friction, chain.phase
-    free = choose(chain.is_known, chain.free, np.array(_free_accelerations(phase)))
+    free = choose(chain.is_known, chain.free, _free_accelerations(phase))
     chain.side[rests] = choose(np.abs(free) > friction, np.sign(free), 0.0)[rests]
     ties = rests & (np.abs(free) == friction)
-    for mass in (0, 1, 0, 1) if ties.any() else ():
-        tie = np.flatnonzero(ties[mass])
-        drift = _drift_of_free(take(phase, tie), mass)
-        chain.side[mass, tie] = choose(free[mass, tie] * drift >= 0.0, np.sign(drift), 0.0)
-        _hold(chain, rests)
-    _hold(chain, rests)
+    for element in 2 * [*range(len(ELEMENTS))] if ties.any() else ():
+        tie = np.flatnonzero(ties[element])
+        drift = _drift_of_free(take(phase, tie), element)
+        chain.side[element, tie] = choose(free[element, tie] * drift >= 0.0, np.sign(drift), 0.0)
+        chain.side[rests & _blocked(chain, chain.side)] = 0.0
+    chain.side[rests & _blocked(chain, chain.side)] = 0.0
 
 
-def _hold(chain: _Chain, rests: Flags) -> None:
-    """What a stop, or the ground that it is bolted to, keeps from moving."""
-    chain.side[0, rests[0] & _blocked(chain, chain.side[0])] = 0.0
-    if BODY_IS_FIXED:
-        chain.side[1] = 0.0
-
-
-_FREE_NUMERATOR = formulas.free_numerator_1, formulas.free_numerator_2
-
-
-def _free_accelerations(phase: Phase) -> tuple[Array, Array]:
-    return formulas.free_accelerations(phase.plan.rates, phase.start, phase.u)
+def _free_accelerations(phase: Phase) -> Array:
+    return np.array([*formulas.free_accelerations(phase.plan.rates, phase.start, phase.u)])
 
 
 # ---- the end of a phase ----
 
 
 class _End(NamedTuple):
-    """How phases end: when, by what, a threshold to which side, the propagator there, and how near x_1, where it turns,
-    is to a stop that it touches.
-    """
+    """How phases end: when, by what, a threshold to which side, and the propagator there."""
 
     t: Array
     kind: Numbers
     side: Array
     propagator: Array
-    touch: Array
 
 
 class _Guards(NamedTuple):
     """The event functions of phases, take-off first, and what ends them in closed form.
 
-    Not in it are the velocity of a mass that slips alone, whose time to rest is known, and what cannot happen while v_1
-    and v_2 keep their signs. kind and side: of each slot. rest_time: when the mass that slips alone comes to rest, or
-    y, which rings about 0, vanishes; rests: which of them. stop: how far x_1 is from the stop ahead.
+    Not in it are the velocity of an element that slips alone, whose time to rest is known, and what cannot happen while
+    velocities keep their signs. kind and side: of each slot. rest_time: when the element that slips alone comes to
+    rest, or compression, which rings about 0, vanishes; rests: which of them. stops: of each of LIMITED how far it is
+    from the stop ahead.
     """
 
     of: events.EventSet
@@ -191,100 +194,105 @@ class _Guards(NamedTuple):
     side: Array
     rest_time: Array
     rests: Numbers
-    stop: events.EventSet
+    stops: tuple[events.EventSet, ...]
 
 
 def _put_guards(chain: _Chain, poles: Poles, motion: Motion) -> _Guards:
-    side, state, phase, rates, friction = chain.side, chain.state, chain.phase, chain.plan.rates, chain.friction
-    size, dtype, never = chain.t.size, chain.t.dtype, NEVER[chain.t.dtype]
-    numerator, start = np.zeros((3, events.SLOTS, size), dtype), np.ones((events.SLOTS, size), dtype)  # not active
-    kind, towards = np.full((events.SLOTS, size), LIMIT), np.zeros((events.SLOTS, size), dtype)
-    rest_time, rests = np.full(size, never, dtype), np.full(size, LIMIT)
-
-    def add(slot: int, lanes: Flags, what: int, sign: Array | float, of: tuple[Array, ...], now: Array) -> None:
-        places = np.flatnonzero(lanes)
-        numerator[:, slot, places] = [(sign * row)[places] for row in of]
-        start[slot, places], kind[slot, places] = now[places], what
-
-    slips = side != 0.0
-    both, lone = slips.all(axis=0), slips[0] != slips[1]
-    may_fall = (side[0] < 0.0) | (side[1] > 0.0) | (state.y < 0.0) | (not CONTACT_IS_COMPRESSION)  # else y rises
-    rings = lone & CONTACT_IS_COMPRESSION
-    if rings.any():
-        # Where the forces on the mass that slips alone cancel at y = 0, y rings about 0 as a velocity does: its first
-        # zero is known however far it has faded by then.
-        rings &= (choose(slips[0], *formulas.drive_of(chain.plan.robot, rates, phase.u, side[0], side[1])) == 0.0) & (
-            state.y >= 0.0
-        )
-    leg = may_fall & ~rings & (both | lone) & (not FOOT_IS_FIXED)
-    add(0, leg, TAKEOFF, 1.0, contact_numerator(chain.plan.robot, motion), formulas.contact_of(chain.plan.robot, state))
-    slopes = (rates.a1_y, rates.a1_v2), (rates.a2_y, rates.a2_v1)
-    for mass, other in (0, 1), (1, 0):
-        H3, H2, H1 = motion[3 * mass : 3 * mass + 3]
-        sign, v = side[mass], state[1 + mass]
-        first = choose(chain.just_slips[mass], 0.0, H3)
-        add(1 + mass, both, VELOCITY[mass, 0], sign, (first, H2, H1), sign * v)
-        alone = np.flatnonzero(lone & slips[mass])
-        if not alone.size:
-            continue
-        rest_time[alone] = events.time_to_rest(*take((poles, sign * v, sign * H3), alone))
-        rests[alone] = VELOCITY[mass]
-        # Where the free acceleration of the other mass changes with y alone, which is monotone then, to the side that
-        # it goes towards.
-        per_y, per_v = slopes[other]
-        goes = choose(per_v == 0.0, np.sign(per_y) * (side[0] - side[1]), 0.0)
-        free = _FREE_NUMERATOR[other](rates, motion), _free_accelerations(phase)[other]
-        for slot, goal in (1, -1.0), (2, 1.0):
-            may = lone & slips[mass] & (goes != -goal)
-            if other == 0:  # a stop holds on its side whatever the force
-                may &= ~_blocked(chain, goal)
-            may &= other == 0 or not BODY_IS_FIXED
-            add(slot, may, THRESHOLD[other, 0], -goal, free[0], friction[other] - goal * free[1])
-            towards[slot, may] = goal
-    if rings.any():
-        lift = choose(rings, events.time_to_rest(poles, state.y, state.v1 - state.v2), never)
-        rests[rings & (lift <= rest_time)] = TAKEOFF
-        rest_time = np.minimum(rest_time, lift)
+    side, state, phase, robot = chain.side, chain.state, chain.phase, chain.plan.robot
+    shape, dtype, terms = (events.SLOTS, chain.t.size), chain.t.dtype, np.array(motion)
+    numerator, start, kind = np.zeros((3, *shape), dtype), np.ones(shape, dtype), np.full(shape, LIMIT)  # not active
+    towards, free = np.zeros(shape, dtype), _free_accelerations(phase)
+    rest_time, rests, rings = _closed_forms(chain, poles, terms)
+    contact, falls = state[CONTACT_AXIS], (CONTACT_FOLLOWS * side < 0.0).any(axis=0)
+    leg = (falls | (contact < 0.0) | (not CONTACT_IS_COMPRESSION)) & ~rings & (side != 0.0).any(axis=0)  # else it rises
+    lanes = np.flatnonzero(leg & (not FOOT_IS_FIXED))
+    numerator[:, 0, lanes] = take(np.array(contact_numerator(robot, motion)), lanes)
+    start[0, lanes], kind[0, lanes] = formulas.contact_of(robot, phase.start)[lanes], TAKEOFF
+    for mode in MODES:
+        here = lanes_in(mode, side)
+        for slot, (element, goal) in enumerate(mode.guards, 1):
+            lanes = np.flatnonzero(here & ~_blocked(chain, goal)[element])
+            if not lanes.size:
+                continue
+            if goal:
+                of = -goal * np.array(ELEMENTS[element].free_numerator(chain.plan.rates, motion))
+                now = chain.friction[element] - goal * free[element]
+            else:
+                of, now = side[element] * terms[TERMS[element]], side[element] * state[VELOCITIES[element]]
+                of[0, chain.just_slips[element]] = 0.0
+            numerator[:, slot, lanes], start[slot, lanes] = of[:, lanes], now[lanes]
+            kind[slot, lanes], towards[slot, lanes] = (THRESHOLD if goal else VELOCITY)[element], goal
     rows, node = np.array(poles), events.node_of(poles)
-    gap, x_1 = chain.gap_ahead, np.array([state.v1, motion.N2_1, motion.N1_1, motion.N0_1])
-    stop = events.EventSet(rows, node, -side[0] * x_1, -side[0] * gap)
-    return _Guards(events.EventSet(rows, node, numerator, start), kind, towards, rest_time, rests, stop)
+    stops: list[events.EventSet] = []
+    for element, axis, _ in LIMITED:
+        of, sign = _position_terms(chain, terms, element, axis), -side[element]
+        stops.append(events.EventSet(rows, node, sign * of, sign * chain.gap_ahead[element]))
+    return _Guards(events.EventSet(rows, node, numerator, start), kind, towards, rest_time, rests, tuple(stops))
 
 
-def _meets_stop(guards: _Guards, on: events.Interval, lanes: Numbers) -> Flags:
-    """Where x_1, monotone within a phase, is beyond the stop ahead at the end of an interval, and does not just touch:
-    the interval ends where it meets it.
+def _position_terms(chain: _Chain, terms: Array, element: int, axis: int) -> Array:
+    """What moves a position: the factors of W', W and the integrals of W."""
+    return np.array([chain.state[VELOCITIES[element]], *terms[NUMERATORS[axis] :][:3]])
+
+
+def _closed_forms(chain: _Chain, poles: Poles, terms: Array) -> tuple[Array, Numbers, Flags]:
+    """When the element that slips alone comes to rest, or compression vanishes; which of them; where compression rings.
+
+    Where the forces on the element that slips alone cancel at y = 0, y rings about 0 as a velocity does: its first zero
+    is known however far it has faded by then.
     """
-    met = np.zeros(on.lane.shape, np.bool_)
-    lanes = lanes[np.isfinite(guards.stop.start[on.lane[lanes]])]
-    if not lanes.size:
-        return met
-    of, (high, at_high) = take(guards.stop, on.lane[lanes]), take((on.high, on.propagator), lanes)
-    short = events.jets_of(of, at_high)
-    beyond = np.flatnonzero(short[0] < -_grazing_tolerance(of, at_high))
-    if beyond.size:
-        lanes, of, short, high, at_high = take((lanes, of, short, high, at_high), beyond)
-        guess = high - events.step_to_root(short)
-        on.high[lanes], on.propagator[:, lanes] = events.root_between(
-            of.poles, events.curve_of(of), np.zeros_like(high), high, at_high, guess
-        )
-        met[lanes] = (on.found[lanes] != 0) | (high > on.high[lanes] * (1.0 + 8.0 * EPS[high.dtype]))
+    side, state, plan = chain.side, chain.state, chain.plan
+    rest_time, rests = np.full_like(chain.t, NEVER[chain.t.dtype]), np.full(chain.t.shape, LIMIT)
+    alone = (side != 0.0) & ((side != 0.0).sum(axis=0) == 1)
+    if (lanes := np.flatnonzero(alone.any(axis=0))).size:
+        rows = side * state[VELOCITIES], side * terms[TERMS[:, 0]], VELOCITY
+        speed, rate, rests[lanes] = ((alone * each).sum(axis=0)[lanes] for each in rows)
+        rest_time[lanes] = events.time_to_rest(take(poles, lanes), speed, rate)
+    drive, contact = np.array([*formulas.drive_of(plan.robot, plan.rates, chain.phase.u, *side)]), state[CONTACT_AXIS]
+    rings = (alone & (drive == 0.0)).any(axis=0) & (contact >= 0.0) & CONTACT_IS_COMPRESSION
+    if rings.any():
+        lift = events.time_to_rest(poles, contact, (CONTACT_FOLLOWS * state[VELOCITIES]).sum(axis=0))
+        lifts = rings & (lift <= rest_time)
+        rests[lifts], rest_time[lifts] = TAKEOFF, lift[lifts]
+    return rest_time, rests, rings
+
+
+def _meet_stops(guards: _Guards, on: events.Interval, certified: Flags) -> Numbers:
+    """The stop that each lane meets, LIMIT where none. Positions are monotone within a phase: one that is beyond its
+    stop at the end of an interval, and does not just touch it, ends the interval where it meets it.
+    """
+    met = np.full(on.lane.shape, LIMIT)
+    for (element, *_), stop in zip(LIMITED, guards.stops, strict=True):
+        lanes = np.flatnonzero(certified & np.isfinite(stop.start[on.lane]))
+        if not lanes.size:
+            continue
+        of, (high, at_high) = take(stop, on.lane[lanes]), take((on.high, on.propagator), lanes)
+        short = events.jets_of(of, at_high)
+        beyond = np.flatnonzero(short[0] < -_grazing_tolerance(of.start, of.numerator * at_high[3::-1]))
+        if beyond.size:
+            lanes, of, short, high, at_high = take((lanes, of, short, high, at_high), beyond)
+            guess = high - events.step_to_root(short)
+            on.high[lanes], on.propagator[:, lanes] = events.root_between(
+                of.poles, events.curve_of(of), np.zeros_like(high), high, at_high, guess
+            )
+            is_met = (on.found[lanes] != 0) | (high > on.high[lanes] * (1.0 + 8.0 * EPS[high.dtype]))
+            met[lanes[is_met]] = STOP[element]
     return met
 
 
-def _grazing_tolerance(stop: events.EventSet, propagator: Array) -> Array:
-    """An extremum of x_1, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the terms."""
-    zero = np.zeros_like(stop.start)
-    return events.rounding_of(stop, propagator, zero, zero)
+def _grazing_tolerance(start: Array, terms: Array) -> Array:
+    """An extremum of a position, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the
+    terms.
+    """
+    return np.asarray(16.0 * EPS[start.dtype] * (np.abs(start) + np.abs(terms).sum(axis=0)))
 
 
 def _cross_at_the_limit(guards: _Guards, on: events.Interval, certified: Flags) -> None:
-    """At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does."""
+    """What comes first in a tie with the end of the limit is found at its time."""
     lanes = np.flatnonzero(certified & ~on.is_quiet & (on.found < 0) & ~(on.high < on.limit))
-    own = on.lane[lanes]
-    rests_2 = (guards.rests[own] == VELOCITY[1]) & ~(guards.rest_time[own] > on.limit[lanes])
-    is_first = (guards.kind[:, own] == TAKEOFF) | ((guards.kind[:, own] == THRESHOLD[0]) & rests_2)
-    (value, rate, *_), limit = on.end[..., lanes], on.limit[lanes]
+    own, limit = on.lane[lanes], on.limit[lanes]
+    is_first = guards.kind[:, own] < np.where(guards.rest_time[own] > limit, LIMIT, guards.rests[own])
+    value, rate = on.end[:2, :, lanes]
     crosses = (
         is_first & (value < -8.0 * EPS[limit.dtype] * limit * rate) & (rate * limit < -16.0 * on.rounding[:, lanes])
     )
@@ -299,13 +307,12 @@ def _sharpen_takeoff(chain: _Chain, on: events.Interval, certified: Flags) -> Fl
     lanes = np.flatnonzero(certified & (on.found == 0) & ~on.is_late & (np.abs(on.propagator[4]) < 0.25))
     if not lanes.size:
         return later
-    own = on.lane[lanes]
-    of, slack = on.of.at(0, lanes), LegState(*np.zeros((4, lanes.size), on.high.dtype))
-    phase, poles = take(chain.phase, own)._replace(start=slack), Poles(*of.poles)
-    motion, slow = motion_of(phase), poles.s_3 > 0.0
+    of, slack = on.of.at(0, lanes), np.zeros((len(chain.state), lanes.size), on.high.dtype)
+    phase, poles = take(chain.phase, on.lane[lanes])._replace(start=LegState(*slack)), Poles(*of.poles)
+    motion, slow = np.array(motion_of(phase))[NUMERATORS[CONTACT_AXIS] :], poles.s_3 > 0.0
     draws = choose(slow, poles.s_3, poles.s_2)  # 0: nothing that is left of k draws y
-    settled = choose(draws > 0.0, choose(slow, motion.H1_y, motion.H2_y) / draws, NEVER[draws.dtype])
-    settled = formulas.contact_of(phase.plan.robot, slack._replace(y=settled))
+    slack[CONTACT_AXIS] = choose(draws > 0.0, choose(slow, motion[2], motion[1]) / draws, NEVER[draws.dtype])
+    settled = formulas.contact_of(phase.plan.robot, LegState(*slack))
     before = on.high[lanes]
     for _ in range(4):
         t = on.high[lanes]
@@ -319,27 +326,26 @@ def _sharpen_takeoff(chain: _Chain, on: events.Interval, certified: Flags) -> Fl
     return later
 
 
-def _close(guards: _Guards, on: events.Interval, lanes: Numbers, stops: Flags, end: _End) -> None:
+def _close(guards: _Guards, on: events.Interval, lanes: Numbers, stops: Numbers, end: _End) -> None:
     """What ends phases at the ends of their last intervals."""
     own, t, found, limit = on.lane[lanes], on.high[lanes], on.found[lanes], on.limit[lanes]
     rests = ~(guards.rest_time[own] > limit) & ~(t < limit * (1.0 - 8.0 * EPS[t.dtype]))
-    kind = np.where(rests, guards.rests[own], LIMIT)
-    wins = rests & (guards.rests[own] != VELOCITY[1]) & (found != 0)  # over mass 2 at the same time, not over take-off
-    root = (found >= 0) & ~wins
-    kind[root], end.side[own[root]] = guards.kind[found[root], own[root]], guards.side[found[root], own[root]]
+    kind, of_root = np.where(rests, guards.rests[own], LIMIT), guards.kind[found, own]
+    root = (found >= 0) & ~(rests & (kind < of_root))
+    kind[root], end.side[own[root]] = of_root[root], guards.side[found[root], own[root]]
     kind[found == events.UNKNOWN] = UNCERTIFIED
-    kind[stops[lanes]] = STOP
-    end.t[own], end.kind[own], end.propagator[:, own] = t, kind, on.propagator[:, lanes]
+    end.kind[own] = np.where(stops[lanes] == LIMIT, kind, stops[lanes])
+    end.t[own], end.propagator[:, own] = t, on.propagator[:, lanes]
 
 
 def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End:
     """The first event of the phases that start at the chain's states."""
     guards = _put_guards(chain, poles, motion)
-    limit = np.minimum(guards.rest_time, until)
-    zero = np.zeros_like(limit)
-    end = _End(limit.copy(), np.full(limit.shape, LIMIT), zero, np.zeros((7, limit.size), limit.dtype), zero.copy())
-    on = events.first_interval(guards.of, limit)
-    stops, ended = np.zeros(limit.shape, np.bool_), (on.found >= 0) | ~(limit > 0.0)
+    limit, never_met = np.minimum(guards.rest_time, until), np.full(until.shape, LIMIT)
+    zero, propagator = np.zeros_like(limit), np.zeros((7, limit.size), limit.dtype)
+    end = _End(limit.copy(), never_met.copy(), zero, propagator)
+    on, stops = events.first_interval(guards.of, limit), never_met
+    ended = (on.found >= 0) | ~(limit > 0.0)
     on.high[ended] = 0.0
     while True:
         if ended.any():
@@ -350,173 +356,185 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End
         certified = events.find_first_root(on)
         _cross_at_the_limit(guards, on, certified)
         certified &= ~_sharpen_takeoff(chain, on, certified)
-        stops = _meets_stop(guards, on, np.flatnonzero(certified))
-        ended = certified & (stops | (on.found >= 0) | ~(on.high < on.limit))
+        stops = _meet_stops(guards, on, certified)
+        ended = certified & ((stops != LIMIT) | (on.found >= 0) | ~(on.high < on.limit))
         events.begin_interval(on, np.flatnonzero(certified & ~ended))
         ended |= events.give_up(on, ended)
-    lanes = np.flatnonzero((end.kind == VELOCITY[0]) & np.isfinite(guards.stop.start))
-    end.touch[lanes] = _grazing_tolerance(take(guards.stop, lanes), end.propagator[:, lanes])
     return end
 
 
 # ---- the chain ----
 
+Log = list[tuple[Any, ...]]
+"""Columns of Phases, or of what is known of lanes that have ended, in the order in which they are found."""
 
-def _record(log: list[Phases], chain: _Chain, lanes: Numbers, event: NDArray[np.int8]) -> None:
-    """Phases in the order in which they are found."""
-    lane, t, step, state = take((chain.lane, chain.t, chain.step, chain.state), lanes)
-    mode = 3.0 * (chain.side[0, lanes] + 1.0) + chain.side[1, lanes] + 1.0
-    log.append(Phases(lane, t, *state, mode.astype(np.int8), event[lanes], step))
+
+def _record(log: Log, chain: _Chain, lanes: Flags, event: NDArray[np.int8]) -> None:
+    """The phases that begin now."""
+    lane, t, state, step, side = take((chain.lane, chain.t, chain.state, chain.step, chain.side), lanes)
+    mode = ((side + 1.0) * DIGIT).sum(axis=0).astype(np.int8)
+    log.append((lane, t, *state, mode, event[lanes], step))
     chain.counted[lanes] += 1
 
 
 def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:
-    """A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the
+    """An element that rings alone fades far below the digits of the state; its acceleration at rest is known from the
     motion. Without friction nothing but the sign is left of it in the end, and that is kept.
 
-    So is what is left of the forces on an actuator without any friction that stops while they cancel to all digits of
-    the state: its acceleration before, where that has faded.
+    So is what is left of the forces on one without any friction that stops while they cancel to all digits of the
+    state: its acceleration before, where that has faded.
     """
-    side, friction, rates = chain.side, chain.friction, chain.plan.rates
-    terms = np.array(motion[:6]).reshape(2, 3, -1) * end.propagator[4:1:-1]
-    rate, eps = terms.sum(axis=1), EPS[chain.t.dtype]
-    chain.is_known[...] = (end.kind == VELOCITY) & (side[::-1] == 0.0)
+    side, friction, rates, eps = chain.side, chain.friction, chain.plan.rates, EPS[chain.t.dtype]
+    terms = np.array(motion)[TERMS] * end.propagator[4:1:-1]
+    rate, slip = terms.sum(axis=1), (side != 0.0).sum(axis=0)
+    chain.is_known[...] = (end.kind == VELOCITY) & (slip == 1)
     chain.free[...] = side * (friction - np.maximum(np.abs(rate), UNDERFLOW[chain.t.dtype]))
-    slides = ((end.kind == VELOCITY[0]) | (end.kind == STOP)) & (side != 0.0).all(axis=0)
-    slides &= (friction[0] <= 0.0) & (rates.a1_v1 == 0.0)
-    if slides.any():
-        free, _ = _free_accelerations(chain.phase)
-        slides &= np.abs(free) < 64.0 * eps * np.abs(rates.a1_y * chain.state.y)
-        slides &= np.abs(rate[0]) > 16.0 * eps * np.abs(terms[0]).sum(axis=0)
-        chain.is_known[0, slides], chain.free[0, slides] = True, rate[0, slides]
+    stops = ((end.kind == VELOCITY) | (end.kind == STOP)) & (slip == len(ELEMENTS)) & (friction <= 0.0)
+    for element, *_ in LIMITED if stops.any() else ():
+        damping, stiffness = rates[ELEMENTS[element].per_velocity], rates[ELEMENTS[element].per_compression]
+        cancel = np.abs(_free_accelerations(chain.phase)[element]) < 64.0 * eps * np.abs(
+            stiffness * chain.state[CONTACT_AXIS]
+        )
+        faded = np.abs(rate[element]) > 16.0 * eps * np.abs(terms[element]).sum(axis=0)
+        kept = stops[element] & (damping == 0.0) & cancel & faded
+        chain.is_known[element, kept], chain.free[element, kept] = True, rate[element, kept]
 
 
 def _motion_from(chain: _Chain) -> Motion:
     """The numerators of the next phases."""
-    motion = motion_of(chain.phase)
-    starts = chain.free - chain.side * chain.friction
-    for mass, other, of_y in (0, 1, 1.0), (1, 0, -1.0):
-        lanes = np.flatnonzero(chain.is_known[mass] & (chain.side[mass] != 0.0))
-        motion[3 * mass][lanes] = start = starts[mass, lanes]
-        alone = chain.side[other, lanes] == 0.0
-        motion.H2_y[lanes[alone]] = of_y * start[alone]
-        if mass == 0:
-            motion.N2_1[lanes] = start  # v_1 is 0
-    return motion
+    motion = np.array(motion_of(chain.phase))
+    for element, (first, *_) in enumerate(TERMS):
+        lanes = np.flatnonzero(chain.is_known[element] & (chain.side[element] != 0.0))
+        motion[first, lanes] = start = (chain.free - chain.side * chain.friction)[element, lanes]
+        alone = (chain.side[:, lanes] != 0.0).sum(axis=0) == 1
+        motion[NUMERATORS[CONTACT_AXIS] + 1, lanes[alone]] = CONTACT_FOLLOWS[element] * start[alone]
+        if (position := ELEMENTS[element].position) is not None:
+            motion[NUMERATORS[position], lanes] = start  # its velocity is 0
+    return Motion(*motion)
 
 
-def _pass(chain: _Chain, log: list[Phases], end: _End) -> None:
-    """The states and modes right after the end of a phase, recorded as the next phase: masses at rest stick, reverse,
+def _advance(chain: _Chain, motion: Motion, end: _End) -> Flags:
+    """Move to the ends of phases; returns which elements, that turn there, touch the stop ahead."""
+    touches = np.zeros(chain.side.shape, np.bool_)
+    for element, axis, _ in LIMITED:
+        terms = _position_terms(chain, np.array(motion), element, axis) * end.propagator[3::-1]
+        bound = _grazing_tolerance(chain.gap_ahead[element], terms)
+        chain.gap[element] += choose(chain.side[element] == 0.0, 0.0, terms[::-1].sum(axis=0))
+        near = np.isfinite(bound) & (np.abs(chain.gap_ahead[element]) <= bound)
+        touches[element] = near & (end.kind == VELOCITY[element])
+    basis = events.basis_of(end.propagator)
+    chain.state[...] = arrive(LegState(*chain.state), motion, basis, chain.side)
+    return touches
+
+
+def _stop_at(chain: _Chain, there: Flags) -> None:
+    """Positions that are at the stops ahead."""
+    for element, axis, (low, high) in LIMITED:
+        lanes = np.flatnonzero(there[element])
+        ends = np.array([chain.plan.robot[low][lanes], chain.plan.robot[high][lanes]])
+        chain.state[axis, lanes] = stop = choose(chain.side[element, lanes] > 0.0, ends[1], ends[0])
+        chain.gap[element][:, lanes] = stop - ends
+
+
+def _pass(chain: _Chain, log: Log, end: _End, touches: Flags) -> None:
+    """The states and modes right after the end of a phase, recorded as the next phase: elements at rest stick, reverse,
     or go on after a touch; those that are held may begin to slip where the current takes its next value.
     """
-    robot, going, hits = chain.plan.robot, end.kind == LIMIT, end.kind == STOP
-    goes_on = (end.kind != TAKEOFF) & (end.kind != UNCERTIFIED)
-    rests = end.kind == VELOCITY
+    going, hits, rests = end.kind == LIMIT, end.kind == STOP, end.kind == VELOCITY
     # One that it touches where it turns is no event, but that is where it is.
-    there = hits | (rests[0] & (np.abs(chain.gap_ahead) <= end.touch))
-    if there.any():
-        stop = choose(chain.side[0] > 0.0, robot.x1_max, robot.x1_min)[there]
-        chain.state.x1[there], chain.gap[:, there] = stop, [stop - robot.x1_min[there], stop - robot.x1_max[there]]
-    rests[0] |= hits
-    chain.state.v1[rests[0]], chain.state.v2[rests[1]] = 0.0, 0.0
+    _stop_at(chain, hits | touches)
+    rests |= hits
+    chain.state[VELOCITIES] = choose(rests, 0.0, chain.state[VELOCITIES])
     chain.step[going] += 1
     chain.just_slips[...] = end.kind == THRESHOLD
     before = chain.side.copy()
     np.copyto(chain.side, end.side, where=chain.just_slips)
     _settle(chain, rests | (going & (before == 0.0)))
-    changed = chain.side != before
-    moves = np.where(changed, np.where(rests, _REVERSES, _SLIPS), 0)
-    event: NDArray[np.int8] = np.where(rests & (chain.side == 0.0), _STICKS, moves).astype(np.int8)
-    event[0, hits] = EVENT["x1_hits_stop"]
-    both = (event != 0).all(axis=0)
-    _record(log, chain, np.flatnonzero(goes_on), np.asarray(np.where(both, event[0], event[0] + event[1]), np.int8))
-    _record(log, chain, np.flatnonzero(goes_on & both), event[1])
+    event = np.where(chain.side != before, np.where(rests, REVERSES, SLIPS), np.int8(0))
+    event = np.where(hits, HITS_STOP, np.where(rests & (chain.side == 0.0), STICKS, event))
+    goes_on, first = (end.kind != TAKEOFF) & (end.kind != UNCERTIFIED), (event != 0).argmax(axis=0)
+    _record(log, chain, goes_on, event[first, np.arange(first.size)])
+    for element in range(1, len(ELEMENTS)):
+        _record(log, chain, goes_on & (first < element) & (event[element] != 0), event[element])
 
 
 def _leaves_at_once(chain: _Chain) -> Flags:
     """The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that
     is negative.
     """
-    contact = formulas.contact_of(chain.plan.robot, chain.state)
+    contact = formulas.contact_of(chain.plan.robot, LegState(*chain.state))
     leg = contact_numerator(chain.plan.robot, motion_of(chain.phase))
     first = choose(leg.H3 != 0.0, leg.H3, choose(leg.H2 != 0.0, leg.H2, leg.H1))
     return np.asarray((not FOOT_IS_FIXED) & ((contact < 0.0) | ((contact == 0.0) & (first < 0.0))))
 
 
-def _begin(chain: _Chain, log: list[Phases]) -> Array:
-    """What each mass does at the start, no event; returns the energy lost at stops."""
-    v1 = chain.state.v1.copy()
-    chain.side[...] = np.sign(chain.state[1:3])
-    struck = (v1 != 0.0) & _blocked(chain, v1)
-    chain.state.v1[struck] = chain.side[0, struck] = 0.0
+def _begin(chain: _Chain, log: Log) -> Array:
+    """What each element does at the start, no event; returns the energy lost at stops."""
+    velocity = chain.state[VELOCITIES]
+    struck = (velocity != 0.0) & _blocked(chain, velocity)
+    chain.state[VELOCITIES] = choose(struck, 0.0, velocity)
+    chain.side[...] = np.sign(chain.state[VELOCITIES])
     _settle(chain, chain.side == 0.0)
-    _record(log, chain, np.arange(chain.t.size), np.zeros(chain.t.size, np.int8))
-    return choose(struck, -0.5 * chain.plan.robot.m_eff * v1 * v1, 0.0)
+    _record(log, chain, np.ones(chain.t.shape, np.bool_), np.zeros(chain.t.shape, np.int8))
+    masses = np.array([chain.plan.robot[each.mass] for each in ELEMENTS])
+    return np.asarray(choose(struck, -0.5 * masses * velocity * velocity, 0.0).sum(axis=0))
 
 
-class _Result(NamedTuple):
-    """What is known of the lanes that have ended."""
+def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) -> None:
+    """Phase by phase until every lane has ended."""
 
-    duration: Array
-    end: LegState
-    ending: NDArray[np.int64]
-    counted: NDArray[np.int64]
+    def close(lanes: Flags, ending: str) -> None:
+        own = take((chain.lane, chain.t, chain.state, chain.counted), lanes)
+        over.append((*own, np.full(own[0].shape, ENDING[ending])))
 
-    def close(self, chain: _Chain, lanes: Flags, ending: str) -> None:
-        where = chain.lane[lanes]
-        self.ending[where] = ENDING[ending]
-        put((self.duration, self.counted, *self.end), where, take((chain.t, chain.counted, *chain.state), lanes))
-
-
-def _run(chain: _Chain, u_times: Array, max_phases: int, log: list[Phases], result: _Result) -> Array:
-    """Phase by phase until every lane has ended; returns the energy lost at stops at the start."""
-    loss = _begin(chain, log)
     next_times = np.append(u_times[1:], [NEVER[chain.t.dtype]] * 2).astype(chain.t.dtype)
     ended = _leaves_at_once(chain)
-    result.close(chain, ended, "takeoff")
+    close(ended, "takeoff")
     while True:
         rests = ~ended & (chain.side == 0.0).all(axis=0) & (chain.step + 1 >= u_times.size)
-        result.close(chain, rests, "rest")
-        ended |= rests
-        if ended.any():
+        close(rests, "rest")
+        if (ended := ended | rests).any():
             chain = take(chain, ~ended)
         if not chain.t.size:
-            return loss
-        until = np.minimum(next_times[chain.step], chain.horizon)
-        motion = _motion_from(chain)
+            return
+        until, motion = np.minimum(next_times[chain.step], chain.horizon), _motion_from(chain)
         end = _find_end(chain, poles_of(chain.plan, chain.side), motion, until - chain.t)
-        basis = events.basis_of(end.propagator)
-        moved = formulas.state_at(chain.state._replace(x1=np.zeros_like(chain.t)), motion, basis).x1_t
-        chain.gap[...] += choose(chain.side[0] == 0.0, 0.0, moved)
-        put(chain.state, np.arange(chain.t.size), arrive(chain.state, motion, basis, chain.side))
+        touches = _advance(chain, motion, end)
         chain.t[...] = np.where(end.kind == LIMIT, until, chain.t + end.t)
         lifts, failed = end.kind == TAKEOFF, end.kind == UNCERTIFIED
-        over = (end.kind == LIMIT) & ~(until < chain.horizon)
+        expired = (end.kind == LIMIT) & ~(until < chain.horizon)
         if CONTACT_IS_COMPRESSION:
-            chain.state.y[lifts] = 0.0
-        for lanes, ending in (lifts, "takeoff"), (failed, "uncertified"), (over, "horizon"):
-            result.close(chain, lanes, ending)
-        end.kind[over] = TAKEOFF
+            chain.state[CONTACT_AXIS, lifts] = 0.0
+        for lanes, ending in (lifts, "takeoff"), (failed, "uncertified"), (expired, "horizon"):
+            close(lanes, ending)
+        end.kind[expired] = TAKEOFF
         _keep_free_accelerations(chain, motion, end)
-        _pass(chain, log, end)
-        ended = lifts | failed | over
-        if not CONTACT_IS_COMPRESSION and not FOOT_IS_FIXED:  # what v_1 has lost at a stop was in the contact force
-            lost = (end.kind == STOP) & (formulas.contact_of(chain.plan.robot, chain.state) < 0.0)
-            result.close(chain, lost, "takeoff")
+        _pass(chain, log, end, touches)
+        ended = lifts | failed | expired
+        if not CONTACT_IS_COMPRESSION and not FOOT_IS_FIXED:  # what is lost at a stop was in the contact force
+            contact = formulas.contact_of(chain.plan.robot, LegState(*chain.state))
+            lost = (end.kind == STOP).any(axis=0) & (contact < 0.0)
+            close(lost, "takeoff")
             ended |= lost
         full = (chain.counted > max_phases) & ~ended
-        result.close(chain, full, "too_many_phases")
-        result.counted[chain.lane[full]] = max_phases  # a step of the current may have begun two
+        chain.counted[full] = max_phases  # a step of the current may have begun two
+        close(full, "too_many_phases")
         ended |= full
 
 
 def _add_up(solution: Solution) -> None:
     """The AED as the sum of its entries where it is the difference of energies that are much larger."""
     robot, start = solution.plan.robot, solution.start
-    large = formulas.stored_energy(robot, start) > 32.0 * robot.m_s * (1.0 + start.v2 * start.v2)
+    large = formulas.stored_energy(robot, start) > 64.0 * formulas.moving_energy(robot, start, 1.0)
     if (index := np.flatnonzero(large[solution.phases.lane])).size:
         entries = formulas.aed_of_ledger(ledger_over(solution.phase(index), solution.lengths[index]))
         solution.aed.reshape(-1)[large] = np.bincount(solution.phases.lane[index], entries, large.size)[large]
+
+
+def _sorted(log: Log) -> Any:
+    """Columns, lane by lane; the first column has the lanes."""
+    columns = tuple(np.concatenate(column, axis=-1) for column in zip(*log, strict=True))
+    return take(columns, np.argsort(columns[0], kind="stable"))
 
 
 @np.errstate(all="ignore")
@@ -541,32 +559,33 @@ def solve(
         values = values[..., np.newaxis]
     inputs = [np.asarray(field, dtype) for field in (*robot, *start, horizon)]
     shape = np.broadcast_shapes(*(field.shape for field in inputs), values.shape[:-1])
-    flat = [np.broadcast_to(field, shape).reshape(-1).copy() for field in inputs]
+    flat = np.array([np.broadcast_to(field, shape).reshape(-1) for field in inputs])
     values = np.broadcast_to(values, (*shape, times.size)).reshape(-1, times.size)
     robots, first = Robot(*flat[: len(robot)]), LegState(*flat[len(robot) : -1])
-    plan, size, lane = plan_of(robots), flat[-1].size, np.arange(flat[-1].size)
-    real, count = np.zeros((5, 2, size), dtype), np.zeros((4, size), np.int64)
-    side, free, (duration, t), *ends = real
-    state = take(first, lane)
-    gap = np.array([first.x1 - robots.x1_min, first.x1 - robots.x1_max])
-    nothing = np.zeros((2, size), np.bool_)
+    plan, size = plan_of(robots), int(np.prod(shape))
+    rows = len(ELEMENTS), size
+    gap = np.full((len(ELEMENTS), 2, size), np.inf, dtype) * np.array([[1.0], [-1.0]], dtype)
+    for element, axis, stops in LIMITED:
+        gap[element] = first[axis] - np.array([robots[each] for each in stops])
+    flags, counts = np.zeros((2, *rows), np.bool_), np.zeros((2, size), np.int64)
     chain = _Chain(
-        lane, plan, values.T, flat[-1], state, gap, side, t, count[0], nothing, nothing.copy(),
-        free, count[1],
+        np.arange(size), plan, values.T, flat[-1], np.array(first), gap, np.zeros(rows, dtype), np.zeros(size, dtype),
+        counts[0], flags[0], flags[1], np.zeros(rows, dtype), counts[1],
     )  # fmt: skip
-    log: list[Phases] = []
-    result = _Result(duration, LegState(*np.concatenate(ends)), count[2], count[3])
-    loss = _run(chain, times, max_phases, log, result)
-    phases = Phases(*(np.concatenate(column) for column in zip(*log, strict=True)))
-    phases, end = take(phases, np.argsort(phases.lane, kind="stable")), result.end
+    log: Log = []
+    over: Log = []
+    loss = _begin(chain, log)
+    _run(chain, times, max_phases, log, over)
+    _, duration, states, counted, ending = _sorted(over)
+    phases, end = Phases(*_sorted(log)), LegState(*states)
     aed = formulas.body_energy_gain(robots, first, At(*end))
-    lifts = (result.ending == ENDING["takeoff"]) & (formulas.fall_of(robots) > 0.0)
-    apex = choose(lifts, formulas.apex_of_takeoff(robots, end.x1, end.y, np.maximum(end.v2, 0.0)), np.nan)
-    kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < result.counted[phases.lane]
+    lifts = (ending == ENDING["takeoff"]) & (formulas.fall_of(robots) > 0.0)
+    apex = choose(lifts, formulas.apex_after(robots, end), np.nan)
+    kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < counted[phases.lane]
     solution = Solution(
         shape, plan, times, values, first, duration.reshape(shape), LegState(*(field.reshape(shape) for field in end)),
-        apex.reshape(shape), aed.reshape(shape), loss.reshape(shape), result.ending.reshape(shape),
-        result.counted.reshape(shape), take(phases, kept),
+        apex.reshape(shape), aed.reshape(shape), loss.reshape(shape), ending.reshape(shape), counted.reshape(shape),
+        take(phases, kept),
     )  # fmt: skip
     _add_up(solution)
     return solution
