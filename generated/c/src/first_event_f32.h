@@ -605,18 +605,22 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
     }
 }
 
-/* Two roots within rounding are at the same time, and the owner that comes first wins. */
+/* Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met, only
+ * where the roots are within 8 ulp of the time. */
 static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
 {
     const event_function_f32 *found = &set->function[in->found];
     const float other = rate_at_f32(found, &in->high);
     for (int32_t n = 0; set->function[n].owner < found->owner; n++) {
         const event_function_f32 *g = &set->function[n];
+        const float value = value_at_f32(g, &in->high);
         const float rate = rate_at_f32(g, &in->high);
         const float rounding = rounding_of_f32(g, &in->high, rate);
-        if (rate * (in->high.t - in->low) < -16.0f * rounding
-            && (value_at_f32(g, &in->high) - 4.0f * rounding) * fabs_f32(other)
-                   < fabs_f32(rate) * rounding_of_f32(found, &in->high, other)) {
+        const bool as_soon = found->shape == DISTANCE_f32
+                                 ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
+                                 : (value - 4.0f * rounding) * fabs_f32(other)
+                                       < fabs_f32(rate) * rounding_of_f32(found, &in->high, other);
+        if (rate * (in->high.t - in->low) < -16.0f * rounding && as_soon) {
             in->found = n;
             return;
         }

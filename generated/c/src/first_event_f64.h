@@ -605,18 +605,22 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
     }
 }
 
-/* Two roots within rounding are at the same time, and the owner that comes first wins. */
+/* Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met, only
+ * where the roots are within 8 ulp of the time. */
 static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in)
 {
     const event_function_f64 *found = &set->function[in->found];
     const double other = rate_at_f64(found, &in->high);
     for (int32_t n = 0; set->function[n].owner < found->owner; n++) {
         const event_function_f64 *g = &set->function[n];
+        const double value = value_at_f64(g, &in->high);
         const double rate = rate_at_f64(g, &in->high);
         const double rounding = rounding_of_f64(g, &in->high, rate);
-        if (rate * (in->high.t - in->low) < -16.0 * rounding
-            && (value_at_f64(g, &in->high) - 4.0 * rounding) * fabs_f64(other)
-                   < fabs_f64(rate) * rounding_of_f64(found, &in->high, other)) {
+        const bool as_soon = found->shape == DISTANCE_f64
+                                 ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
+                                 : (value - 4.0 * rounding) * fabs_f64(other)
+                                       < fabs_f64(rate) * rounding_of_f64(found, &in->high, other);
+        if (rate * (in->high.t - in->low) < -16.0 * rounding && as_soon) {
             in->found = n;
             return;
         }

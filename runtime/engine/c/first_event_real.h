@@ -605,18 +605,22 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
     }
 }
 
-/* Two roots within rounding are at the same time, and the owner that comes first wins. */
+/* Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met, only
+ * where the roots are within 8 ulp of the time. */
 static inline void settle_ties_real(const event_set_real *set, interval_real *in)
 {
     const event_function_real *found = &set->function[in->found];
     const real other = rate_at_real(found, &in->high);
     for (int32_t n = 0; set->function[n].owner < found->owner; n++) {
         const event_function_real *g = &set->function[n];
+        const real value = value_at_real(g, &in->high);
         const real rate = rate_at_real(g, &in->high);
         const real rounding = rounding_of_real(g, &in->high, rate);
-        if (rate * (in->high.t - in->low) < -16.0 * rounding
-            && (value_at_real(g, &in->high) - 4.0 * rounding) * fabs_real(other)
-                   < fabs_real(rate) * rounding_of_real(found, &in->high, other)) {
+        const bool as_soon = found->shape == DISTANCE_real
+                                 ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
+                                 : (value - 4.0 * rounding) * fabs_real(other)
+                                       < fabs_real(rate) * rounding_of_real(found, &in->high, other);
+        if (rate * (in->high.t - in->low) < -16.0 * rounding && as_soon) {
             in->found = n;
             return;
         }
