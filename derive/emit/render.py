@@ -218,8 +218,8 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "model": options.model,
         "contact_is_compression": int(contact.is_compression(options.model)),
         "by_index": [
-            (made.record(name), by, len(made.record(name).quantities))
-            for name, by in (("State", "axis"), ("Drive", "element"), ("Free", "element"), ("Friction", "element"))
+            {"record": made.record(name), "name": f"{name}By{by}"}
+            for name, by in (("State", "Axis"), ("Drive", "Element"), ("Free", "Element"), ("Friction", "Element"))
         ],
         "is_coupled": int(modes.is_coupled(options.model)),
         "leg_has_damper": int(contact.has_damper(options.model)),

@@ -7,7 +7,7 @@ from functools import cache
 
 from sympy.integrals.quadrature import gauss_legendre
 
-from ..model.precisions import F32, TERMS, Precision
+from ..model.precisions import CARRY_ORDER, F32, TERMS, Precision
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ def series(precision: Precision) -> tuple[Table, ...]:
         Table("SINE", _alternating(_inverse_factorials(range(1, 10 if single else 18, 2))), "sin(r)/r in r^2"),
         Table("COSINE", _alternating(_inverse_factorials(range(0, 10 if single else 18, 2))), "cos(r) in r^2"),
         Table("AREA_TANGENT", area_tangent, "artanh(s)/s in s^2"),
-        Table("CARRY_ORDERS", tuple(1.0 / n for n in range(1, carry_order(precision) + 1)), "1/n, from the first order on"),
+        Table("CARRY_ORDERS", tuple(1.0 / n for n in range(1, CARRY_ORDER[precision] + 1)), "1/n, from the first on"),
     )
 
 
@@ -45,11 +45,6 @@ def tables(precision: Precision) -> tuple[Table, ...]:
         Table("GAUSS_PLACES", tuple(float((1 + root) / 2) for root in roots), "nodes of Gauss's rule over 0 .. 1"),
         Table("GAUSS_WEIGHTS", tuple(float(weight / 2) for weight in weights), "their weights"),
     )
-
-
-def carry_order(precision: Precision) -> int:
-    """Of the Taylor series that carries the propagator to a root."""
-    return 4 if precision == F32 else 5
 
 
 def nodes(precision: Precision) -> int:

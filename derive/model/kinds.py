@@ -96,9 +96,10 @@ EVENTS_OF_ELEMENT = 4
 """The number of an event of the second element is larger than that of the first by so much."""
 
 
-def events_of_first() -> list[tuple[str, int]]:
-    """What an event of an element is, and its number for the first element."""
-    return [(word.text.removeprefix("x1_"), word.number) for word in EVENTS.words if word.text.startswith("x1_")]
+def events_of_first() -> list[Word]:
+    """What an event of an element is, with its number for the first element."""
+    first = (word for word in EVENTS.words if word.text.startswith("x1_"))
+    return [replace(word, text=word.text.removeprefix("x1_")) for word in first]
 
 
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)

@@ -68,9 +68,14 @@ def _behind(value: Fraction, precision: Precision) -> Fraction:
     return value - Fraction(_leading(value, _room(precision)))
 
 
-def _carried(precision: Precision, order: int) -> float:
-    """The square of x below which x^(order + 1)/(order + 1)!, the remainder of exp(x), is 1/32 of epsilon."""
-    return float((math.factorial(order + 1) * precision.epsilon / 32.0) ** (2.0 / (order + 1)))
+CARRY_ORDER = {F32: 4, F64: 5}
+"""Of the Taylor series that carries the propagator to a root."""
+
+
+def _carried(precision: Precision) -> float:
+    """The square of x below which x^(n + 1)/(n + 1)!, the remainder of exp(x), is 1/32 of epsilon."""
+    power = CARRY_ORDER[precision] + 1
+    return float((math.factorial(power) * precision.epsilon / 32.0) ** (2.0 / power))
 
 
 TERMS = Constant("TERMS", 24, 40, "terms of the power series of W")
@@ -106,7 +111,7 @@ CONSTANTS = (
     Constant("TINY_DOWN", 2.0**-8, 2.0**-18, "scales its cube root back"),
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
     Constant("POLISH", 1, 1, "steps of Newton's that correct a predicted root"),
-    Constant("CARRIED_SQUARE", _carried(F32, 4), _carried(F64, 5), "the square of a step, in rates, that a Taylor series carries exactly"),
+    _each("CARRIED_SQUARE", _carried, "the square of a step, in rates, that a Taylor series carries exactly"),
     Constant("LANE_COUNT", 32, 32, "stances that are solved at a time"),
 )
 """Those of the C library, the limits among them."""

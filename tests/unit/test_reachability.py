@@ -35,12 +35,17 @@ def test_the_next_apex_broadcasts_and_keeps_its_shape():
 
 
 @pytest.mark.parametrize("backend", ["c", "numpy"])
-def test_the_next_apex_takes_whole_numbers_and_refuses_what_leaves_the_range(backend):
+def test_the_next_apex_takes_whole_numbers(backend):
     assert hopform.next_apex(HOPPER, 1, [0, 1], backend=backend)[1] == hopform.next_apex(
         HOPPER, 1.0, 1.0, backend=backend
     )
+
+
+def test_the_next_apex_under_a_current_out_of_range_is_refused_or_that_of_an_actuator_at_its_stop():
     with pytest.raises(hopform.HopformError, match="out of the range of the precision"):
-        hopform.next_apex(HOPPER, 0.2, [1.0, 1e300], backend=backend)
+        hopform.next_apex(HOPPER, 0.2, [1.0, 1e300], backend="numpy")
+    apex = hopform.next_apex(HOPPER, 0.2, [1e100, 1e300], backend="c")
+    assert apex[1] == pytest.approx(apex[0], rel=1e-12)
 
 
 def test_bounds_are_those_of_all_currents_not_of_the_map(found):

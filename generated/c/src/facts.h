@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "2ba8ba167d248683"
+#define HOPFORM_SOURCE "b89708ad1e91dce0"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -19,9 +19,9 @@
 #define HOPFORM_FOOT_IS_FIXED 0
 #define HOPFORM_BODY_IS_FIXED 0
 
-/* Elements, which slip or are held, in the order in which they win a tie: how many, axes of the state, the element whose
- * position has stops, and these, whether the compression may fall while each keeps its side, whether the velocity of one
- * acts on another, whether the ground holds one, and what an event of one is. */
+/* Elements, which slip or are held, in the order in which they win a tie: how many, axes of the state, the one whose
+ * position has stops, and these, whether the compression may fall while each keeps its side, whether the velocity of
+ * one acts on another, whether the ground holds one, and what an event of one is. */
 #define HOPFORM_ELEMENTS 2
 #define HOPFORM_AXES 4
 #define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)

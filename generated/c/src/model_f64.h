@@ -33,8 +33,8 @@ typedef union {
     double of[2];
 } hopform_friction_by_element_f64;
 
-/* Numerators of (11), counted from where and how fast each coordinate starts. Of the velocity of each element, of the compression, and of the position that
- * has stops, behind its velocity. */
+/* Numerators of a phase: of the velocity of each element, of the compression, and of the position that has stops,
+ * behind its velocity. */
 typedef union {
     hopform_motion_f64 named;
     struct {

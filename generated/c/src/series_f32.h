@@ -20,7 +20,7 @@
 /* artanh(s)/s in s^2 */
 #define HOPFORM_AREA_TANGENT_f32(X) X(0.11111111f) X(0.14285715f) X(0.2f) X(0.33333334f) X(1.0f)
 
-/* 1/n, from the first order on */
+/* 1/n, from the first on */
 #define HOPFORM_CARRY_ORDERS_f32(X) X(1.0f) X(0.5f) X(0.33333334f) X(0.25f)
 
 /* 1/n for n from 1 on */

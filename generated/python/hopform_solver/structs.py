@@ -247,4 +247,4 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("max_phases", "int32", 1),
     ),
 }
-"""A type is real, int8, uint8, uint16, int32, uint32, bool, ptrdiff, the name of a struct, or a pointer, which ends in *."""
+"""A type is real, bool, an integer such as int8, the name of a struct, or a pointer, which ends in *."""
