@@ -126,9 +126,8 @@ def sized(expression: sp.Expr, known: dict[sp.Symbol, Sized]) -> Sized:
     if expression.is_Pow:
         exponent = mpmath.mpf(expression.exp.p) / expression.exp.q
         value = parts[0].value ** exponent
-        if exponent > 0:
-            return Sized(value, parts[0].size ** exponent)
-        return Sized(value, abs(value) * (parts[0].size / abs(parts[0].value)) ** abs(exponent))
+        relative = parts[0].size if exponent > 0 else parts[0].size / parts[0].value ** 2
+        return Sized(value, relative ** abs(exponent))
     assert isinstance(expression, sp.Abs)
     return Sized(abs(parts[0].value), parts[0].size)
 

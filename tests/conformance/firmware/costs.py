@@ -184,13 +184,13 @@ Set `modes`: the 18 stances of `hopform_selftest`, which visit every mode, kind 
 ## Cortex-M4F, gcc -O2, beside what is aimed at
 
 {table(["", "measured", "aim"], aims)}
-A stance after a drop has 2.9 phases on average. Where its instructions went when they were last traced, one by one
-with the source line of each (QEMU, 7 500 in all): the propagator, evaluated 3.9 times, 1 280; Householder's steps and
-carrying the propagator to the root 910; prediction of roots 690; jets of the event functions at both ends of an
-interval 450; the certificate 620; motion, event functions and times to rest of a phase 900; the search between them,
-which passes structs by value, 1 140; stops 320; what follows an event 530; checks and report 400. So no one part stands
-for the distance to the aim: a search that is written out for each held set, and modes in place of the propagator, of
-which less is to be carried, would be the next steps. A command takes 11.3 stances on average, of more phases.
+A stance after a drop has 2.9 phases on average. Where its instructions go, traced one by one with the function of each
+(QEMU, 6 470 in all): the propagator, evaluated 2.9 times, 1 000; Householder's and Newton's steps and carrying the
+propagator to the root 730; prediction of roots 580; values and derivatives of the event functions 490; which of them
+cross zero first 580; the certificate 300; motion, event functions and times to rest of a phase 860; what follows an
+event 820; checks and report 450; the search between them 660. So no one part stands for the distance to the aim: what
+is left are loops over a few functions in memory, which a search that is written out for each held set would keep in
+registers. A command takes 9.2 stances on average, of more phases.
 
 ## Instructions, mean
 
