@@ -135,7 +135,7 @@ static inline void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting)
     const bool several = (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
         for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-            if ((resting >> element & 1u) != 0) {
+            if ((resting & 1u << (uint32_t)element) != 0) {
                 chain->side[element] = direction_f32(chain, element);
             }
         }
@@ -146,7 +146,7 @@ static inline uint32_t held_elements_f32(const stance_chain_f32 *chain)
 {
     uint32_t held = 0;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        held |= chain->side[element] == 0 ? 1u << element : 0u;
+        held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
     }
     return held;
 }
@@ -248,15 +248,15 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0f; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
-        add_event_function_f32(set, &leg, hopform_contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
-                                CONTACT_f32, shape);
+        (void)add_event_function_f32(set, &leg, hopform_contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
+                                      CONTACT_f32, shape);
     }
     add_stop_f32(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         hopform_numerator_f32 h = chain->motion.of.velocity[element];
         h.H3 = chain->just_switched == element ? 0.0f : h.H3;
-        add_event_function_f32(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (float)side[element],
-                                ELEMENT_f32 + element, MAY_TURN_f32);
+        (void)add_event_function_f32(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (float)side[element],
+                                      ELEMENT_f32 + element, MAY_TURN_f32);
     }
     if (several) {
         return;
@@ -518,7 +518,7 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
         chain->from_lower = stop - lower;
         chain->from_upper = stop - upper;
     }
-    stance_settle_f32(chain, 1u << element);
+    stance_settle_f32(chain, 1u << (uint32_t)element);
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
     if (stops && after != before) {
@@ -536,7 +536,7 @@ static inline void next_step_f32(stance_chain_f32 *chain)
     chain->step += chain->step + 1 < chain->step_count ? 1 : 0;
     stance_settle_f32(chain, held);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        if ((held >> element & 1u) != 0 && chain->side[element] != 0) {
+        if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
             stance_record_f32(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }

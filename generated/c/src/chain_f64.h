@@ -135,7 +135,7 @@ static inline void stance_settle_f64(stance_chain_f64 *chain, uint32_t resting)
     const bool several = (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
         for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-            if ((resting >> element & 1u) != 0) {
+            if ((resting & 1u << (uint32_t)element) != 0) {
                 chain->side[element] = direction_f64(chain, element);
             }
         }
@@ -146,7 +146,7 @@ static inline uint32_t held_elements_f64(const stance_chain_f64 *chain)
 {
     uint32_t held = 0;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        held |= chain->side[element] == 0 ? 1u << element : 0u;
+        held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
     }
     return held;
 }
@@ -248,15 +248,15 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &chain->motion.named);
-        add_event_function_f64(set, &leg, hopform_contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0,
-                                CONTACT_f64, shape);
+        (void)add_event_function_f64(set, &leg, hopform_contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0,
+                                      CONTACT_f64, shape);
     }
     add_stop_f64(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         hopform_numerator_f64 h = chain->motion.of.velocity[element];
         h.H3 = chain->just_switched == element ? 0.0 : h.H3;
-        add_event_function_f64(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (double)side[element],
-                                ELEMENT_f64 + element, MAY_TURN_f64);
+        (void)add_event_function_f64(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (double)side[element],
+                                      ELEMENT_f64 + element, MAY_TURN_f64);
     }
     if (several) {
         return;
@@ -518,7 +518,7 @@ static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, boo
         chain->from_lower = stop - lower;
         chain->from_upper = stop - upper;
     }
-    stance_settle_f64(chain, 1u << element);
+    stance_settle_f64(chain, 1u << (uint32_t)element);
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
     if (stops && after != before) {
@@ -536,7 +536,7 @@ static inline void next_step_f64(stance_chain_f64 *chain)
     chain->step += chain->step + 1 < chain->step_count ? 1 : 0;
     stance_settle_f64(chain, held);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        if ((held >> element & 1u) != 0 && chain->side[element] != 0) {
+        if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
             stance_record_f64(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }

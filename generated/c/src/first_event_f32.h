@@ -579,7 +579,7 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
         jet_f32 first_to = {0.0f, 0.0f, 0.0f, 0.0f};
         for (int32_t n = 0; n < set->count; n++) {
             const event_function_f32 *g = &set->function[n];
-            if (n == in->found || g->shape < shape || (passed >> n & 1u) != 0) {
+            if (n == in->found || g->shape < shape || (passed & 1u << (uint32_t)n) != 0) {
                 continue;
             }
             if (value_at_f32(g, &in->high) < 0.0f) {
@@ -591,7 +591,7 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
                     first_to = to;
                 }
             } else {
-                passed |= g->shape == MONOTONE_f32 ? 1u << n : 0u;
+                passed |= g->shape == MONOTONE_f32 ? 1u << (uint32_t)n : 0u;
             }
         }
         if (first < 0) {

@@ -579,7 +579,7 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
         jet_f64 first_to = {0.0, 0.0, 0.0, 0.0};
         for (int32_t n = 0; n < set->count; n++) {
             const event_function_f64 *g = &set->function[n];
-            if (n == in->found || g->shape < shape || (passed >> n & 1u) != 0) {
+            if (n == in->found || g->shape < shape || (passed & 1u << (uint32_t)n) != 0) {
                 continue;
             }
             if (value_at_f64(g, &in->high) < 0.0) {
@@ -591,7 +591,7 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
                     first_to = to;
                 }
             } else {
-                passed |= g->shape == MONOTONE_f64 ? 1u << n : 0u;
+                passed |= g->shape == MONOTONE_f64 ? 1u << (uint32_t)n : 0u;
             }
         }
         if (first < 0) {

@@ -579,7 +579,7 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
         jet_real first_to = {0.0, 0.0, 0.0, 0.0};
         for (int32_t n = 0; n < set->count; n++) {
             const event_function_real *g = &set->function[n];
-            if (n == in->found || g->shape < shape || (passed >> n & 1u) != 0) {
+            if (n == in->found || g->shape < shape || (passed & 1u << (uint32_t)n) != 0) {
                 continue;
             }
             if (value_at_real(g, &in->high) < 0.0) {
@@ -591,7 +591,7 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
                     first_to = to;
                 }
             } else {
-                passed |= g->shape == MONOTONE_real ? 1u << n : 0u;
+                passed |= g->shape == MONOTONE_real ? 1u << (uint32_t)n : 0u;
             }
         }
         if (first < 0) {
