@@ -21,7 +21,7 @@ LAYERS = (
     ("model",),
     ("models.hopper",),
     ("maths.laplace", "maths.kernels"),
-    ("maths.partial_fractions", "maths.stability", "maths.modes"),
+    ("maths.partial_fractions", "maths.stability", "maths.modes", "maths.elements"),
     ("maths.time_domain",),
     ("maths.energy", "maths.flight"),
     ("maths.control",),

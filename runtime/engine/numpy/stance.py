@@ -238,8 +238,8 @@ def _position_terms(chain: _Chain, terms: Array, element: int, axis: int) -> Arr
 def _closed_forms(chain: _Chain, poles: Poles, terms: Array) -> tuple[Array, Numbers, Flags]:
     """When the element that slips alone comes to rest, or compression vanishes; which of them; where compression rings.
 
-    Where the forces on the element that slips alone cancel at y = 0, y rings about 0 as a velocity does: its first zero
-    is known however far it has faded by then.
+    Where the forces on the element that slips alone cancel without compression, that rings about 0 as a velocity does:
+    its first zero is known however far it has faded by then.
     """
     side, state, plan = chain.side, chain.state, chain.plan
     rest_time, rests = np.full_like(chain.t, NEVER[chain.t.dtype]), np.full(chain.t.shape, LIMIT)
@@ -549,9 +549,9 @@ def solve(
 ) -> Solution:
     """Solve stances; every field of `robot` and `start`, u and horizon broadcast against each other.
 
-    start: states after the impact, y = 0 at touchdown [m, m/s]. u [A]: the current, with a further last axis over
-    `u_times` [s] if those are several; they start at 0 and increase. horizon [s]: the longest time. max_phases: the
-    cap after which a stance ends as too_many_phases.
+    start: states after the impact, without compression at touchdown [m, m/s]. u [A]: the current, with a further last
+    axis over `u_times` [s] if those are several; they start at 0 and increase. horizon [s]: the longest time.
+    max_phases: the cap after which a stance ends as too_many_phases.
     An unstable robot is a ValueError; no other input is checked here: hopform does that.
     """
     times, values = np.asarray(u_times, dtype).reshape(-1), np.asarray(u, dtype)
