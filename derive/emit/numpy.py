@@ -3,8 +3,6 @@
 import json
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import fields
-from typing import Any
 
 import sympy as sp
 
@@ -64,9 +62,9 @@ def attribute(quantity: Quantity) -> str:
     return f"{quantity.name}: float{default}"
 
 
-def members(fact: Any) -> str:
-    """The arguments of a tuple of what a fact says behind its name."""
-    return arguments(*(getattr(fact, each.name) for each in fields(fact)[1:]))
+def fact(named: tuple[object, ...]) -> str:
+    """The arguments of a tuple of what is said behind a name."""
+    return arguments(*named[1:])
 
 
 def words(kind: Iterable[Word]) -> str:

@@ -15,8 +15,8 @@ CONTACT_IS_COMPRESSION = bool(1)
 LEG_HAS_DAMPER = bool(0)
 """Whether a damper acts in the leg, which relaxes in flight."""
 
-FOOT_IS_FIXED = bool(0)
-"""Whether the foot is bolted to the ground, so that the leg may pull."""
+FOOT_IS_FIXED, BODY_IS_FIXED = bool(0), bool(0)
+"""Whether the foot is bolted to the ground, so that the leg may pull; whether the body is."""
 
 EPS = {_F32: 1.1920928955078125e-07, _F64: 2.220446049250313e-16}
 ROOT_EPS = {_F32: 0.00034526698300124393, _F64: 1.4901161193847656e-08}
