@@ -62,11 +62,6 @@ def attribute(quantity: Quantity) -> str:
     return f"{quantity.name}: float{default}"
 
 
-def fact(named: tuple[object, ...]) -> str:
-    """The arguments of a tuple of what is said behind a name."""
-    return arguments(*named[1:])
-
-
 def words(kind: Iterable[Word]) -> str:
     """A dictionary of words by their numbers, a line each with the meaning."""
     return "\n".join(("{", *(f'    {word.number}: "{word.text}",  # {word.meaning}' for word in kind), "}"))

@@ -30,15 +30,14 @@ def _numbers(symbols: tuple[sp.Symbol, ...], some: tuple[sp.Symbol, ...]) -> tup
     return tuple(symbols.index(each) for each in some)
 
 
-def elements(model: Model) -> Iterator[tuple[object, ...]]:
+def elements(model: Model) -> Iterator[dict[str, object]]:
     """Name and numbers of each element: axes of the velocity and the position in the state, stops and mass in Robot,
     what its acceleration has per velocity and per compression in Rates, whether it is fixed, and its events.
     """
     events = {word.text: word.number for word in EVENTS.words}
     for number, (name, (mass, *_)) in enumerate(MASSES.items(), 1):
         position, stops = POSITIONS.get(name, (None, None))
-        yield (
-            name,
+        numbers = (
             STATE.symbols.index(START[number]),
             None if position is None else STATE.symbols.index(position),
             None if stops is None else _numbers(model.robot.symbols, stops),
@@ -47,6 +46,7 @@ def elements(model: Model) -> Iterator[tuple[object, ...]]:
             name in model.fixed,
             *(events.get(f"x{number}_{what}", 0) for what in WHATS),
         )
+        yield {"name": name, "numbers": numbers}
 
 
 def follows() -> tuple[tuple[int, ...], ...]:
@@ -63,7 +63,7 @@ def numerators() -> tuple[int, ...]:
     return _numbers(MOTION.symbols, tuple(NUMERATORS[symbol][0] for symbol in STATE.symbols))
 
 
-def modes() -> Iterator[tuple[object, ...]]:
+def modes() -> Iterator[dict[str, object]]:
     """Of each mode in which something slips: its name, which elements do, the coefficients of its denominator in Rates,
     and its event functions, of each its element, and to which side of its friction the free acceleration goes, 0 for a
     velocity.
@@ -73,4 +73,5 @@ def modes() -> Iterator[tuple[object, ...]]:
         velocities = [(number, 0) for number, each in enumerate(slips) if each and len(moving) > 1]
         held = [number for number, each in enumerate(slips) if not each]
         name = "both" if all(slips) else tuple(MASSES)[moving[0] - 1]
-        yield name, slips, _numbers(RATES.symbols, POLYNOMIALS[moving]), (*velocities, *product(held, (-1, 1)))
+        numbers = slips, _numbers(RATES.symbols, POLYNOMIALS[moving]), (*velocities, *product(held, (-1, 1)))
+        yield {"name": name, "numbers": numbers}
