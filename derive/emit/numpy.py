@@ -3,8 +3,6 @@
 import json
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import fields
-from typing import Any
 
 import sympy as sp
 
@@ -62,11 +60,6 @@ def attribute(quantity: Quantity) -> str:
     """A field of a dataclass, with its default if it has one."""
     default = "" if quantity.default is None else f" = {literal(quantity.default)}"
     return f"{quantity.name}: float{default}"
-
-
-def members(fact: Any) -> str:
-    """The arguments of a tuple of what a fact says behind its name."""
-    return arguments(*(getattr(fact, each.name) for each in fields(fact)[1:]))
 
 
 def words(kind: Iterable[Word]) -> str:

@@ -6,6 +6,7 @@ from functools import cached_property
 from numbers import Real as Number
 from typing import Any
 
+from hopform_solver.elements import ELEMENTS
 from hopform_solver.records import DOMAINS, ROBOT_FIELDS, Field
 from hopform_solver.records import Robot as Parameters
 
@@ -55,17 +56,17 @@ def refusal(field: Field, value: object) -> str | None:
 class Checked:
     """What makes a dataclass of the robot's parameters one of checked floats."""
 
-    x1_min: float
-    x1_max: float
-
     def __post_init__(self) -> None:
         for field in ROBOT_FIELDS:
             value = getattr(self, field.name)
             if (reason := refusal(field, value)) is not None:
                 raise ValueError(reason)
             object.__setattr__(self, field.name, float(value))
-        if not self.x1_min <= self.x1_max:
-            raise ValueError(f"x1_min must be <= x1_max m, got {self.x1_min!r} > {self.x1_max!r}")
+        for stops in (element.stops for element in ELEMENTS if element.stops):
+            low, high = (ROBOT_FIELDS[stop] for stop in stops)
+            below, above = getattr(self, low.name), getattr(self, high.name)
+            if not below <= above:
+                raise ValueError(f"{low.name} must be <= {high.name} {high.unit}, got {below!r} > {above!r}")
 
     @cached_property
     def parameters(self) -> Parameters:

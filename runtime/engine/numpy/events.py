@@ -240,13 +240,14 @@ def root_between(
     return root, propagator
 
 
-def curve_of(of: EventSet) -> Curve:
-    """Jets of event functions, with their fourth derivatives."""
+def curve_of(of: EventSet, order: int = 0) -> Curve:
+    """Jets of event functions, or less their rates for the order 1, with the fourth derivatives."""
 
     def curve(lanes: Numbers, _: Array, propagator: Array) -> Array:
         own = take(of, lanes)
-        jet = jets_of(own, propagator)
-        return np.array([*jet, next_derivative(own.poles, jet) + own.numerator[3:].sum(axis=0)])
+        jet = [*jets_of(own, propagator)]
+        jet.append(next_derivative(own.poles, jet) + own.numerator[3:].sum(axis=0))
+        return -np.array([*jet[1:], next_derivative(own.poles, jet)]) if order else np.array(jet)
 
     return curve
 
@@ -257,15 +258,8 @@ def turn_between(
     """Where functions have their minimum between times, with their jets there, before which they fall and after which
     they rise: the times, and the propagator there.
     """
-
-    def curve(lanes: Numbers, _: Array, propagator: Array) -> Array:
-        own = take(of, lanes)
-        jet = [*jets_of(own, propagator)]
-        jet.append(next_derivative(own.poles, jet))
-        return -np.array([*jet[1:], next_derivative(own.poles, jet)])
-
     guess = low + (high - low) * rough_root(-start[1:], -end[1:], high - low)
-    return root_between(of.poles, curve, low, high, at_high, guess)
+    return root_between(of.poles, curve_of(of, order=1), low, high, at_high, guess)
 
 
 # ---- certificate ----

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hopform_solver import formulas
-from hopform_solver.elements import FOLLOWS, MODES, NUMERATORS, Mode
+from hopform_solver.elements import FOLLOWS, MODES, NUMERATORS
 from hopform_solver.kernels import basis_at, factor_cubic
-from hopform_solver.lanes import Array, Flags, choose, put, take
+from hopform_solver.lanes import Array, choose, lanes_in, put, take
 from hopform_solver.records import Basis, Drive, LegState, Motion, Numerator, Poles, Rates, Robot
 from hopform_solver.stability import conditions
 
@@ -65,16 +65,11 @@ def pair_alone(p: Array, q: Array) -> Poles:
     return Poles(zero, p, q, p, q, zero)
 
 
-def lanes_in(mode: Mode, side: Array) -> Flags:
-    """Which lanes are in a mode."""
-    return np.asarray(((side != 0.0) == np.array(mode.slips)[:, np.newaxis]).all(axis=0))
-
-
 def poles_of(plan: Plan, side: Array) -> Poles:
     """The poles of each lane's mode; any where all is held."""
     *others, poles = plan.poles
     for mode, own in zip(MODES, others, strict=False):
-        poles = choose(lanes_in(mode, side), own, poles)
+        poles = choose(lanes_in(mode.slips, side), own, poles)
     return Poles(*poles)
 
 
@@ -82,7 +77,7 @@ def motion_under(rates: Rates, drive: Drive, state: LegState, side: Array) -> Mo
     """The numerators of each lane's mode from the state in which the phase starts, under constant accelerations."""
     motion = Motion(*np.zeros((len(Motion._fields), side.shape[1]), side.dtype))
     for mode in MODES:
-        if (lanes := lanes_in(mode, side)).any():
+        if (lanes := lanes_in(mode.slips, side)).any():
             put(motion, lanes, mode.motion(*take((rates, drive, state), lanes)))
     return motion
 

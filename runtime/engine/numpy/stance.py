@@ -12,20 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import events, formulas
 from hopform_solver.elements import CONTACT_AXIS, ELEMENTS, FOLLOWS, MODES, NUMERATORS, Phases
-from hopform_solver.lanes import Array, Flags, Numbers, choose, take
+from hopform_solver.lanes import Array, Flags, Numbers, choose, lanes_in, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
-from hopform_solver.phases import (
-    Phase,
-    Plan,
-    arrive,
-    contact_numerator,
-    lanes_in,
-    motion_of,
-    plan_of,
-    poles_of,
-    state_in_phase,
-)
+from hopform_solver.phases import Phase, Plan, arrive, contact_numerator, motion_of, plan_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, At, LegState, Motion, Poles, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
@@ -36,9 +26,7 @@ ELEMENT = np.arange(len(ELEMENTS))[:, np.newaxis]
 VELOCITIES = [each.velocity for each in ELEMENTS]
 TERMS = np.array([[NUMERATORS[axis] + n for n in range(3)] for axis in VELOCITIES])
 """Of each element the axis of its velocity, and its terms in Motion."""
-LIMITED = [
-    (n, each.position, each.stops) for n, each in enumerate(ELEMENTS) if each.position is not None and each.stops
-]
+LIMITED = [(n, one.position, one.stops) for n, one in enumerate(ELEMENTS) if one.position is not None and one.stops]
 """The elements with stops: number, axis of the position, stops in Robot."""
 CONTACT_FOLLOWS = np.array(FOLLOWS[CONTACT_AXIS], np.int8)[:, np.newaxis]
 FIXED = np.array([[each.is_fixed] for each in ELEMENTS])
@@ -209,7 +197,7 @@ def _put_guards(chain: _Chain, poles: Poles, motion: Motion) -> _Guards:
     numerator[:, 0, lanes] = take(np.array(contact_numerator(robot, motion)), lanes)
     start[0, lanes], kind[0, lanes] = formulas.contact_of(robot, phase.start)[lanes], TAKEOFF
     for mode in MODES:
-        here = lanes_in(mode, side)
+        here = lanes_in(mode.slips, side)
         for slot, (element, goal) in enumerate(mode.guards, 1):
             lanes = np.flatnonzero(here & ~_blocked(chain, goal)[element])
             if not lanes.size:
@@ -238,8 +226,8 @@ def _position_terms(chain: _Chain, terms: Array, element: int, axis: int) -> Arr
 def _closed_forms(chain: _Chain, poles: Poles, terms: Array) -> tuple[Array, Numbers, Flags]:
     """When the element that slips alone comes to rest, or compression vanishes; which of them; where compression rings.
 
-    Where the forces on the element that slips alone cancel at y = 0, y rings about 0 as a velocity does: its first zero
-    is known however far it has faded by then.
+    Where the forces on the element that slips alone cancel without compression, that rings about 0 as a velocity does:
+    its first zero is known however far it has faded by then.
     """
     side, state, plan = chain.side, chain.state, chain.plan
     rest_time, rests = np.full_like(chain.t, NEVER[chain.t.dtype]), np.full(chain.t.shape, LIMIT)
@@ -341,10 +329,9 @@ def _close(guards: _Guards, on: events.Interval, lanes: Numbers, stops: Numbers,
 def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End:
     """The first event of the phases that start at the chain's states."""
     guards = _put_guards(chain, poles, motion)
-    limit, never_met = np.minimum(guards.rest_time, until), np.full(until.shape, LIMIT)
-    zero, propagator = np.zeros_like(limit), np.zeros((7, limit.size), limit.dtype)
-    end = _End(limit.copy(), never_met.copy(), zero, propagator)
-    on, stops = events.first_interval(guards.of, limit), never_met
+    limit, stops = np.minimum(guards.rest_time, until), np.full(until.shape, LIMIT)
+    end = _End(limit.copy(), stops.copy(), np.zeros_like(limit), np.zeros((7, limit.size), limit.dtype))
+    on = events.first_interval(guards.of, limit)
     ended = (on.found >= 0) | ~(limit > 0.0)
     on.high[ended] = 0.0
     while True:
@@ -391,12 +378,10 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:
     chain.free[...] = side * (friction - np.maximum(np.abs(rate), UNDERFLOW[chain.t.dtype]))
     stops = ((end.kind == VELOCITY) | (end.kind == STOP)) & (slip == len(ELEMENTS)) & (friction <= 0.0)
     for element, *_ in LIMITED if stops.any() else ():
-        damping, stiffness = rates[ELEMENTS[element].per_velocity], rates[ELEMENTS[element].per_compression]
-        cancel = np.abs(_free_accelerations(chain.phase)[element]) < 64.0 * eps * np.abs(
-            stiffness * chain.state[CONTACT_AXIS]
-        )
+        own, free = ELEMENTS[element], _free_accelerations(chain.phase)[element]
+        cancel = np.abs(free) < 64.0 * eps * np.abs(rates[own.per_compression] * chain.state[CONTACT_AXIS])
         faded = np.abs(rate[element]) > 16.0 * eps * np.abs(terms[element]).sum(axis=0)
-        kept = stops[element] & (damping == 0.0) & cancel & faded
+        kept = stops[element] & (rates[own.per_velocity] == 0.0) & cancel & faded
         chain.is_known[element, kept], chain.free[element, kept] = True, rate[element, kept]
 
 
@@ -549,9 +534,9 @@ def solve(
 ) -> Solution:
     """Solve stances; every field of `robot` and `start`, u and horizon broadcast against each other.
 
-    start: states after the impact, y = 0 at touchdown [m, m/s]. u [A]: the current, with a further last axis over
-    `u_times` [s] if those are several; they start at 0 and increase. horizon [s]: the longest time. max_phases: the
-    cap after which a stance ends as too_many_phases.
+    start: states after the impact, without compression at touchdown [m, m/s]. u [A]: the current, with a further last
+    axis over `u_times` [s] if those are several; they start at 0 and increase. horizon [s]: the longest time.
+    max_phases: the cap after which a stance ends as too_many_phases.
     An unstable robot is a ValueError; no other input is checked here: hopform does that.
     """
     times, values = np.asarray(u_times, dtype).reshape(-1), np.asarray(u, dtype)
