@@ -18,7 +18,7 @@ from typing import Any
 import jinja2
 
 from .. import VERSION
-from ..maths import contact, elements, energy, kernels, linear, modes, stability
+from ..maths import contact, elements, energy, flight, kernels, linear, modes, stability
 from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
 from ..model.equations import FIXED, Model
@@ -198,7 +198,7 @@ def _declarations() -> dict[str, str]:
 
 
 FACTS = (
-    c, elements, energy, ir, kernels, kinds, linear, modes, numpy, precisions, quantities, register, selftest,
+    c, elements, energy, flight, ir, kernels, kinds, linear, modes, numpy, precisions, quantities, register, selftest,
     stability, structs,
 )  # fmt: skip
 """Modules whose facts and spelling templates ask for, by their names."""

@@ -7,9 +7,9 @@ From (3)
     u_max
 
 which is linear in each of its modes: s^2 + p s + q with p = (b_1 + K_d)/m_eff, q = K_p/m_eff under the law, and with
-p = b_1/m_eff, q = 0 at the limit. With R, the response of the pair to an impulse, from x_1, v_1 and the acceleration a
+p = b_1/m_eff, q = 0 at the limit. With W, the response of s (s^2 + p s + q) to an impulse, from x_1, v_1 and the acceleration a
 
-    v_1(t) = v_1 (R' + p R) + a R        x_1(t) - x_1 = v_1 (R + p R1) + a R1        v_1''' + p v_1'' + q v_1' = 0
+    x_1(t) - x_1 = v_1 W' + (a + p v_1) W        1 = W'' + p W' + q W        v_1''' + p v_1'' + q v_1' = 0
 
 nothing is divided by p or q. The foot is above the ground by foot + v_2 t - g t^2/2 - (x_1(t) - x_1).
 
@@ -54,12 +54,8 @@ ACTUATOR = Record("Actuator", "The actuator at one instant of the flight.").of(
 )
 acc1 = ACTUATOR.symbols[2]
 
-ACTUATOR_AT = Record("ActuatorAt", "The actuator at time t of a phase of the flight.").of(
-    Quantity("moved", r"x_1(t) - x_1", "m", "how far it has moved since the phase began"),
-    Quantity("v1_t", r"\dot{x}_1(t)", "m/s", "velocity"),
-    Quantity("acc1_t", r"\ddot{x}_1(t)", "m/s^2", "acceleration"),
-)
-moved, v1_t, acc1_t = ACTUATOR_AT.symbols
+MOVED = Quantity("moved", r"x_1(t) - x_1", "m", "how far the actuator has moved since the phase began")
+moved = MOVED.symbol
 
 FLIGHT_LEDGER = Record(
     "FlightLedger",
@@ -76,7 +72,7 @@ DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back 
 WAY_OF_FLIGHT = Record(
     "Way",
     "Integrals over a part of a phase of the flight.",
-    (ACTUATOR_AT.quantities[0], MOMENTS.quantities[2], Quantity("rise", r"\Delta x_2", "m", "of the body")),
+    (MOVED, MOMENTS.quantities[2], Quantity("rise", r"\Delta x_2", "m", "of the body")),
 )
 FALL = scalar("fall", "m/s^2", "acceleration with which the body falls in flight")
 TOUCHDOWN_TIME = scalar("touchdown_time", "s", "time of the touchdown")
@@ -164,12 +160,20 @@ def acceleration_at_limit(model: Model) -> Steps:
     yield Step(acc1, a_free - a_largest * limit - p_free * v1 - model.levels[0] * side_1, "(3) at the limit")
 
 
-@function(takes=(*ACTUATOR.quantities[1:], POLES, PAIR), returns=ACTUATOR_AT)
-def actuator_in_flight() -> Steps:
-    """The actuator at time t of a phase of the flight."""
-    yield Step(moved, v1 * (R + p * R1) + acc1 * R1, "(3) in flight, integral")
-    yield Step(v1_t, v1 * (Rd + p * R) + acc1 * R, "(3) in flight")
-    yield Step(acc1_t, acc1 * Rd - q * v1 * R, "(3) in flight, derivative")
+@function(takes=(*ACTUATOR.quantities[1:], POLES), returns=NUMERATOR)
+def way_numerator() -> Steps:
+    """Numerator of how far the actuator has moved since a phase of the flight began."""
+    yield Step(H3, v1, "(3) in flight")
+    yield Step(H2, acc1 + p * v1, "(3) in flight")
+    yield Step(H1, sp.S.Zero, "no force grows with time")
+
+
+@function(takes=(GAINS, *ACTUATOR.quantities[1:], POLES), returns=NUMERATOR)
+def pull_numerator() -> Steps:
+    """Numerator of the pull of the law in a phase of the flight."""
+    yield Step(H3, Kp * v1 + Kd * acc1, "rate of the law's pull")
+    yield Step(H2, Kp * (acc1 + p * v1) - Kd * q * v1, "v_1 = v_1(0) (1 - q W) + a W'")
+    yield Step(H1, sp.S.Zero, "no force grows with time")
 
 
 @function(takes=(ROBOT, SETTLING), returns=GAINS)

@@ -43,9 +43,13 @@ def inputs_of(robot: hopform.Robot, case: dict) -> dict:
 
 # ---- the derivation ----
 
-RULES = {Q.R1: Q.R, Q.R: Q.Rd, Q.Rd: -Q.p * Q.Rd - Q.q * Q.R}
-"""Derivatives by time: the integral of R, R, and R' by R'' + p R' + q R = 0."""
-MOTION = {step.symbol: unfold(step.value, F.actuator_in_flight()) for step in F.actuator_in_flight()}
+RULES = {Q.W: Q.Wd, Q.Wd: Q.Wdd, Q.Wdd: -Q.p * Q.Wdd - Q.q * Q.Wd}
+"""Derivatives by time of W, by W''' + p W'' + q W' = 0."""
+
+
+def numerator(function):
+    values = {step.symbol: unfold(step.value, function()) for step in function()}
+    return values[Q.H3] * Q.Wd + values[Q.H2] * Q.W
 
 
 def over_time(expression):
@@ -53,24 +57,26 @@ def over_time(expression):
 
 
 def at_start(expression):
-    return expression.subs({Q.R1: 0, Q.R: 0, Q.Rd: 1})
+    return expression.subs({Q.W: 0, Q.Wd: 0, Q.Wdd: 1})
 
 
 def integrated(expression):
-    """Without R', by R' + p R + q R1 = 1, the integral of R's own equation."""
-    return sp.expand(expression.subs(Q.Rd, 1 - Q.p * Q.R - Q.q * Q.R1))
+    """Without W'', by W'' + p W' + q W = 1, the integral of W's own equation."""
+    return sp.expand(expression.subs(Q.Wdd, 1 - Q.p * Q.Wd - Q.q * Q.W))
 
 
-def test_each_derivative_of_the_motion_is_the_next_one():
-    chain = (F.moved, F.v1_t, F.acc1_t)
-    for before, after in zip(chain, chain[1:], strict=False):
-        assert sp.expand(over_time(MOTION[before]) - MOTION[after]) == 0
+MOVED = numerator(F.way_numerator)
 
 
 def test_the_motion_begins_at_the_state_with_which_the_phase_begins():
-    assert at_start(MOTION[F.moved]) == 0
-    assert at_start(MOTION[F.v1_t]) == Q.v1
-    assert at_start(MOTION[F.acc1_t]) == F.acc1
+    assert at_start(MOVED) == 0
+    assert at_start(over_time(MOVED)) == Q.v1
+    assert sp.expand(at_start(over_time(over_time(MOVED)))) == F.acc1
+
+
+def test_the_pull_is_that_of_the_law():
+    law = F.Kp * MOVED + F.Kd * (over_time(MOVED) - Q.v1)
+    assert sp.expand(integrated(numerator(F.pull_numerator) - law)) == 0
 
 
 @pytest.mark.parametrize("limited", [False, True])
@@ -79,8 +85,8 @@ def test_the_motion_obeys_the_equation_of_motion(limited):
     begins = (F.acceleration_at_limit(HOPPER) if limited else F.acceleration_under_law(HOPPER))[0].value
     p, q = (F.p_free, 0) if limited else (F.p_law, F.q_law)
     right = F.at_limit(HOPPER) if limited else F.under_law(HOPPER)
-    there = right.subs({Q.x1: Q.x1 + MOTION[F.moved], Q.v1: MOTION[F.v1_t]}, simultaneous=True)
-    residual = integrated(MOTION[F.acc1_t] - there).subs({Q.p: p, Q.q: q})
+    there = right.subs({Q.x1: Q.x1 + MOVED, Q.v1: over_time(MOVED)}, simultaneous=True)
+    residual = integrated(over_time(over_time(MOVED)) - there).subs({Q.p: p, Q.q: q})
     assert sp.simplify(residual.subs(F.acc1, begins).subs(rates)) == 0
 
 

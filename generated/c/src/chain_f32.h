@@ -181,6 +181,10 @@ static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, con
     g->owner = owner;
     g->side = 0;
     g->shape = shape;
+#if HOPFORM_LEG_HAS_DAMPER
+    g->left = 0.0f;
+    g->relaxes = 0.0f;
+#endif
     return g;
 }
 

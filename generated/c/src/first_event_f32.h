@@ -41,6 +41,10 @@ typedef struct {
     int32_t owner;
     int32_t side;
     int32_t shape;
+#if HOPFORM_LEG_HAS_DAMPER
+    float left; /* in flight: what a damper leaves in the leg, and the rate at which that relaxes */
+    float relaxes;
+#endif
 } event_function_f32;
 
 /* The active event functions of a phase, in the order in which they win a tie. */
@@ -91,16 +95,37 @@ static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, f
     return propagator_of_f32(poles, t, &basis);
 }
 
+/* The n-th derivative of what a damper leaves in the leg. */
+static inline float relaxing_f32(const event_function_f32 *g, float t, int n)
+{
+    float value = 0.0f;
+#if HOPFORM_LEG_HAS_DAMPER
+    if (fabs_f32(g->left) > 0.0f) {
+        value = g->left * hopform_exp_f32(-g->relaxes * t);
+    }
+    for (int i = 0; i < n; i++) {
+        value *= -g->relaxes;
+    }
+#else
+    (void)g;
+    (void)t;
+    (void)n;
+#endif
+    return value;
+}
+
 static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at)
 {
     const hopform_basis_f32 *w = &at->basis;
-    return g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
+    const float value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
+    return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f32(g, at->t, 0) : value;
 }
 
 static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at)
 {
     const hopform_basis_f32 *w = &at->basis;
-    return g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
+    const float rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
+    return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f32(g, at->t, 1) : rate;
 }
 
 static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
@@ -108,7 +133,8 @@ static inline float third_of_f32(const hopform_poles_f32 *poles, const event_fun
 {
     const hopform_basis_f32 *w = &at->basis;
     const float fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
+    const float third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
+    return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f32(g, at->t, 3) : third;
 }
 
 static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g)
@@ -125,8 +151,9 @@ static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const eve
 static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at)
 {
     const hopform_basis_f32 *w = &at->basis;
+    const float curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
     const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at),
-                          g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W, 0.0f};
+                          HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_f32(g, at->t, 2) : curvature, 0.0f};
     return jet;
 }
 
@@ -331,7 +358,8 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
             return;
         }
         const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
-        if (step.lands) {
+        /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
+        if (step.lands && !(fabs_f32(relaxing_f32(g, t, 0)) > 0.0f)) {
             at->basis = carried_basis_f32(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f32(poles, &at->basis);
             at->t = step.next;

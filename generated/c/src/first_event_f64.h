@@ -41,6 +41,10 @@ typedef struct {
     int32_t owner;
     int32_t side;
     int32_t shape;
+#if HOPFORM_LEG_HAS_DAMPER
+    double left; /* in flight: what a damper leaves in the leg, and the rate at which that relaxes */
+    double relaxes;
+#endif
 } event_function_f64;
 
 /* The active event functions of a phase, in the order in which they win a tie. */
@@ -91,16 +95,37 @@ static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, d
     return propagator_of_f64(poles, t, &basis);
 }
 
+/* The n-th derivative of what a damper leaves in the leg. */
+static inline double relaxing_f64(const event_function_f64 *g, double t, int n)
+{
+    double value = 0.0;
+#if HOPFORM_LEG_HAS_DAMPER
+    if (fabs_f64(g->left) > 0.0) {
+        value = g->left * hopform_exp_f64(-g->relaxes * t);
+    }
+    for (int i = 0; i < n; i++) {
+        value *= -g->relaxes;
+    }
+#else
+    (void)g;
+    (void)t;
+    (void)n;
+#endif
+    return value;
+}
+
 static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
     const hopform_basis_f64 *w = &at->basis;
-    return g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
+    const double value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
+    return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f64(g, at->t, 0) : value;
 }
 
 static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
     const hopform_basis_f64 *w = &at->basis;
-    return g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
+    const double rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
+    return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f64(g, at->t, 1) : rate;
 }
 
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
@@ -108,7 +133,8 @@ static inline double third_of_f64(const hopform_poles_f64 *poles, const event_fu
 {
     const hopform_basis_f64 *w = &at->basis;
     const double fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
+    const double third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
+    return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f64(g, at->t, 3) : third;
 }
 
 static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
@@ -125,8 +151,9 @@ static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const eve
 static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
     const hopform_basis_f64 *w = &at->basis;
+    const double curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
     const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at),
-                          g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W, 0.0};
+                          HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_f64(g, at->t, 2) : curvature, 0.0};
     return jet;
 }
 
@@ -331,7 +358,8 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
             return;
         }
         const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
-        if (step.lands) {
+        /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
+        if (step.lands && !(fabs_f64(relaxing_f64(g, t, 0)) > 0.0)) {
             at->basis = carried_basis_f64(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f64(poles, &at->basis);
             at->t = step.next;

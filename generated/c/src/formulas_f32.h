@@ -289,16 +289,9 @@ typedef struct {
     float acc1;  /* [m/s^2] acceleration */
 } hopform_actuator_f32;
 
-/* The actuator at time t of a phase of the flight. */
-typedef struct {
-    float moved;   /* [m] how far it has moved since the phase began */
-    float v1_t;    /* [m/s] velocity */
-    float acc1_t;  /* [m/s^2] acceleration */
-} hopform_actuator_at_f32;
-
 /* Integrals over a part of a phase of the flight. */
 typedef struct {
-    float moved;     /* [m] how far it has moved since the phase began */
+    float moved;     /* [m] how far the actuator has moved since the phase began */
     float int_v1v1;  /* [m^2/s] integral of v_1^2 */
     float rise;      /* [m] of the body */
 } hopform_way_f32;
@@ -1133,18 +1126,31 @@ static inline float hopform_acceleration_at_limit_f32(const hopform_robot_f32 *r
     return acc1;
 }
 
-/* The actuator at time t of a phase of the flight. */
-static inline hopform_actuator_at_f32 hopform_actuator_in_flight_f32(float v1,
+/* Numerator of how far the actuator has moved since a phase of the flight began. */
+static inline hopform_numerator_f32 hopform_way_numerator_f32(float v1,
     float acc1,
-    const hopform_poles_f32 *poles,
-    const hopform_pair_f32 *pair)
+    const hopform_poles_f32 *poles)
 {
+    const float p = poles->p;
+    const float H3 = v1;           /* (3) in flight */
+    const float H2 = acc1 + p*v1;  /* (3) in flight */
+    const float H1 = 0.0f;          /* no force grows with time */
+    const hopform_numerator_f32 result = {H3, H2, H1};
+    return result;
+}
+
+/* Numerator of the pull of the law in a phase of the flight. */
+static inline hopform_numerator_f32 hopform_pull_numerator_f32(const hopform_gains_f32 *gains,
+    float v1,
+    float acc1,
+    const hopform_poles_f32 *poles)
+{
+    const float Kp = gains->Kp, Kd = gains->Kd;
     const float p = poles->p, q = poles->q;
-    const float Rd = pair->Rd, R = pair->R, R1 = pair->R1;
-    const float moved = R1*acc1 + v1*(R + R1*p);  /* (3) in flight, integral */
-    const float v1_t = R*acc1 + v1*(Rd + R*p);    /* (3) in flight */
-    const float acc1_t = Rd*acc1 - R*q*v1;        /* (3) in flight, derivative */
-    const hopform_actuator_at_f32 result = {moved, v1_t, acc1_t};
+    const float H3 = Kd*acc1 + Kp*v1;             /* rate of the law's pull */
+    const float H2 = Kp*(acc1 + p*v1) - Kd*q*v1;  /* v_1 = v_1(0) (1 - q W) + a W' */
+    const float H1 = 0.0f;                         /* no force grows with time */
+    const hopform_numerator_f32 result = {H3, H2, H1};
     return result;
 }
 

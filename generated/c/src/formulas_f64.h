@@ -289,16 +289,9 @@ typedef struct {
     double acc1;  /* [m/s^2] acceleration */
 } hopform_actuator_f64;
 
-/* The actuator at time t of a phase of the flight. */
-typedef struct {
-    double moved;   /* [m] how far it has moved since the phase began */
-    double v1_t;    /* [m/s] velocity */
-    double acc1_t;  /* [m/s^2] acceleration */
-} hopform_actuator_at_f64;
-
 /* Integrals over a part of a phase of the flight. */
 typedef struct {
-    double moved;     /* [m] how far it has moved since the phase began */
+    double moved;     /* [m] how far the actuator has moved since the phase began */
     double int_v1v1;  /* [m^2/s] integral of v_1^2 */
     double rise;      /* [m] of the body */
 } hopform_way_f64;
@@ -1133,18 +1126,31 @@ static inline double hopform_acceleration_at_limit_f64(const hopform_robot_f64 *
     return acc1;
 }
 
-/* The actuator at time t of a phase of the flight. */
-static inline hopform_actuator_at_f64 hopform_actuator_in_flight_f64(double v1,
+/* Numerator of how far the actuator has moved since a phase of the flight began. */
+static inline hopform_numerator_f64 hopform_way_numerator_f64(double v1,
     double acc1,
-    const hopform_poles_f64 *poles,
-    const hopform_pair_f64 *pair)
+    const hopform_poles_f64 *poles)
 {
+    const double p = poles->p;
+    const double H3 = v1;           /* (3) in flight */
+    const double H2 = acc1 + p*v1;  /* (3) in flight */
+    const double H1 = 0.0;          /* no force grows with time */
+    const hopform_numerator_f64 result = {H3, H2, H1};
+    return result;
+}
+
+/* Numerator of the pull of the law in a phase of the flight. */
+static inline hopform_numerator_f64 hopform_pull_numerator_f64(const hopform_gains_f64 *gains,
+    double v1,
+    double acc1,
+    const hopform_poles_f64 *poles)
+{
+    const double Kp = gains->Kp, Kd = gains->Kd;
     const double p = poles->p, q = poles->q;
-    const double Rd = pair->Rd, R = pair->R, R1 = pair->R1;
-    const double moved = R1*acc1 + v1*(R + R1*p);  /* (3) in flight, integral */
-    const double v1_t = R*acc1 + v1*(Rd + R*p);    /* (3) in flight */
-    const double acc1_t = Rd*acc1 - R*q*v1;        /* (3) in flight, derivative */
-    const hopform_actuator_at_f64 result = {moved, v1_t, acc1_t};
+    const double H3 = Kd*acc1 + Kp*v1;             /* rate of the law's pull */
+    const double H2 = Kp*(acc1 + p*v1) - Kd*q*v1;  /* v_1 = v_1(0) (1 - q W) + a W' */
+    const double H1 = 0.0;                         /* no force grows with time */
+    const hopform_numerator_f64 result = {H3, H2, H1};
     return result;
 }
 

@@ -8,7 +8,6 @@ The straight-line formulas, one line a step, for floats and for arrays; equation
 from numpy import fabs, sqrt
 
 from hopform_solver.records import (
-    ActuatorAt,
     At,
     Basis,
     Decay,
@@ -883,18 +882,31 @@ def acceleration_at_limit(robot: Robot, flight_rates: FlightRates, v1: Real, sid
     return acc1
 
 
-def actuator_in_flight(v1: Real, acc1: Real, poles: Poles, pair: Pair) -> ActuatorAt:
-    """The actuator at time t of a phase of the flight.
+def way_numerator(v1: Real, acc1: Real, poles: Poles) -> Numerator:
+    """Numerator of how far the actuator has moved since a phase of the flight began.
 
     v1 [m/s] velocity.
     acc1 [m/s^2] acceleration.
     """
+    p = poles.p
+    H3 = v1           # (3) in flight
+    H2 = acc1 + p*v1  # (3) in flight
+    H1 = 0.0          # no force grows with time
+    return Numerator(H3, H2, H1)
+
+
+def pull_numerator(gains: Gains, v1: Real, acc1: Real, poles: Poles) -> Numerator:
+    """Numerator of the pull of the law in a phase of the flight.
+
+    v1 [m/s] velocity.
+    acc1 [m/s^2] acceleration.
+    """
+    Kp, Kd = gains.Kp, gains.Kd
     p, q = poles.p, poles.q
-    Rd, R, R1 = pair.Rd, pair.R, pair.R1
-    moved = R1*acc1 + v1*(R + R1*p)  # (3) in flight, integral
-    v1_t = R*acc1 + v1*(Rd + R*p)    # (3) in flight
-    acc1_t = Rd*acc1 - R*q*v1        # (3) in flight, derivative
-    return ActuatorAt(moved, v1_t, acc1_t)
+    H3 = Kd*acc1 + Kp*v1             # rate of the law's pull
+    H2 = Kp*(acc1 + p*v1) - Kd*q*v1  # v_1 = v_1(0) (1 - q W) + a W'
+    H1 = 0.0                         # no force grows with time
+    return Numerator(H3, H2, H1)
 
 
 def critical_gains(robot: Robot, time: Real) -> Gains:

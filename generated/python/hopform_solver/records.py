@@ -852,17 +852,6 @@ class Actuator(NamedTuple):
     """[m/s^2] acceleration"""
 
 
-class ActuatorAt(NamedTuple):
-    """The actuator at time t of a phase of the flight."""
-
-    moved: Real
-    """[m] how far it has moved since the phase began"""
-    v1_t: Real
-    """[m/s] velocity"""
-    acc1_t: Real
-    """[m/s^2] acceleration"""
-
-
 class FlightWork(NamedTuple):
     """Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart."""
 
@@ -880,7 +869,7 @@ class Way(NamedTuple):
     """Integrals over a part of a phase of the flight."""
 
     moved: Real
-    """[m] how far it has moved since the phase began"""
+    """[m] how far the actuator has moved since the phase began"""
     int_v1v1: Real
     """[m^2/s] integral of v_1^2"""
     rise: Real

@@ -181,6 +181,10 @@ static inline event_function_real *add_event_function_real(event_set_real *set, 
     g->owner = owner;
     g->side = 0;
     g->shape = shape;
+#if HOPFORM_LEG_HAS_DAMPER
+    g->left = 0.0;
+    g->relaxes = 0.0;
+#endif
     return g;
 }
 

@@ -41,6 +41,10 @@ typedef struct {
     int32_t owner;
     int32_t side;
     int32_t shape;
+#if HOPFORM_LEG_HAS_DAMPER
+    real left; /* in flight: what a damper leaves in the leg, and the rate at which that relaxes */
+    real relaxes;
+#endif
 } event_function_real;
 
 /* The active event functions of a phase, in the order in which they win a tie. */
@@ -91,16 +95,37 @@ static inline propagator_real propagator_at_real(const hopform_poles_real *poles
     return propagator_of_real(poles, t, &basis);
 }
 
+/* The n-th derivative of what a damper leaves in the leg. */
+static inline real relaxing_real(const event_function_real *g, real t, int n)
+{
+    real value = 0.0;
+#if HOPFORM_LEG_HAS_DAMPER
+    if (fabs_real(g->left) > 0.0) {
+        value = g->left * hopform_exp_real(-g->relaxes * t);
+    }
+    for (int i = 0; i < n; i++) {
+        value *= -g->relaxes;
+    }
+#else
+    (void)g;
+    (void)t;
+    (void)n;
+#endif
+    return value;
+}
+
 static inline real value_at_real(const event_function_real *g, const propagator_real *at)
 {
     const hopform_basis_real *w = &at->basis;
-    return g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
+    const real value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
+    return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_real(g, at->t, 0) : value;
 }
 
 static inline real rate_at_real(const event_function_real *g, const propagator_real *at)
 {
     const hopform_basis_real *w = &at->basis;
-    return g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
+    const real rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
+    return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_real(g, at->t, 1) : rate;
 }
 
 static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
@@ -108,7 +133,8 @@ static inline real third_of_real(const hopform_poles_real *poles, const event_fu
 {
     const hopform_basis_real *w = &at->basis;
     const real fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    return g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
+    const real third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
+    return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_real(g, at->t, 3) : third;
 }
 
 static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g)
@@ -125,8 +151,9 @@ static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const 
 static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at)
 {
     const hopform_basis_real *w = &at->basis;
+    const real curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
     const jet_real jet = {value_at_real(g, at), rate_at_real(g, at),
-                          g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W, 0.0};
+                          HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_real(g, at->t, 2) : curvature, 0.0};
     return jet;
 }
 
@@ -331,7 +358,8 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
             return;
         }
         const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
-        if (step.lands) {
+        /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
+        if (step.lands && !(fabs_real(relaxing_real(g, t, 0)) > 0.0)) {
             at->basis = carried_basis_real(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_real(poles, &at->basis);
             at->t = step.next;
