@@ -7,9 +7,11 @@ From (3)
     u_max
 
 which is linear in each of its modes: s^2 + p s + q with p = (b_1 + K_d)/m_eff, q = K_p/m_eff under the law, and with
-p = b_1/m_eff, q = 0 at the limit. With W, the response of s (s^2 + p s + q) to an impulse, from x_1, v_1 and the acceleration a
+p = b_1/m_eff, q = 0 at the limit. With W, the response of s (s^2 + p s + q) to an impulse, from x_1, v_1 and the
+acceleration a
 
-    x_1(t) - x_1 = v_1 W' + (a + p v_1) W        1 = W'' + p W' + q W        v_1''' + p v_1'' + q v_1' = 0
+    x_1(t) - x_1 = v_1 W' + (a + p v_1) W        1 = W'' + p W' + q W
+    v_1''' + p v_1'' + q v_1' = 0
 
 nothing is divided by p or q. The foot is above the ground by foot + v_2 t - g t^2/2 - (x_1(t) - x_1).
 

@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "8a4df0c8892ae7e5"
+#define HOPFORM_SOURCE "0eaaa6ddbe4bd67b"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -30,7 +30,7 @@
 #define HOPFORM_STOPPED_ELEMENT 0
 #define HOPFORM_LOWER_STOP x1_min
 #define HOPFORM_UPPER_STOP x1_max
-/* Members of records by what they are: of the element that has stops, of the velocity of what falls freely in flight, and
+/* Members of records by what they are: of the element that has stops, the velocity of what falls freely in flight, and
  * the compression. */
 #define HOPFORM_POSITION x1
 #define HOPFORM_VELOCITY v1
