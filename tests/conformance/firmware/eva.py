@@ -25,7 +25,7 @@ OPTIONS = (
 UNROLLED = {
     "": "hopform_refuse_f32:300,hopform_overlap_f32:40,add_thresholds_f32:40,begin_at_start_f32:10,put_events_f32:40",
     "ONLY_FLIGHT": "hopform_flight_at_f32:40,hopform_flight_energy_f32:60,reading_status_f32:40,state_of_flight_f32:20,"
-                   "has_first_root_f32:200,flight_root_f32:200,look_at_foot_f32:40,end_at_pull_f32:100,"
+                   "has_root_in_flight_f32:200,look_at_foot_f32:40,end_at_pull_f32:100,"
                    "end_at_stop_f32:40,end_at_touchdown_f32:200",
     "ONLY_STANCE": "hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,"
                    "hopform_stance_grid_f32:300,samples_of_phase_f32:100,sample_behind_f32:100,"
