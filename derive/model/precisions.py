@@ -112,6 +112,6 @@ CONSTANTS = (
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
     Constant("POLISH", 1, 1, "steps of Newton's that correct a predicted root"),
     _each("CARRIED_SQUARE", _carried, "the square of a step, in rates, that a Taylor series carries exactly"),
-    Constant("LANE_COUNT", 32, 32, "stances that are solved at a time"),
+    Constant("LANE_COUNT", 64, 64, "stances that are solved at a time"),
 )
 """Those of the C library, the limits among them."""

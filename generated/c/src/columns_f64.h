@@ -122,18 +122,29 @@ static inline hopform_robot_f64 hopform_robot_of_f64(const hopform_stances_in_f6
     return robot;
 }
 
-/* The end of a run of stances with the same robot; NaN differs from everything. */
-static inline int64_t hopform_end_of_run_f64(const hopform_stances_in_f64 *in, int64_t first, int64_t count)
+/* Stances with the same robot, one after the other: where they end, and the status of their plan. */
+typedef struct {
+    int64_t end;
+    int32_t planned;
+} hopform_run_f64;
+
+/* Where stance i begins a run, make its plan and find its end; the status of the plan.  NaN differs from everything. */
+static inline int32_t hopform_plan_for_f64(hopform_plan_f64 *plan, hopform_run_f64 *run,
+                                            const hopform_stances_in_f64 *in, int64_t i, int64_t count)
 {
-    int64_t end = count;
-    for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
-        const double here = hopform_number_f64(&in->robot[n], first);
-        for (int64_t i = first + 1; i < end && in->robot[n].stride != 0; i++) {
-            const double there = hopform_number_f64(&in->robot[n], i);
-            end = here <= there && here >= there ? end : i;
+    if (i == run->end) {
+        const hopform_robot_f64 robot = hopform_robot_of_f64(in, i);
+        run->planned = hopform_plan_init_f64(plan, &robot);
+        run->end = count;
+        for (int n = 0; n < HOPFORM_ROBOT_FIELDS && run->end > i + 1; n++) {
+            const double here = hopform_number_f64(&in->robot[n], i);
+            for (int64_t j = i + 1; j < run->end && in->robot[n].stride != 0; j++) {
+                const double there = hopform_number_f64(&in->robot[n], j);
+                run->end = here <= there && here >= there ? run->end : j;
+            }
         }
     }
-    return end;
+    return run->planned;
 }
 
 /* ---- the results ---- */
@@ -209,20 +220,17 @@ static inline int32_t hopform_solve_column_f64(const hopform_plan_f64 *plan, con
                                      phases, capacity, stance);
 }
 
-/* Solve some stances of a robot one by one; HOPFORM_PHASES_NOT_KEPT if events of one did not fit. */
-static inline int32_t hopform_one_by_one_f64(const hopform_plan_f64 *plan, int64_t first, int64_t end,
-                                              const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out)
+/* Solve stance i by itself, or refuse it as its plan has been; HOPFORM_PHASES_NOT_KEPT if events of it did not fit. */
+static inline int32_t hopform_solve_alone_f64(const hopform_plan_f64 *plan, int32_t planned,
+                                               const hopform_stances_in_f64 *in, int64_t i,
+                                               const hopform_stances_out_f64 *out)
 {
-    int32_t kept = HOPFORM_OK;
-    for (int64_t i = first; i < end; i++) {
-        hopform_step_f64 step;
-        hopform_stance_f64 stance;
-        const int32_t status =
-            hopform_solve_column_f64(plan, in, i, &step, out->phases, hopform_phases_wanted_f64(out), &stance);
-        const int32_t put = hopform_put_stance_f64(out, i, &plan->robot, status, &stance, out->phases);
-        kept = put > kept ? put : kept;
-    }
-    return kept;
+    hopform_step_f64 step;
+    hopform_stance_f64 stance;
+    const int32_t status = planned < 0 ? planned
+                                       : hopform_solve_column_f64(plan, in, i, &step, out->phases,
+                                                                   hopform_phases_wanted_f64(out), &stance);
+    return hopform_put_stance_f64(out, i, &plan->robot, status, &stance, out->phases);
 }
 
 #endif

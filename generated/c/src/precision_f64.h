@@ -36,7 +36,7 @@ typedef int64_t hopform_signed_bits_f64;
 #define HOPFORM_EXPONENT_BIAS_f64 1023 /* of the exponent's bits */
 #define HOPFORM_POLISH_f64 1 /* steps of Newton's that correct a predicted root */
 #define HOPFORM_CARRIED_SQUARE_f64 1.7095202432850523e-05 /* the square of a step, in rates, that a Taylor series carries exactly */
-#define HOPFORM_LANE_COUNT_f64 32 /* stances that are solved at a time */
+#define HOPFORM_LANE_COUNT_f64 64 /* stances that are solved at a time */
 
 /* Domains of parameters; NaN lies in none. */
 #define HOPFORM_IN_REAL_f64(value) ((value) >= -HOPFORM_NEVER_f64 && (value) <= HOPFORM_NEVER_f64)

@@ -2,12 +2,12 @@
  *
  * Stances in the vector registers that every processor of the kind has.
  */
-#include "variants_real.h"
+#include "lanes_real.h"
 
-#define LANES_NAME hopform_lanes_baseline_real
+#define LANES_NAME hopform_evaluate_baseline_real
 #if defined(__GNUC__)
 #define LANES_CODE __attribute__((noinline, flatten))
 #else
 #define LANES_CODE
 #endif
-#include "lanes_real.h"
+#include "lanes_evaluation_real.h"

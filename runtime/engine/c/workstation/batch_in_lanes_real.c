@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: MIT-0
+ *
+ * Many stances at a time, each of its own robot. A stance is searched as one that is solved by itself, by the same
+ * functions; but where those evaluate the propagator at the end of an interval, or on the way to a root, it waits until
+ * that is done for many stances at a time, one in each lane. A lane whose stance has ended takes the next one.
+ */
+#include "chain_real.h"
+#include "columns_real.h"
+#include "lanes_real.h"
+
+enum {
+    PLANS = LANES_real + 1, /* so one is free */
+    FEW = LANES_real / 4,   /* the last stances are solved one by one */
+    PHASES_OF_LANE = 16,    /* a stance whose list is wanted and takes more is solved by itself */
+    WAITS = -1,             /* no ending of a stance: an evaluation is wanted */
+    NO_STANCE = -1
+};
+
+/* A stance under way. */
+typedef struct {
+    int64_t index;
+    int plan;
+    hopform_step_real step;
+    hopform_state_real start;
+    stance_chain_real chain;
+    stance_search_real search;
+    bool quiet;      /* nothing happens in the interval but that a stop may be met */
+    uint32_t passed; /* functions that have not crossed zero in it */
+    int32_t tries;   /* roots that are located in it */
+    int32_t seeks;   /* the function whose root is located; -1 if none is */
+    hopform_phase_real phases[PHASES_OF_LANE];
+} lane;
+
+typedef struct {
+    const hopform_stances_in_real *in;
+    const hopform_stances_out_real *out;
+    int64_t next, last;
+    int32_t kept;
+    hopform_run_real run; /* of the stance that has been taken last */
+    int plan;             /* of this run */
+    int32_t users[PLANS]; /* lanes with each plan */
+    int32_t busy;         /* lanes with a stance */
+    hopform_plan_real *plans;
+    lane *stances; /* in each lane */
+    lanes_real w;
+} batch;
+
+/* ---- the search ---- */
+
+/* The interval of a lane ends at t, where W is wanted. */
+static int32_t reach_for(batch *b, int l, real t, bool quiet)
+{
+    lane *one = &b->stances[l];
+    one->quiet = quiet;
+    one->passed = 0;
+    one->tries = 0;
+    one->seeks = -1;
+    b->w.t[l] = t;
+    b->w.wants[l] = 1.0;
+    b->w.seeks[l] = 0.0;
+    return WAITS;
+}
+
+/* A lane seeks the root of a function that has crossed zero in its interval. */
+static int32_t seek(batch *b, int l, const crossing_real *crossing)
+{
+    lane *one = &b->stances[l];
+    lanes_real *w = &b->w;
+    const interval_real *in = &one->search.in;
+    one->seeks = crossing->function;
+    keep_function(&w->function, l, true, &one->search.events.set.function[one->seeks]);
+    keep_jet(&w->from, l, true, &in->from[one->seeks]);
+    keep_jet(&w->to, l, true, &crossing->to);
+    w->share[l] = crossing->share;
+    w->low[l] = in->low;
+    w->high[l] = in->high.t;
+    w->refines[l] = 1.0;
+    w->seeks[l] = 1.0;
+    w->wants[l] = 1.0;
+    return WAITS;
+}
+
+/* What follows from the end of an interval, as in stance_end_search, which takes over where there is no certificate:
+ * the ending of the stance, 0 if another phase follows. */
+static int32_t end_interval(batch *b, int l)
+{
+    lane *one = &b->stances[l];
+    stance_search_real *search = &one->search;
+    const event_set_real *set = &search->events.set;
+    interval_real *in = &search->in;
+    bool certified = one->quiet || in->count < HOPFORM_MOST_INTERVALS;
+    if (certified && one->tries < MOST_TRIES_real) {
+        const int32_t shape = one->quiet ? DISTANCE_real : MAY_TURN_real;
+        const crossing_real first = first_crossing_real(set, in, shape, &one->passed);
+        one->tries++;
+        if (first.function >= 0) {
+            return seek(b, l, &first);
+        }
+    }
+    if (certified && !one->quiet) {
+        in->count++;
+        certified = are_certified_real(set, in) && find_event_real(&one->chain, search, true);
+    }
+    if (certified && is_open_real(search)) {
+        real end = search->limit;
+        const bool quiet = next_end_real(set, in, search->limit, &end);
+        return reach_for(b, l, end, quiet);
+    }
+    if (certified) {
+        stance_conclude_real(search);
+    } else {
+        stance_end_search_real(&one->chain, search);
+    }
+    return stance_end_phase_real(&one->chain, search);
+}
+
+/* W at t is known; of a root that is not found soon, it is not. */
+static int32_t arrive(batch *b, int l)
+{
+    const lanes_real *w = &b->w;
+    const int32_t seeks = b->stances[l].seeks;
+    const event_set_real *set = &b->stances[l].search.events.set;
+    interval_real *in = &b->stances[l].search.in;
+    if (w->wants[l] > 0.0) {
+        locate_root_real(set->poles, &set->function[seeks], in->low, &in->high, w->guess[l]);
+    } else {
+        const hopform_basis_real basis = one_basis(&w->basis, l);
+        in->high = propagator_of_real(set->poles, w->t[l], &basis);
+    }
+    in->found = seeks;
+    return end_interval(b, l);
+}
+
+/* Begin a phase; the ending of the stance, if the phase has ended already. */
+static int32_t begin_phase(batch *b, int l)
+{
+    lane *one = &b->stances[l];
+    stance_search_real *search = &one->search;
+    const event_set_real *set = &search->events.set;
+    stance_begin_phase_real(&one->chain);
+    stance_begin_search_real(&one->chain, search);
+    if (!search->open) {
+        stance_end_search_real(&one->chain, search);
+        return stance_end_phase_real(&one->chain, search);
+    }
+    keep_poles(&b->w.poles, l, true, set->poles);
+    (void)reach_for(b, l, search->limit, false);
+    if (!(set->node->t < search->limit)) {
+        return WAITS;
+    }
+    reach_ahead_real(set, &search->in, search->limit);
+    b->w.wants[l] = 0.0;
+    return end_interval(b, l);
+}
+
+/* ---- stances in and out ---- */
+
+/* Solve a stance by itself, or refuse it as its plan has been. */
+static void solve_alone(batch *b, const hopform_plan_real *plan, int32_t planned, int64_t i)
+{
+    const int32_t kept = hopform_solve_alone_real(plan, planned, b->in, i, b->out);
+    b->kept = kept > b->kept ? kept : b->kept;
+}
+
+/* The stance in a lane has come to its ending. */
+static void put_out(batch *b, int l, int32_t ending)
+{
+    lane *one = &b->stances[l];
+    const hopform_plan_real *plan = &b->plans[one->plan];
+    hopform_stance_real stance;
+    const int32_t status = stance_report_real(&one->chain, &one->start, ending, &stance);
+    if (status == HOPFORM_PHASES_NOT_KEPT && one->chain.capacity < hopform_phases_wanted_real(b->out)) {
+        solve_alone(b, plan, HOPFORM_OK, one->index);
+    } else {
+        const int32_t kept = hopform_put_stance_real(b->out, one->index, &plan->robot, status, &stance, one->phases);
+        b->kept = kept > b->kept ? kept : b->kept;
+    }
+    b->users[one->plan]--;
+    b->busy--;
+    one->index = NO_STANCE;
+}
+
+/* Put the next stance into a lane: its ending, if it has ended already. One that is refused is solved by itself, which
+ * says why. */
+static int32_t take(batch *b, int l)
+{
+    lane *one = &b->stances[l];
+    const int64_t i = b->next++;
+    while (i == b->run.end && b->users[b->plan] > 0) {
+        b->plan = (b->plan + 1) % PLANS;
+    }
+    hopform_plan_real *plan = &b->plans[b->plan];
+    const int32_t planned = hopform_plan_for_real(plan, &b->run, b->in, i, b->last);
+    const real horizon = hopform_number_real(&b->in->horizon, i);
+    const int32_t wanted = hopform_phases_wanted_real(b->out);
+    one->start = hopform_start_of_real(b->in, i);
+    one->step.t = 0.0;
+    one->step.u = hopform_number_real(&b->in->u, i);
+    if (planned < 0 || stance_status_real(&plan->robot, &one->start, horizon, b->in->max_phases) < 0
+        || !hopform_is_finite_real(one->step.u)) {
+        solve_alone(b, plan, planned, i);
+        return HOPFORM_ENDING_REST;
+    }
+    one->index = i;
+    one->plan = b->plan;
+    b->users[b->plan]++;
+    b->busy++;
+    stance_start_real(&one->chain, plan, &one->start, &one->step, 1, horizon, b->in->max_phases, one->phases,
+                      wanted < PHASES_OF_LANE ? wanted : PHASES_OF_LANE);
+    return stance_begin_real(&one->chain);
+}
+
+/* A lane goes on until it waits, or no stance is left. */
+static void go_on(batch *b, int l, int32_t ending)
+{
+    while (ending != WAITS) {
+        if (ending == 0) {
+            ending = begin_phase(b, l);
+            continue;
+        }
+        if (b->stances[l].index != NO_STANCE) {
+            put_out(b, l, ending);
+        }
+        if (b->next >= b->last) {
+            return;
+        }
+        ending = take(b, l);
+    }
+}
+
+/* Whether a root is not found soon. */
+static bool is_stuck(const lanes_real *w, int l)
+{
+    return w->steps[l] >= (real)ROOT_STEPS_real || !(w->t[l] > w->low[l] && w->t[l] < w->high[l]);
+}
+
+int32_t hopform_solve_in_lanes_real(evaluate_lanes_real *evaluate, int64_t count, const hopform_stances_in_real *in,
+                                    const hopform_stances_out_real *out)
+{
+    lane stances[LANES_real];
+    hopform_plan_real plans[PLANS];
+    batch b = {.in = in, .out = out, .last = count, .kept = HOPFORM_OK, .plans = plans, .stances = stances};
+    const lanes_real *w = &b.w;
+    for (int l = 0; l < LANES_real; l++) {
+        stances[l].index = NO_STANCE;
+        go_on(&b, l, HOPFORM_ENDING_REST);
+    }
+    while (b.busy > FEW || b.next < b.last) {
+        evaluate(&b.w);
+        for (int l = 0; l < LANES_real; l++) {
+            if (stances[l].index != NO_STANCE && (!(w->wants[l] > 0.0) || (w->seeks[l] > 0.0 && is_stuck(w, l)))) {
+                go_on(&b, l, arrive(&b, l));
+            }
+        }
+    }
+    for (int l = 0; l < LANES_real; l++) {
+        if (stances[l].index != NO_STANCE) {
+            solve_alone(&b, &plans[stances[l].plan], HOPFORM_OK, stances[l].index);
+        }
+    }
+    return b.kept;
+}
