@@ -129,7 +129,7 @@ LANES_CODE static void ringing_bases(lanes_f32 *restrict w, const float *restric
  * poles nor does the pair ring by then. */
 LANES_CODE static void bases_at(lanes_f32 *restrict w)
 {
-    column brief, rings, fast, rest;
+    column_f32 brief, rings, fast, rest;
     for (int l = 0; l < LANES_f32; l++) {
         const hopform_poles_f32 poles = one_poles(&w->poles, l);
         const float t = w->t[l];

@@ -129,7 +129,7 @@ LANES_CODE static void ringing_bases(lanes_f64 *restrict w, const double *restri
  * poles nor does the pair ring by then. */
 LANES_CODE static void bases_at(lanes_f64 *restrict w)
 {
-    column brief, rings, fast, rest;
+    column_f64 brief, rings, fast, rest;
     for (int l = 0; l < LANES_f64; l++) {
         const hopform_poles_f64 poles = one_poles(&w->poles, l);
         const double t = w->t[l];

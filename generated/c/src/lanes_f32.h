@@ -21,9 +21,9 @@ enum {
 };
 
 #if defined(__GNUC__)
-typedef float column[LANES_f32] __attribute__((aligned(64)));
+typedef float column_f32[LANES_f32] __attribute__((aligned(64)));
 #else
-typedef float column[LANES_f32];
+typedef float column_f32[LANES_f32];
 #endif
 
 static inline float flag(bool yes)
@@ -40,7 +40,7 @@ static inline void keep(float *place, bool yes, float value)
 }
 
 /* ---- records, a column for each member ---- */
-#define COLUMN(name, domain) column name;
+#define COLUMN(name, domain) column_f32 name;
 #define TAKE_MEMBER(name, domain) .name = columns->name[l],
 #define KEEP_MEMBER(name, domain) keep(&columns->name[l], yes, one->name);
 #define RECORD_IN_COLUMNS(record, type, MEMBERS)                                                                       \
@@ -69,11 +69,11 @@ RECORD_IN_COLUMNS(function, event_function_f32, FUNCTION_MEMBERS)
  * a guess is refined, a share of the interval between jets. */
 typedef struct {
     poles_columns poles;
-    column t, wants;
+    column_f32 t, wants;
     basis_columns basis;
-    column seeks, low, high, steps;
+    column_f32 seeks, low, high, steps;
     function_columns function;
-    column refines, share, guess;
+    column_f32 refines, share, guess;
     jet_columns from, to;
 } lanes_f32;
 

@@ -21,9 +21,9 @@ enum {
 };
 
 #if defined(__GNUC__)
-typedef double column[LANES_f64] __attribute__((aligned(64)));
+typedef double column_f64[LANES_f64] __attribute__((aligned(64)));
 #else
-typedef double column[LANES_f64];
+typedef double column_f64[LANES_f64];
 #endif
 
 static inline double flag(bool yes)
@@ -40,7 +40,7 @@ static inline void keep(double *place, bool yes, double value)
 }
 
 /* ---- records, a column for each member ---- */
-#define COLUMN(name, domain) column name;
+#define COLUMN(name, domain) column_f64 name;
 #define TAKE_MEMBER(name, domain) .name = columns->name[l],
 #define KEEP_MEMBER(name, domain) keep(&columns->name[l], yes, one->name);
 #define RECORD_IN_COLUMNS(record, type, MEMBERS)                                                                       \
@@ -69,11 +69,11 @@ RECORD_IN_COLUMNS(function, event_function_f64, FUNCTION_MEMBERS)
  * a guess is refined, a share of the interval between jets. */
 typedef struct {
     poles_columns poles;
-    column t, wants;
+    column_f64 t, wants;
     basis_columns basis;
-    column seeks, low, high, steps;
+    column_f64 seeks, low, high, steps;
     function_columns function;
-    column refines, share, guess;
+    column_f64 refines, share, guess;
     jet_columns from, to;
 } lanes_f64;
 

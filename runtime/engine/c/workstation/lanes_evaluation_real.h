@@ -129,7 +129,7 @@ LANES_CODE static void ringing_bases(lanes_real *restrict w, const real *restric
  * poles nor does the pair ring by then. */
 LANES_CODE static void bases_at(lanes_real *restrict w)
 {
-    column brief, rings, fast, rest;
+    column_real brief, rings, fast, rest;
     for (int l = 0; l < LANES_real; l++) {
         const hopform_poles_real poles = one_poles(&w->poles, l);
         const real t = w->t[l];

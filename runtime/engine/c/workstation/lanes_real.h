@@ -21,9 +21,9 @@ enum {
 };
 
 #if defined(__GNUC__)
-typedef real column[LANES_real] __attribute__((aligned(64)));
+typedef real column_real[LANES_real] __attribute__((aligned(64)));
 #else
-typedef real column[LANES_real];
+typedef real column_real[LANES_real];
 #endif
 
 static inline real flag(bool yes)
@@ -40,7 +40,7 @@ static inline void keep(real *place, bool yes, real value)
 }
 
 /* ---- records, a column for each member ---- */
-#define COLUMN(name, domain) column name;
+#define COLUMN(name, domain) column_real name;
 #define TAKE_MEMBER(name, domain) .name = columns->name[l],
 #define KEEP_MEMBER(name, domain) keep(&columns->name[l], yes, one->name);
 #define RECORD_IN_COLUMNS(record, type, MEMBERS)                                                                       \
@@ -69,11 +69,11 @@ RECORD_IN_COLUMNS(function, event_function_real, FUNCTION_MEMBERS)
  * a guess is refined, a share of the interval between jets. */
 typedef struct {
     poles_columns poles;
-    column t, wants;
+    column_real t, wants;
     basis_columns basis;
-    column seeks, low, high, steps;
+    column_real seeks, low, high, steps;
     function_columns function;
-    column refines, share, guess;
+    column_real refines, share, guess;
     jet_columns from, to;
 } lanes_real;
 
