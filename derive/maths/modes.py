@@ -35,12 +35,6 @@ def friction_of(model: Model) -> Steps:
     return tuple(Step(name, f, "(3), (4)") for name, f in zip(FRICTION.symbols, model.levels, strict=True))
 
 
-@function(takes=(ROBOT, STATE.quantities[1]), returns=scalar("stop_energy", "J", "energy lost at a stop"))
-def stop_energy() -> Steps:
-    """Energy that the actuator loses at a stop, which is inelastic."""
-    yield Step(sp.Symbol("stop_energy", real=True), m_eff * v1**2 / 2, "kinetic energy")
-
-
 @function(takes=(STATE,), returns=scalar("rate_y", "m/s", "rate of the compression"))
 def compression_rate() -> Steps:
     """Rate of the compression."""

@@ -89,7 +89,7 @@ LIMITS = (
     Constant("NEAR_WITHIN", 4e-6, 2e-10, "[m] an apex this near is reached"),
     TERMS,
     Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0"),
-    Constant("PREDICTION", 0.1, 0.1, "a shorter step, of an interval, predicts a root well enough"),
+    Constant("PREDICTION", 0.1, 0.1, "a shorter step, of the share, predicts a root well enough"),
 )
 """Limits that both back ends have."""
 
@@ -110,7 +110,6 @@ CONSTANTS = (
     Constant("TINY_UP", 2.0**24, 2.0**54, "scales a subnormal number up to a normal one"),
     Constant("TINY_DOWN", 2.0**-8, 2.0**-18, "scales its cube root back"),
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
-    Constant("POLISH", 1, 1, "steps of Newton's that correct a predicted root"),
     _each("CARRIED_SQUARE", _carried, "the square of a step, in rates, that a Taylor series carries exactly"),
     Constant("LANE_COUNT", 64, 64, "stances that are solved at a time"),
 )

@@ -100,12 +100,7 @@ SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("next", "real", "what to try", "A"),
     Member("candidates", "Trial", "currents with an interval beside them, by u", count=SEARCH_CANDIDATES),
     Member(
-        "lower_bound",
-        "real",
-        "no admissible current between one and the next comes nearer to what is wanted; "
-        "HOPFORM_NEVER where none is better, below 0 where the apex passes what is wanted",
-        "m",
-        count=SEARCH_CANDIDATES,
+        "lower_bound", "real", "of the gap to the next one; below 0 with a root in it", "m", count=SEARCH_CANDIDATES
     ),
     Member("slow", "int8", "candidates in a row that left most of the interval", count=SEARCH_CANDIDATES),
     Member("count", "int32", "of the candidates"),

@@ -731,7 +731,7 @@ static inline int32_t stance_begin_f32(stance_chain_f32 *chain)
         chain->side[element] = (int)hopform_goes_f32(*velocity, 0.0f);
         if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
             && stance_blocked_f32(chain, element, chain->side[element])) {
-            chain->start_loss = -hopform_stop_energy_f32(&chain->plan->robot, *velocity);
+            chain->start_loss = hopform_loss_at_stop_f32(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0f;
             chain->side[element] = 0;
         }

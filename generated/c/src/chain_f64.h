@@ -731,7 +731,7 @@ static inline int32_t stance_begin_f64(stance_chain_f64 *chain)
         chain->side[element] = (int)hopform_goes_f64(*velocity, 0.0);
         if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
             && stance_blocked_f64(chain, element, chain->side[element])) {
-            chain->start_loss = -hopform_stop_energy_f64(&chain->plan->robot, *velocity);
+            chain->start_loss = hopform_loss_at_stop_f64(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0;
             chain->side[element] = 0;
         }

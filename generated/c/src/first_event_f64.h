@@ -2,11 +2,11 @@
  *
  * The first event of a phase: the earliest root of its event functions, certified to be the earliest.
  *
- * An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 with the three poles of the phase, positive right
- * after its start; an event is its first root. The distance of x_1 from a stop has H0 W2 besides; it falls throughout,
- * and needs no certificate. The search goes from interval to interval. In each, roots are predicted from the values and
- * derivatives at both ends, located by Householder's method, and certified to be the first by the numbered rules of
- * docs/explanation/certificate.md:
+ * An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2 with the three poles of the phase,
+ * positive right after its start; an event is its first root. H0 is 0 but for the distance to a stop. A function that
+ * is known to be monotone needs no certificate. The search goes from interval to interval. In each, roots are predicted
+ * from the values and derivatives at both ends, located by a step of Householder's and one of Newton's, and certified
+ * to be the first by the numbered rules of docs/explanation/certificate.md:
  *
  * Rule 2, sign variations (Budan and Fourier for exponential polynomials): on an interval shorter than half a period of
  * the pair, the number of roots of g is at most V(from) - V(to) + c. V counts the sign changes of (g, g', d), c is 1 if
@@ -297,13 +297,9 @@ static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, con
 {
     const derivatives_f64 g = {at->value, at->rate, at->curvature, at->third, -fourth};
     const double first = -step_to_root_f64(at);
-    double step = first;
-    double more = 0.0;
-    for (int n = 0; n < HOPFORM_POLISH_f64; n++) {
-        const derivatives_f64 there = carried_f64(poles, &g, step);
-        more = -there.w0 / (there.w1 < 0.0 ? there.w1 : -1.0);
-        step += more;
-    }
+    const derivatives_f64 there = carried_f64(poles, &g, first);
+    const double more = -there.w0 / (there.w1 < 0.0 ? there.w1 : -1.0);
+    const double step = first + more;
     const double next = t + step;
     const bool lands = (at->rate < 0.0) & (next > low) & (next < high) & is_near_f64(poles, next, step)
                        & (more * more <= 0.25 * HOPFORM_EPS_f64 * t * fabs_f64(step));

@@ -513,14 +513,6 @@ static inline hopform_friction_f32 hopform_friction_of_f32(const hopform_robot_f
     return result;
 }
 
-/* Energy that the actuator loses at a stop, which is inelastic. */
-static inline float hopform_stop_energy_f32(const hopform_robot_f32 *robot, float v1)
-{
-    const float m_eff = robot->m_eff;
-    const float stop_energy = 0.5f*m_eff*v1*v1;  /* kinetic energy */
-    return stop_energy;
-}
-
 /* Rate of the compression. */
 static inline float hopform_compression_rate_f32(const hopform_state_f32 *state)
 {

@@ -513,14 +513,6 @@ static inline hopform_friction_f64 hopform_friction_of_f64(const hopform_robot_f
     return result;
 }
 
-/* Energy that the actuator loses at a stop, which is inelastic. */
-static inline double hopform_stop_energy_f64(const hopform_robot_f64 *robot, double v1)
-{
-    const double m_eff = robot->m_eff;
-    const double stop_energy = 0.5*m_eff*v1*v1;  /* kinetic energy */
-    return stop_energy;
-}
-
 /* Rate of the compression. */
 static inline double hopform_compression_rate_f64(const hopform_state_f64 *state)
 {

@@ -20,7 +20,7 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_NEAR_WITHIN_f32 4e-6f /* [m] an apex this near is reached */
 #define HOPFORM_TERMS_f32 24 /* terms of the power series of W */
 #define HOPFORM_SMALLEST_EXPONENT_f32 -87.0f /* exp of less counts as 0 */
-#define HOPFORM_PREDICTION_f32 0.1f /* a shorter step, of an interval, predicts a root well enough */
+#define HOPFORM_PREDICTION_f32 0.1f /* a shorter step, of the share, predicts a root well enough */
 #define HOPFORM_LOG_2_HIGH_f32 0.69311523f /* leading bits of ln 2 */
 #define HOPFORM_LOG_2_LOW_f32 3.1946183e-5f /* ln 2 less those */
 #define HOPFORM_QUARTER_TURN_HIGH_f32 1.5703125f /* leading bits of pi/2 */
@@ -34,7 +34,6 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_TINY_UP_f32 16777216.0f /* scales a subnormal number up to a normal one */
 #define HOPFORM_TINY_DOWN_f32 0.00390625f /* scales its cube root back */
 #define HOPFORM_EXPONENT_BIAS_f32 127 /* of the exponent's bits */
-#define HOPFORM_POLISH_f32 1 /* steps of Newton's that correct a predicted root */
 #define HOPFORM_CARRIED_SQUARE_f32 0.0028849384f /* the square of a step, in rates, that a Taylor series carries exactly */
 #define HOPFORM_LANE_COUNT_f32 64 /* stances that are solved at a time */
 

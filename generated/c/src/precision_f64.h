@@ -20,7 +20,7 @@ typedef int64_t hopform_signed_bits_f64;
 #define HOPFORM_NEAR_WITHIN_f64 2e-10 /* [m] an apex this near is reached */
 #define HOPFORM_TERMS_f64 40 /* terms of the power series of W */
 #define HOPFORM_SMALLEST_EXPONENT_f64 -708.0 /* exp of less counts as 0 */
-#define HOPFORM_PREDICTION_f64 0.1 /* a shorter step, of an interval, predicts a root well enough */
+#define HOPFORM_PREDICTION_f64 0.1 /* a shorter step, of the share, predicts a root well enough */
 #define HOPFORM_LOG_2_HIGH_f64 0.6931471803691238 /* leading bits of ln 2 */
 #define HOPFORM_LOG_2_LOW_f64 1.9082149292705877e-10 /* ln 2 less those */
 #define HOPFORM_QUARTER_TURN_HIGH_f64 1.5707963267341256 /* leading bits of pi/2 */
@@ -34,7 +34,6 @@ typedef int64_t hopform_signed_bits_f64;
 #define HOPFORM_TINY_UP_f64 1.8014398509481984e+16 /* scales a subnormal number up to a normal one */
 #define HOPFORM_TINY_DOWN_f64 3.814697265625e-06 /* scales its cube root back */
 #define HOPFORM_EXPONENT_BIAS_f64 1023 /* of the exponent's bits */
-#define HOPFORM_POLISH_f64 1 /* steps of Newton's that correct a predicted root */
 #define HOPFORM_CARRIED_SQUARE_f64 1.7095202432850523e-05 /* the square of a step, in rates, that a Taylor series carries exactly */
 #define HOPFORM_LANE_COUNT_f64 64 /* stances that are solved at a time */
 

@@ -250,17 +250,6 @@ def friction_of(robot: Robot) -> Friction:
     return Friction(level_1, level_2)
 
 
-def stop_energy(robot: Robot, v1: Real) -> Real:
-    """Energy that the actuator loses at a stop, which is inelastic.
-
-    v1 [m/s] velocity of the actuator.
-    Returns stop_energy [J], energy lost at a stop.
-    """
-    m_eff = robot.m_eff
-    stop_energy = 0.5*m_eff*v1*v1  # kinetic energy
-    return stop_energy
-
-
 def compression_rate(state: LegState) -> Real:
     """Rate of the compression.
 

@@ -731,7 +731,7 @@ static inline int32_t stance_begin_real(stance_chain_real *chain)
         chain->side[element] = (int)hopform_goes_real(*velocity, 0.0);
         if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
             && stance_blocked_real(chain, element, chain->side[element])) {
-            chain->start_loss = -hopform_stop_energy_real(&chain->plan->robot, *velocity);
+            chain->start_loss = hopform_loss_at_stop_real(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0;
             chain->side[element] = 0;
         }

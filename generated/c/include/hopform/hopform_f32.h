@@ -208,7 +208,7 @@ typedef struct {
     float best_apex; /**< [m] over the ground */
     float next; /**< [A] what to try */
     hopform_trial_f32 candidates[15]; /**< currents with an interval beside them, by u */
-    float lower_bound[15]; /**< [m] no admissible current between one and the next comes nearer to what is wanted; HOPFORM_NEVER where none is better, below 0 where the apex passes what is wanted */
+    float lower_bound[15]; /**< [m] of the gap to the next one; below 0 with a root in it */
     int8_t slow[15]; /**< candidates in a row that left most of the interval */
     int32_t count; /**< of the candidates */
     int32_t sides; /**< of 0, yet to be opened */
@@ -368,7 +368,7 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const float *times, int32_t count, hopform_state_f32 *states, float *tangents);
 
-/** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as hopform_stance_states gives them.
+/** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as those of hopform_stance_states.
  *
  * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
  * hopform_stance_at at each time, at the cost of a few sums. Columns that overlap an input are refused.
