@@ -474,19 +474,105 @@ static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real 
     return poles->s_1 * t < 4.0 ? hopform_short_basis_real(poles, t) : hopform_close_basis_real(poles, t);
 }
 
-/* The positive root z of z^3 + P z = T, T > 0: Newton from above, where the cubic is convex. */
+/* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
+static inline real hopform_toward_positive_root_real(real P, real T, real z)
+{
+    const real step = ((z * z + P) * z - T) / (3.0 * z * z + P);
+    return z - step;
+}
+
+/* That root, from above, where the cubic is convex. */
 static inline real hopform_positive_root_real(real P, real T)
 {
     real z = sqrt_real(fabs_real(P)) + hopform_cube_root_real(T);
     for (int n = 0; n < 60; n++) {
-        const real step = ((z * z + P) * z - T) / (3.0 * z * z + P);
-        const real next = z - step;
+        const real next = hopform_toward_positive_root_real(P, T, z);
         if (!(next < z)) {
             break;
         }
         z = next;
     }
     return z;
+}
+
+/* No root of a cubic exceeds three of these; root_i is the root of order i of s_i. */
+static inline real hopform_scale_of_cubic_real(real s_1, real root_2, real root_3)
+{
+    const real later = root_2 > root_3 ? root_2 : root_3;
+    return s_1 > later ? s_1 : later;
+}
+
+/* A cubic in units of its scale, and around its mean root: z^3 + P z = T. */
+typedef struct {
+    real c_1, c_2, c_3, mean, P, T;
+} hopform_cubic_real;
+
+static inline hopform_cubic_real hopform_scaled_cubic_real(real s_1, real s_2, real s_3, real scale)
+{
+    const real c_1 = s_1 / scale;
+    const real c_2 = s_2 / (scale * scale);
+    const real c_3 = s_3 / scale / (scale * scale);
+    const real mean = c_1 / 3.0;
+    const hopform_cubic_real cubic = {
+        c_1, c_2, c_3, mean, c_2 - 3.0 * mean * mean, c_3 - mean * (c_2 - 2.0 * mean * mean)};
+    return cubic;
+}
+
+enum { POLISHES_real = 3 };
+
+/* Its factors (s + a)(s^2 + p s + q). */
+typedef struct {
+    real a, p, q;
+} hopform_factors_real;
+
+static inline hopform_factors_real hopform_factors_at_real(const hopform_cubic_real *cubic, real offset)
+{
+    const real a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
+    const real p = cubic->c_1 - a;
+    const hopform_factors_real factors = {a, p, a > cubic->mean ? cubic->c_3 / a : cubic->c_2 - a * p};
+    return factors;
+}
+
+/* A step that takes the residual of the coefficients off the factors; false where there is none. */
+static inline bool hopform_polish_factors_real(const hopform_cubic_real *cubic, hopform_factors_real *factors)
+{
+    const real a = factors->a;
+    const real p = factors->p;
+    const real q = factors->q;
+    const real r_1 = cubic->c_1 - (a + p);
+    const real r_2 = cubic->c_2 - (q + a * p);
+    const real r_3 = cubic->c_3 - a * q;
+    const real chi = q - a * (p - a);
+    const bool apart = fabs_real(chi) > 0.0; /* else three roots are one */
+    const real da = (r_3 - a * (r_2 - a * r_1)) / (apart ? chi : 1.0);
+    const bool small = apart & (da * da < HOPFORM_EPS_real);
+    factors->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
+    factors->p = small ? p + (r_1 - da) : p;
+    factors->a = small ? a + da : a;
+    return small;
+}
+
+static inline hopform_poles_real hopform_poles_of_factors_real(const hopform_factors_real *factors, real s_1, real s_2,
+                                                               real s_3, real scale)
+{
+    const hopform_poles_real poles = {
+        factors->a * scale, factors->p * scale, factors->q * scale * scale, s_1, s_2, s_3};
+    return poles;
+}
+
+/* Whether a cubic has factors to be computed: it is not slower than the type can say, and not all elements drift. */
+static inline bool hopform_has_factors_real(real s_3, real scale)
+{
+    return (scale * scale * scale > 0.0) & (s_3 > 0.0);
+}
+
+/* The poles of one that has none: all 0 where it is too slow; where all elements drift the real pole is an integrator,
+ * whatever the pair is. */
+static inline hopform_poles_real hopform_poles_without_factors_real(real s_1, real s_2, real s_3, real scale)
+{
+    const bool slow = !(scale * scale * scale > 0.0);
+    const hopform_poles_real poles = {0.0, slow ? 0.0 : s_1, slow ? 0.0 : s_2, s_1, s_2, s_3};
+    return poles;
 }
 
 /* s^3 + s_1 s^2 + s_2 s + s_3 = (s + a)(s^2 + p s + q) with the most isolated real root as -a.
@@ -496,46 +582,17 @@ static inline real hopform_positive_root_real(real P, real T)
  */
 static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, real s_3)
 {
-    const real root_2 = sqrt_real(s_2);
-    const real root_3 = hopform_cube_root_real(s_3);
-    const real scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
-    const hopform_poles_real none = {0.0, 0.0, 0.0, s_1, s_2, s_3};
-    if (!(scale * scale * scale > 0.0)) {
-        return none; /* slower than the type can say */
+    const real scale = hopform_scale_of_cubic_real(s_1, sqrt_real(s_2), hopform_cube_root_real(s_3));
+    if (!hopform_has_factors_real(s_3, scale)) {
+        return hopform_poles_without_factors_real(s_1, s_2, s_3, scale);
     }
-    if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
-        const hopform_poles_real drift = {0.0, s_1, s_2, s_1, s_2, s_3};
-        return drift;
+    const hopform_cubic_real cubic = hopform_scaled_cubic_real(s_1, s_2, s_3, scale);
+    const real even = cubic.P < 0.0 ? sqrt_real(-cubic.P) : 0.0;
+    const real offset = fabs_real(cubic.T) > 0.0 ? hopform_positive_root_real(cubic.P, fabs_real(cubic.T)) : even;
+    hopform_factors_real factors = hopform_factors_at_real(&cubic, offset);
+    for (int n = 0; n < POLISHES_real && hopform_polish_factors_real(&cubic, &factors); n++) {
     }
-    const real c_1 = s_1 / scale;
-    const real c_2 = s_2 / (scale * scale);
-    const real c_3 = s_3 / scale / (scale * scale);
-    const real mean = c_1 / 3.0;
-    const real P = c_2 - 3.0 * mean * mean;
-    const real T = c_3 - mean * (c_2 - 2.0 * mean * mean);
-    const real offset =
-        fabs_real(T) > 0.0 ? hopform_positive_root_real(P, fabs_real(T)) : (P < 0.0 ? sqrt_real(-P) : 0.0);
-    real a = T > 0.0 ? mean + offset : mean - offset;
-    real p = c_1 - a;
-    real q = a > mean ? c_3 / a : c_2 - a * p;
-    for (int n = 0; n < 3; n++) {
-        const real r_1 = c_1 - (a + p);
-        const real r_2 = c_2 - (q + a * p);
-        const real r_3 = c_3 - a * q;
-        const real chi = q - a * (p - a);
-        if (!(fabs_real(chi) > 0.0)) {
-            break; /* three roots in one */
-        }
-        const real da = (r_3 - a * (r_2 - a * r_1)) / chi;
-        if (!(da * da < HOPFORM_EPS_real)) {
-            break;
-        }
-        q += r_2 - a * (r_1 - da) - p * da;
-        p += r_1 - da;
-        a += da;
-    }
-    const hopform_poles_real poles = {a * scale, p * scale, q * scale * scale, s_1, s_2, s_3};
-    return poles;
+    return hopform_poles_of_factors_real(&factors, s_1, s_2, s_3, scale);
 }
 
 #endif
