@@ -7,19 +7,28 @@
 #include "chain_f32.h"
 #include "columns_f32.h"
 #include "lanes_f32.h"
+#include "plan_f32.h"
 
 enum {
-    PLANS = LANES_f32 + 1, /* so one is free */
-    FEW = LANES_f32 / 4,   /* the last stances are solved one by one */
-    PHASES_OF_LANE = 16,    /* a stance whose list is wanted and takes more is solved by itself */
-    WAITS = -1,             /* no ending of a stance: an evaluation is wanted */
+    PLANS = LANES_f32 + BLOCK_f32, /* so that a block of them is free */
+    FEW = LANES_f32 / 4,            /* the last stances are solved one by one */
+    PHASES_OF_LANE = 16,             /* a stance whose list is wanted and takes more is solved by itself */
+    WAITS = -1,                      /* no ending of a stance: an evaluation is wanted */
     NO_STANCE = -1
 };
+
+/* A plan with the run of its stances. */
+typedef struct {
+    hopform_plan_f32 plan; /* without propagators at its nodes where the run is of one stance */
+    hopform_run_f32 run;
+    bool several;  /* stances in the run */
+    int32_t users; /* lanes with a stance of it */
+} planned;
 
 /* A stance under way. */
 typedef struct {
     int64_t index;
-    int plan;
+    planned *planned;
     hopform_step_f32 step;
     hopform_state_f32 start;
     stance_chain_f32 chain;
@@ -36,12 +45,14 @@ typedef struct {
     const hopform_stances_out_f32 *out;
     int64_t next, last;
     int32_t kept;
-    hopform_run_f32 run; /* of the stance that has been taken last */
-    int plan;             /* of this run */
-    int32_t users[PLANS]; /* lanes with each plan */
-    int32_t busy;         /* lanes with a stance */
-    hopform_plan_f32 *plans;
-    lane *stances; /* in each lane */
+    int32_t busy; /* lanes with a stance */
+    const lanes_code_f32 *code;
+    planned *plans;
+    planned *runs[BLOCK_f32]; /* what is planned ahead, */
+    int32_t ahead;             /* so many of them, */
+    int32_t run;               /* and the one whose stances are taken */
+    poles_columns cubics;      /* of these */
+    lane *stances;             /* in each lane */
     lanes_f32 w;
 } batch;
 
@@ -144,21 +155,25 @@ static int32_t begin_phase(batch *b, int l)
         return stance_end_phase_f32(&one->chain, search);
     }
     keep_poles(&b->w.poles, l, true, set->poles);
-    (void)reach_for(b, l, search->limit, false);
-    if (!(set->node->t < search->limit)) {
-        return WAITS;
+    const bool far = set->node->t < search->limit;
+    if (far && hopform_is_made_f32(one->chain.plan)) {
+        (void)reach_for(b, l, set->node->t, false);
+        reach_ahead_f32(set, &search->in, search->limit);
+        b->w.wants[l] = 0.0f;
+        return end_interval(b, l);
     }
-    reach_ahead_f32(set, &search->in, search->limit);
-    b->w.wants[l] = 0.0f;
-    return end_interval(b, l);
+    return reach_for(b, l, far ? set->node->t : search->limit, false);
 }
 
 /* ---- stances in and out ---- */
 
 /* Solve a stance by itself, or refuse it as its plan has been. */
-static void solve_alone(batch *b, const hopform_plan_f32 *plan, int32_t planned, int64_t i)
+static void solve_alone(batch *b, planned *of, int64_t i)
 {
-    const int32_t kept = hopform_solve_alone_f32(plan, planned, b->in, i, b->out);
+    if (of->run.planned >= 0 && !hopform_is_made_f32(&of->plan)) {
+        finish_plan_f32(&of->plan);
+    }
+    const int32_t kept = hopform_solve_alone_f32(&of->plan, of->run.planned, b->in, i, b->out);
     b->kept = kept > b->kept ? kept : b->kept;
 }
 
@@ -166,18 +181,52 @@ static void solve_alone(batch *b, const hopform_plan_f32 *plan, int32_t planned,
 static void put_out(batch *b, int l, int32_t ending)
 {
     lane *one = &b->stances[l];
-    const hopform_plan_f32 *plan = &b->plans[one->plan];
+    planned *of = one->planned;
     hopform_stance_f32 stance;
     const int32_t status = stance_report_f32(&one->chain, &one->start, ending, &stance);
     if (status == HOPFORM_PHASES_NOT_KEPT && one->chain.capacity < hopform_phases_wanted_f32(b->out)) {
-        solve_alone(b, plan, HOPFORM_OK, one->index);
+        solve_alone(b, of, one->index);
     } else {
-        const int32_t kept = hopform_put_stance_f32(b->out, one->index, &plan->robot, status, &stance, one->phases);
+        const int32_t kept = hopform_put_stance_f32(b->out, one->index, &of->plan.robot, status, &stance, one->phases);
         b->kept = kept > b->kept ? kept : b->kept;
     }
-    b->users[one->plan]--;
+    of->users--;
     b->busy--;
     one->index = NO_STANCE;
+}
+
+/* Make the plans of some runs ahead, from stance i on. */
+static void plan_ahead(batch *b, int64_t i)
+{
+    const hopform_plan_f32 zero = {0};
+    b->ahead = 0;
+    b->run = 0;
+    for (int n = 0; n < PLANS && b->ahead < BLOCK_f32 && i < b->last; n++) {
+        planned *one = &b->plans[n];
+        if (one->users == 0) {
+            one->plan.made = 0;
+            one->plan.robot = hopform_robot_of_f32(b->in, i);
+            one->run.planned = rates_of_plan_f32(&one->plan);
+            one->run.end = hopform_end_of_run_f32(b->in, i, b->last);
+            one->several = one->run.end > i + 1;
+            const hopform_rates_f32 *rates = &one->plan.rates;
+            const hopform_poles_f32 cubic = {0.0f, 0.0f, 0.0f, rates->s_1, rates->s_2, rates->s_3};
+            keep_poles(&b->cubics, b->ahead, true, &cubic);
+            b->runs[b->ahead++] = one;
+            i = one->run.end;
+        }
+    }
+    b->code->factor(&b->cubics);
+    for (int n = 0; n < b->ahead; n++) {
+        planned *one = b->runs[n];
+        const hopform_poles_f32 both = one_poles(&b->cubics, n);
+        one->run.planned = one->run.planned < 0 ? one->run.planned : poles_of_plan_f32(&one->plan, &both);
+        if (one->run.planned < 0) {
+            one->plan = zero;
+        } else if (one->several) {
+            finish_plan_f32(&one->plan);
+        }
+    }
 }
 
 /* Put the next stance into a lane: its ending, if it has ended already. One that is refused is solved by itself, which
@@ -186,24 +235,27 @@ static int32_t take(batch *b, int l)
 {
     lane *one = &b->stances[l];
     const int64_t i = b->next++;
-    while (i == b->run.end && b->users[b->plan] > 0) {
-        b->plan = (b->plan + 1) % PLANS;
+    if (b->ahead == 0 || i == b->runs[b->run]->run.end) {
+        b->run++;
+        if (b->run >= b->ahead) {
+            plan_ahead(b, i);
+        }
     }
-    hopform_plan_f32 *plan = &b->plans[b->plan];
-    const int32_t planned = hopform_plan_for_f32(plan, &b->run, b->in, i, b->last);
+    planned *of = b->runs[b->run];
+    const hopform_plan_f32 *plan = &of->plan;
     const float horizon = hopform_number_f32(&b->in->horizon, i);
     const int32_t wanted = hopform_phases_wanted_f32(b->out);
     one->start = hopform_start_of_f32(b->in, i);
     one->step.t = 0.0f;
     one->step.u = hopform_number_f32(&b->in->u, i);
-    if (planned < 0 || stance_status_f32(&plan->robot, &one->start, horizon, b->in->max_phases) < 0
+    if (of->run.planned < 0 || stance_status_f32(&plan->robot, &one->start, horizon, b->in->max_phases) < 0
         || !hopform_is_finite_f32(one->step.u)) {
-        solve_alone(b, plan, planned, i);
+        solve_alone(b, of, i);
         return HOPFORM_ENDING_REST;
     }
     one->index = i;
-    one->plan = b->plan;
-    b->users[b->plan]++;
+    one->planned = of;
+    of->users++;
     b->busy++;
     stance_start_f32(&one->chain, plan, &one->start, &one->step, 1, horizon, b->in->max_phases, one->phases,
                       wanted < PHASES_OF_LANE ? wanted : PHASES_OF_LANE);
@@ -234,19 +286,19 @@ static bool is_stuck(const lanes_f32 *w, int l)
     return w->steps[l] >= (float)ROOT_STEPS_f32 || !(w->t[l] > w->low[l] && w->t[l] < w->high[l]);
 }
 
-int32_t hopform_solve_in_lanes_f32(evaluate_lanes_f32 *evaluate, int64_t count, const hopform_stances_in_f32 *in,
+int32_t hopform_solve_in_lanes_f32(const lanes_code_f32 *code, int64_t count, const hopform_stances_in_f32 *in,
                                     const hopform_stances_out_f32 *out)
 {
     lane stances[LANES_f32];
-    hopform_plan_f32 plans[PLANS];
-    batch b = {.in = in, .out = out, .last = count, .kept = HOPFORM_OK, .plans = plans, .stances = stances};
+    planned plans[PLANS] = {{.users = 0}};
+    batch b = {.in = in, .out = out, .last = count, .code = code, .plans = plans, .stances = stances};
     const lanes_f32 *w = &b.w;
     for (int l = 0; l < LANES_f32; l++) {
         stances[l].index = NO_STANCE;
         go_on(&b, l, HOPFORM_ENDING_REST);
     }
     while (b.busy > FEW || b.next < b.last) {
-        evaluate(&b.w);
+        code->evaluate(&b.w);
         for (int l = 0; l < LANES_f32; l++) {
             if (stances[l].index != NO_STANCE && (!(w->wants[l] > 0.0f) || (w->seeks[l] > 0.0f && is_stuck(w, l)))) {
                 go_on(&b, l, arrive(&b, l));
@@ -255,7 +307,7 @@ int32_t hopform_solve_in_lanes_f32(evaluate_lanes_f32 *evaluate, int64_t count, 
     }
     for (int l = 0; l < LANES_f32; l++) {
         if (stances[l].index != NO_STANCE) {
-            solve_alone(&b, &plans[stances[l].plan], HOPFORM_OK, stances[l].index);
+            solve_alone(&b, stances[l].planned, stances[l].index);
         }
     }
     return b.kept;

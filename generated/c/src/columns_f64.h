@@ -128,21 +128,28 @@ typedef struct {
     int32_t planned;
 } hopform_run_f64;
 
-/* Where stance i begins a run, make its plan and find its end; the status of the plan.  NaN differs from everything. */
+/* Where the run ends that begins with stance i. NaN differs from everything. */
+static inline int64_t hopform_end_of_run_f64(const hopform_stances_in_f64 *in, int64_t i, int64_t count)
+{
+    int64_t end = count;
+    for (int n = 0; n < HOPFORM_ROBOT_FIELDS && end > i + 1; n++) {
+        const double here = hopform_number_f64(&in->robot[n], i);
+        for (int64_t j = i + 1; j < end && in->robot[n].stride != 0; j++) {
+            const double there = hopform_number_f64(&in->robot[n], j);
+            end = here <= there && here >= there ? end : j;
+        }
+    }
+    return end;
+}
+
+/* Where stance i begins a run, make its plan and find its end; the status of the plan. */
 static inline int32_t hopform_plan_for_f64(hopform_plan_f64 *plan, hopform_run_f64 *run,
                                             const hopform_stances_in_f64 *in, int64_t i, int64_t count)
 {
     if (i == run->end) {
         const hopform_robot_f64 robot = hopform_robot_of_f64(in, i);
         run->planned = hopform_plan_init_f64(plan, &robot);
-        run->end = count;
-        for (int n = 0; n < HOPFORM_ROBOT_FIELDS && run->end > i + 1; n++) {
-            const double here = hopform_number_f64(&in->robot[n], i);
-            for (int64_t j = i + 1; j < run->end && in->robot[n].stride != 0; j++) {
-                const double there = hopform_number_f64(&in->robot[n], j);
-                run->end = here <= there && here >= there ? run->end : j;
-            }
-        }
+        run->end = hopform_end_of_run_f64(in, i, count);
     }
     return run->planned;
 }

@@ -474,6 +474,9 @@ static inline hopform_basis_f32 hopform_basis_at_f32(const hopform_poles_f32 *po
     return poles->s_1 * t < 4.0f ? hopform_short_basis_f32(poles, t) : hopform_close_basis_f32(poles, t);
 }
 
+/* Steps towards a root of the cubic, and to polish its factors, at most. */
+enum { NEWTON_STEPS_f32 = 60, POLISHES_f32 = 3 };
+
 /* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
 static inline float hopform_toward_positive_root_f32(float P, float T, float z)
 {
@@ -485,7 +488,7 @@ static inline float hopform_toward_positive_root_f32(float P, float T, float z)
 static inline float hopform_positive_root_f32(float P, float T)
 {
     float z = sqrt_f32(fabs_f32(P)) + hopform_cube_root_f32(T);
-    for (int n = 0; n < 60; n++) {
+    for (int n = 0; n < NEWTON_STEPS_f32; n++) {
         const float next = hopform_toward_positive_root_f32(P, T, z);
         if (!(next < z)) {
             break;
@@ -517,8 +520,6 @@ static inline hopform_cubic_f32 hopform_scaled_cubic_f32(float s_1, float s_2, f
         c_1, c_2, c_3, mean, c_2 - 3.0f * mean * mean, c_3 - mean * (c_2 - 2.0f * mean * mean)};
     return cubic;
 }
-
-enum { POLISHES_f32 = 3 };
 
 /* Its factors (s + a)(s^2 + p s + q). */
 typedef struct {

@@ -474,6 +474,9 @@ static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *po
     return poles->s_1 * t < 4.0 ? hopform_short_basis_f64(poles, t) : hopform_close_basis_f64(poles, t);
 }
 
+/* Steps towards a root of the cubic, and to polish its factors, at most. */
+enum { NEWTON_STEPS_f64 = 60, POLISHES_f64 = 3 };
+
 /* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
 static inline double hopform_toward_positive_root_f64(double P, double T, double z)
 {
@@ -485,7 +488,7 @@ static inline double hopform_toward_positive_root_f64(double P, double T, double
 static inline double hopform_positive_root_f64(double P, double T)
 {
     double z = sqrt_f64(fabs_f64(P)) + hopform_cube_root_f64(T);
-    for (int n = 0; n < 60; n++) {
+    for (int n = 0; n < NEWTON_STEPS_f64; n++) {
         const double next = hopform_toward_positive_root_f64(P, T, z);
         if (!(next < z)) {
             break;
@@ -517,8 +520,6 @@ static inline hopform_cubic_f64 hopform_scaled_cubic_f64(double s_1, double s_2,
         c_1, c_2, c_3, mean, c_2 - 3.0 * mean * mean, c_3 - mean * (c_2 - 2.0 * mean * mean)};
     return cubic;
 }
-
-enum { POLISHES_f64 = 3 };
 
 /* Its factors (s + a)(s^2 + p s + q). */
 typedef struct {

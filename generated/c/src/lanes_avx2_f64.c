@@ -5,7 +5,7 @@
 #include "lanes_f64.h"
 
 #if defined(HOPFORM_X86_LANES)
-#define LANES_NAME hopform_evaluate_avx2_f64
+#define LANES_NAME hopform_lanes_avx2_f64
 #define LANES_CODE __attribute__((noinline, flatten, target("avx2")))
 #include "lanes_evaluation_f64.h"
 #endif

@@ -5,7 +5,7 @@
 #include "lanes_f32.h"
 
 #if defined(HOPFORM_X86_LANES)
-#define LANES_NAME hopform_evaluate_avx512_f32
+#define LANES_NAME hopform_lanes_avx512_f32
 #if defined(__clang__)
 #define LANES_CODE                                                                                                     \
     __attribute__((noinline, flatten, target("avx512f,avx512dq,avx512vl,avx512bw"), min_vector_width(512)))

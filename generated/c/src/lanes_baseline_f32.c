@@ -4,7 +4,7 @@
  */
 #include "lanes_f32.h"
 
-#define LANES_NAME hopform_evaluate_baseline_f32
+#define LANES_NAME hopform_lanes_baseline_f32
 #if defined(__GNUC__)
 #define LANES_CODE __attribute__((noinline, flatten))
 #else

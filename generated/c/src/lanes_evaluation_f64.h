@@ -28,7 +28,10 @@ static inline bool any(const double *flags)
 
 #define TERM_MEMBERS(X) X(earlier, NUMBER) X(before, NUMBER) X(term, NUMBER) X(W2, NUMBER) X(W3, NUMBER) X(W4, NUMBER)
 
+#define CUBIC_MEMBERS(X) X(c_1, NUMBER) X(c_2, NUMBER) X(c_3, NUMBER) X(mean, NUMBER) X(P, NUMBER) X(T, NUMBER)
+
 RECORD_IN_COLUMNS(terms, hopform_basis_terms_f64, TERM_MEMBERS)
+RECORD_IN_COLUMNS(cubic, hopform_cubic_f64, CUBIC_MEMBERS)
 
 /* The guesses of roots, refined as refined_root does it. */
 LANES_CODE static void refine_guesses(lanes_f64 *restrict w, int first)
@@ -184,7 +187,57 @@ LANES_CODE static void step_on(lanes_f64 *restrict w, int first)
     }
 }
 
-void LANES_NAME(lanes_f64 *w)
+/* Cube roots of numbers that are not below 0. */
+LANES_CODE static void cube_roots(double *restrict roots, const double *restrict numbers)
+{
+    for (int l = 0; l < BLOCK_f64; l++) {
+        roots[l] = hopform_cube_root_f64(fabs_f64(numbers[l]));
+    }
+}
+
+/* As hopform_factor_cubic_f64. A step of Newton's that does not lead down, or of the polish that is not small, leaves
+ * all as it is, so more of them do no harm. */
+LANES_CODE static void factor(poles_columns *restrict cubics)
+{
+    cubic_columns scaled;
+    double scale[BLOCK_f64], root[BLOCK_f64], going[BLOCK_f64];
+    cube_roots(root, cubics->s_3);
+    for (int l = 0; l < BLOCK_f64; l++) {
+        const hopform_poles_f64 s = one_poles(cubics, l);
+        scale[l] = hopform_scale_of_cubic_f64(s.s_1, sqrt_f64(s.s_2), root[l]);
+        const hopform_cubic_f64 one = hopform_scaled_cubic_f64(s.s_1, s.s_2, s.s_3, scale[l]);
+        keep_cubic(&scaled, l, true, &one);
+    }
+    cube_roots(root, scaled.T);
+    for (int l = 0; l < BLOCK_f64; l++) {
+        root[l] = sqrt_f64(fabs_f64(scaled.P[l])) + root[l];
+        going[l] = 1.0;
+    }
+    for (int n = 0; n < NEWTON_STEPS_f64 && any(going); n++) {
+        for (int l = 0; l < BLOCK_f64; l++) {
+            const double next = hopform_toward_positive_root_f64(scaled.P[l], fabs_f64(scaled.T[l]), root[l]);
+            going[l] = flag(next < root[l]);
+            root[l] = next < root[l] ? next : root[l];
+        }
+    }
+    for (int l = 0; l < BLOCK_f64; l++) {
+        const hopform_poles_f64 s = one_poles(cubics, l);
+        const hopform_cubic_f64 cubic = one_cubic(&scaled, l);
+        const double even = cubic.P < 0.0 ? sqrt_f64(fabs_f64(cubic.P)) : 0.0;
+        hopform_factors_f64 factors = hopform_factors_at_f64(&cubic, fabs_f64(cubic.T) > 0.0 ? root[l] : even);
+        for (int n = 0; n < POLISHES_f64; n++) {
+            (void)hopform_polish_factors_f64(&cubic, &factors);
+        }
+        const hopform_poles_f64 poles = hopform_poles_of_factors_f64(&factors, s.s_1, s.s_2, s.s_3, scale[l]);
+        const hopform_poles_f64 others = hopform_poles_without_factors_f64(s.s_1, s.s_2, s.s_3, scale[l]);
+        const bool has = hopform_has_factors_f64(s.s_3, scale[l]);
+        cubics->a[l] = has ? poles.a : others.a;
+        cubics->p[l] = has ? poles.p : others.p;
+        cubics->q[l] = has ? poles.q : others.q;
+    }
+}
+
+static void evaluate(lanes_f64 *w)
 {
     for (int n = 0; n < LANES_f64; n += BLOCK_f64) {
         if (any(w->refines + n)) {
@@ -196,3 +249,5 @@ void LANES_NAME(lanes_f64 *w)
         step_on(w, n);
     }
 }
+
+const lanes_code_f64 LANES_NAME = {evaluate, factor};

@@ -77,17 +77,21 @@ typedef struct {
     jet_columns from, to;
 } lanes_f64;
 
-/* Evaluates W in each lane and steps on towards the roots: who arrives, or seeks none, wants no more. */
-typedef void evaluate_lanes_f64(lanes_f64 *w);
+/* What is done in vector registers of a kind: W is evaluated in each lane, with a step on towards the roots, and who
+ * arrives, or seeks none, wants no more; the first BLOCK of some cubics are factored. */
+typedef struct {
+    void (*evaluate)(lanes_f64 *w);
+    void (*factor)(poles_columns *cubics);
+} lanes_code_f64;
 
 /* Solves the stances of a batch; HOPFORM_PHASES_NOT_KEPT if events of one did not fit. */
-int32_t hopform_solve_in_lanes_f64(evaluate_lanes_f64 *evaluate, int64_t count, const hopform_stances_in_f64 *in,
+int32_t hopform_solve_in_lanes_f64(const lanes_code_f64 *code, int64_t count, const hopform_stances_in_f64 *in,
                                     const hopform_stances_out_f64 *out);
 
-evaluate_lanes_f64 hopform_evaluate_baseline_f64;
+extern const lanes_code_f64 hopform_lanes_baseline_f64;
 #if defined(HOPFORM_X86_LANES)
-evaluate_lanes_f64 hopform_evaluate_avx2_f64;
-evaluate_lanes_f64 hopform_evaluate_avx512_f64;
+extern const lanes_code_f64 hopform_lanes_avx2_f64;
+extern const lanes_code_f64 hopform_lanes_avx512_f64;
 #endif
 
 #endif

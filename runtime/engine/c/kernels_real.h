@@ -474,6 +474,9 @@ static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real 
     return poles->s_1 * t < 4.0 ? hopform_short_basis_real(poles, t) : hopform_close_basis_real(poles, t);
 }
 
+/* Steps towards a root of the cubic, and to polish its factors, at most. */
+enum { NEWTON_STEPS_real = 60, POLISHES_real = 3 };
+
 /* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
 static inline real hopform_toward_positive_root_real(real P, real T, real z)
 {
@@ -485,7 +488,7 @@ static inline real hopform_toward_positive_root_real(real P, real T, real z)
 static inline real hopform_positive_root_real(real P, real T)
 {
     real z = sqrt_real(fabs_real(P)) + hopform_cube_root_real(T);
-    for (int n = 0; n < 60; n++) {
+    for (int n = 0; n < NEWTON_STEPS_real; n++) {
         const real next = hopform_toward_positive_root_real(P, T, z);
         if (!(next < z)) {
             break;
@@ -517,8 +520,6 @@ static inline hopform_cubic_real hopform_scaled_cubic_real(real s_1, real s_2, r
         c_1, c_2, c_3, mean, c_2 - 3.0 * mean * mean, c_3 - mean * (c_2 - 2.0 * mean * mean)};
     return cubic;
 }
-
-enum { POLISHES_real = 3 };
 
 /* Its factors (s + a)(s^2 + p s + q). */
 typedef struct {

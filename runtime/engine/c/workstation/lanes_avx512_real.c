@@ -5,7 +5,7 @@
 #include "lanes_real.h"
 
 #if defined(HOPFORM_X86_LANES)
-#define LANES_NAME hopform_evaluate_avx512_real
+#define LANES_NAME hopform_lanes_avx512_real
 #if defined(__clang__)
 #define LANES_CODE                                                                                                     \
     __attribute__((noinline, flatten, target("avx512f,avx512dq,avx512vl,avx512bw"), min_vector_width(512)))

@@ -4,7 +4,7 @@
  */
 #include "lanes_real.h"
 
-#define LANES_NAME hopform_evaluate_baseline_real
+#define LANES_NAME hopform_lanes_baseline_real
 #if defined(__GNUC__)
 #define LANES_CODE __attribute__((noinline, flatten))
 #else

@@ -28,7 +28,10 @@ static inline bool any(const real *flags)
 
 #define TERM_MEMBERS(X) X(earlier, NUMBER) X(before, NUMBER) X(term, NUMBER) X(W2, NUMBER) X(W3, NUMBER) X(W4, NUMBER)
 
+#define CUBIC_MEMBERS(X) X(c_1, NUMBER) X(c_2, NUMBER) X(c_3, NUMBER) X(mean, NUMBER) X(P, NUMBER) X(T, NUMBER)
+
 RECORD_IN_COLUMNS(terms, hopform_basis_terms_real, TERM_MEMBERS)
+RECORD_IN_COLUMNS(cubic, hopform_cubic_real, CUBIC_MEMBERS)
 
 /* The guesses of roots, refined as refined_root does it. */
 LANES_CODE static void refine_guesses(lanes_real *restrict w, int first)
@@ -184,7 +187,57 @@ LANES_CODE static void step_on(lanes_real *restrict w, int first)
     }
 }
 
-void LANES_NAME(lanes_real *w)
+/* Cube roots of numbers that are not below 0. */
+LANES_CODE static void cube_roots(real *restrict roots, const real *restrict numbers)
+{
+    for (int l = 0; l < BLOCK_real; l++) {
+        roots[l] = hopform_cube_root_real(fabs_real(numbers[l]));
+    }
+}
+
+/* As hopform_factor_cubic_real. A step of Newton's that does not lead down, or of the polish that is not small, leaves
+ * all as it is, so more of them do no harm. */
+LANES_CODE static void factor(poles_columns *restrict cubics)
+{
+    cubic_columns scaled;
+    real scale[BLOCK_real], root[BLOCK_real], going[BLOCK_real];
+    cube_roots(root, cubics->s_3);
+    for (int l = 0; l < BLOCK_real; l++) {
+        const hopform_poles_real s = one_poles(cubics, l);
+        scale[l] = hopform_scale_of_cubic_real(s.s_1, sqrt_real(s.s_2), root[l]);
+        const hopform_cubic_real one = hopform_scaled_cubic_real(s.s_1, s.s_2, s.s_3, scale[l]);
+        keep_cubic(&scaled, l, true, &one);
+    }
+    cube_roots(root, scaled.T);
+    for (int l = 0; l < BLOCK_real; l++) {
+        root[l] = sqrt_real(fabs_real(scaled.P[l])) + root[l];
+        going[l] = 1.0;
+    }
+    for (int n = 0; n < NEWTON_STEPS_real && any(going); n++) {
+        for (int l = 0; l < BLOCK_real; l++) {
+            const real next = hopform_toward_positive_root_real(scaled.P[l], fabs_real(scaled.T[l]), root[l]);
+            going[l] = flag(next < root[l]);
+            root[l] = next < root[l] ? next : root[l];
+        }
+    }
+    for (int l = 0; l < BLOCK_real; l++) {
+        const hopform_poles_real s = one_poles(cubics, l);
+        const hopform_cubic_real cubic = one_cubic(&scaled, l);
+        const real even = cubic.P < 0.0 ? sqrt_real(fabs_real(cubic.P)) : 0.0;
+        hopform_factors_real factors = hopform_factors_at_real(&cubic, fabs_real(cubic.T) > 0.0 ? root[l] : even);
+        for (int n = 0; n < POLISHES_real; n++) {
+            (void)hopform_polish_factors_real(&cubic, &factors);
+        }
+        const hopform_poles_real poles = hopform_poles_of_factors_real(&factors, s.s_1, s.s_2, s.s_3, scale[l]);
+        const hopform_poles_real others = hopform_poles_without_factors_real(s.s_1, s.s_2, s.s_3, scale[l]);
+        const bool has = hopform_has_factors_real(s.s_3, scale[l]);
+        cubics->a[l] = has ? poles.a : others.a;
+        cubics->p[l] = has ? poles.p : others.p;
+        cubics->q[l] = has ? poles.q : others.q;
+    }
+}
+
+static void evaluate(lanes_real *w)
 {
     for (int n = 0; n < LANES_real; n += BLOCK_real) {
         if (any(w->refines + n)) {
@@ -196,3 +249,5 @@ void LANES_NAME(lanes_real *w)
         step_on(w, n);
     }
 }
+
+const lanes_code_real LANES_NAME = {evaluate, factor};

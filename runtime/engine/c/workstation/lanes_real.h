@@ -77,17 +77,21 @@ typedef struct {
     jet_columns from, to;
 } lanes_real;
 
-/* Evaluates W in each lane and steps on towards the roots: who arrives, or seeks none, wants no more. */
-typedef void evaluate_lanes_real(lanes_real *w);
+/* What is done in vector registers of a kind: W is evaluated in each lane, with a step on towards the roots, and who
+ * arrives, or seeks none, wants no more; the first BLOCK of some cubics are factored. */
+typedef struct {
+    void (*evaluate)(lanes_real *w);
+    void (*factor)(poles_columns *cubics);
+} lanes_code_real;
 
 /* Solves the stances of a batch; HOPFORM_PHASES_NOT_KEPT if events of one did not fit. */
-int32_t hopform_solve_in_lanes_real(evaluate_lanes_real *evaluate, int64_t count, const hopform_stances_in_real *in,
+int32_t hopform_solve_in_lanes_real(const lanes_code_real *code, int64_t count, const hopform_stances_in_real *in,
                                     const hopform_stances_out_real *out);
 
-evaluate_lanes_real hopform_evaluate_baseline_real;
+extern const lanes_code_real hopform_lanes_baseline_real;
 #if defined(HOPFORM_X86_LANES)
-evaluate_lanes_real hopform_evaluate_avx2_real;
-evaluate_lanes_real hopform_evaluate_avx512_real;
+extern const lanes_code_real hopform_lanes_avx2_real;
+extern const lanes_code_real hopform_lanes_avx512_real;
 #endif
 
 #endif
