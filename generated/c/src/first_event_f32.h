@@ -595,6 +595,16 @@ static inline crossing_f32 first_crossing_f32(const event_set_f32 *set, const in
     return first;
 }
 
+/* Ends the interval at the root of a function that has crossed zero in it. */
+static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *in, const crossing_f32 *crossing)
+{
+    const event_function_f32 *g = &set->function[crossing->function];
+    const float h = in->high.t - in->low;
+    const interpolant_f32 p = interpolant_of_f32(&in->from[crossing->function], &crossing->to, h);
+    locate_root_f32(set->poles, g, in->low, &in->high, in->low + h * refined_root_f32(&p, crossing->share));
+    in->found = crossing->function;
+}
+
 /* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
 static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape)
 {
@@ -604,11 +614,7 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
         if (first.function < 0) {
             break;
         }
-        const float h = in->high.t - in->low;
-        const interpolant_f32 p = interpolant_of_f32(&in->from[first.function], &first.to, h);
-        const float guess = in->low + h * refined_root_f32(&p, first.share);
-        locate_root_f32(set->poles, &set->function[first.function], in->low, &in->high, guess);
-        in->found = first.function;
+        end_at_crossing_f32(set, in, &first);
     }
 }
 

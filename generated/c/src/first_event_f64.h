@@ -595,6 +595,16 @@ static inline crossing_f64 first_crossing_f64(const event_set_f64 *set, const in
     return first;
 }
 
+/* Ends the interval at the root of a function that has crossed zero in it. */
+static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *in, const crossing_f64 *crossing)
+{
+    const event_function_f64 *g = &set->function[crossing->function];
+    const double h = in->high.t - in->low;
+    const interpolant_f64 p = interpolant_of_f64(&in->from[crossing->function], &crossing->to, h);
+    locate_root_f64(set->poles, g, in->low, &in->high, in->low + h * refined_root_f64(&p, crossing->share));
+    in->found = crossing->function;
+}
+
 /* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
 static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape)
 {
@@ -604,11 +614,7 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
         if (first.function < 0) {
             break;
         }
-        const double h = in->high.t - in->low;
-        const interpolant_f64 p = interpolant_of_f64(&in->from[first.function], &first.to, h);
-        const double guess = in->low + h * refined_root_f64(&p, first.share);
-        locate_root_f64(set->poles, &set->function[first.function], in->low, &in->high, guess);
-        in->found = first.function;
+        end_at_crossing_f64(set, in, &first);
     }
 }
 

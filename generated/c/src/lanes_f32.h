@@ -73,7 +73,7 @@ typedef struct {
     basis_columns basis;
     column_f32 seeks, low, high, steps;
     function_columns function;
-    column_f32 refines, share, guess;
+    column_f32 refines, share;
     jet_columns from, to;
 } lanes_f32;
 

@@ -73,7 +73,7 @@ typedef struct {
     basis_columns basis;
     column_f64 seeks, low, high, steps;
     function_columns function;
-    column_f64 refines, share, guess;
+    column_f64 refines, share;
     jet_columns from, to;
 } lanes_f64;
 

@@ -11,7 +11,7 @@
 
 enum {
     PLANS = LANES_f64 + BLOCK_f64, /* so that a block of them is free */
-    FEW = LANES_f64 / 4,            /* the last stances are solved one by one */
+    FEW = LANES_f64 / 4,            /* the last stances go on one by one */
     PHASES_OF_LANE = 16,             /* a stance whose list is wanted and takes more is solved by itself */
     WAITS = -1,                      /* no ending of a stance: an evaluation is wanted */
     NO_STANCE = -1
@@ -33,10 +33,10 @@ typedef struct {
     hopform_state_f64 start;
     stance_chain_f64 chain;
     stance_search_f64 search;
-    bool quiet;      /* nothing happens in the interval but that a stop may be met */
-    uint32_t passed; /* functions that have not crossed zero in it */
-    int32_t tries;   /* roots that are located in it */
-    int32_t seeks;   /* the function whose root is located; -1 if none is */
+    bool quiet;             /* nothing happens in the interval but that a stop may be met */
+    uint32_t passed;        /* functions that have not crossed zero in it */
+    int32_t tries;          /* roots that are located in it */
+    crossing_f64 crossing; /* of the function whose root is located, if one is */
     hopform_phase_f64 phases[PHASES_OF_LANE];
 } lane;
 
@@ -65,53 +65,61 @@ static int32_t reach_for(batch *b, int l, double t, bool quiet)
     one->quiet = quiet;
     one->passed = 0;
     one->tries = 0;
-    one->seeks = -1;
+    one->crossing.function = -1;
     b->w.t[l] = t;
     b->w.wants[l] = 1.0;
     b->w.seeks[l] = 0.0;
     return WAITS;
 }
 
-/* A lane seeks the root of a function that has crossed zero in its interval. */
-static int32_t seek(batch *b, int l, const crossing_f64 *crossing)
+/* Whether a lane seeks the root of a function of this shape or behind that has crossed zero in its interval. */
+static bool seek_first(batch *b, int l, int32_t shape)
 {
     lane *one = &b->stances[l];
     lanes_f64 *w = &b->w;
+    const event_set_f64 *set = &one->search.events.set;
     const interval_f64 *in = &one->search.in;
-    one->seeks = crossing->function;
-    keep_function(&w->function, l, true, &one->search.events.set.function[one->seeks]);
-    keep_jet(&w->from, l, true, &in->from[one->seeks]);
-    keep_jet(&w->to, l, true, &crossing->to);
-    w->share[l] = crossing->share;
+    if (one->tries >= MOST_TRIES_f64) {
+        return false;
+    }
+    one->tries++;
+    one->crossing = first_crossing_f64(set, in, shape, &one->passed);
+    const int32_t function = one->crossing.function;
+    if (function < 0) {
+        return false;
+    }
+    keep_function(&w->function, l, true, &set->function[function]);
+    keep_jet(&w->from, l, true, &in->from[function]);
+    keep_jet(&w->to, l, true, &one->crossing.to);
+    w->share[l] = one->crossing.share;
     w->low[l] = in->low;
     w->high[l] = in->high.t;
     w->refines[l] = 1.0;
     w->seeks[l] = 1.0;
     w->wants[l] = 1.0;
-    return WAITS;
+    return true;
 }
 
-/* What follows from the end of an interval, as in stance_end_search, which takes over where there is no certificate:
- * the ending of the stance, 0 if another phase follows. */
+/* What follows from the end of an interval, as in stance_end_search, which takes over where the bound on intervals is
+ * met: the ending of the stance, 0 if another phase follows. */
 static int32_t end_interval(batch *b, int l)
 {
     lane *one = &b->stances[l];
     stance_search_f64 *search = &one->search;
     const event_set_f64 *set = &search->events.set;
     interval_f64 *in = &search->in;
-    bool certified = one->quiet || in->count < HOPFORM_MOST_INTERVALS;
-    if (certified && one->tries < MOST_TRIES_f64) {
-        const int32_t shape = one->quiet ? DISTANCE_f64 : MAY_TURN_f64;
-        const crossing_f64 first = first_crossing_f64(set, in, shape, &one->passed);
-        one->tries++;
-        if (first.function >= 0) {
-            return seek(b, l, &first);
+    const int32_t shape = one->quiet ? DISTANCE_f64 : MAY_TURN_f64;
+    bool certified = false;
+    while (!certified && (one->quiet || in->count < HOPFORM_MOST_INTERVALS)) {
+        if (seek_first(b, l, shape)) {
+            return WAITS;
         }
+        in->count += one->quiet ? 0 : 1;
+        certified = one->quiet || are_certified_f64(set, in);
+        one->passed = 0; /* if it is not, the interval has been cut */
+        one->tries = 0;
     }
-    if (certified && !one->quiet) {
-        in->count++;
-        certified = are_certified_f64(set, in) && find_event_f64(&one->chain, search, true);
-    }
+    certified = certified && (one->quiet || find_event_f64(&one->chain, search, true));
     if (certified && is_open_f64(search)) {
         double end = search->limit;
         const bool quiet = next_end_f64(set, in, search->limit, &end);
@@ -125,20 +133,22 @@ static int32_t end_interval(batch *b, int l)
     return stance_end_phase_f64(&one->chain, search);
 }
 
-/* W at t is known; of a root that is not found soon, it is not. */
+/* W at t is known, or a root has not been found soon, or the lane goes on alone. */
 static int32_t arrive(batch *b, int l)
 {
     const lanes_f64 *w = &b->w;
-    const int32_t seeks = b->stances[l].seeks;
-    const event_set_f64 *set = &b->stances[l].search.events.set;
+    const lane *one = &b->stances[l];
+    const event_set_f64 *set = &one->search.events.set;
     interval_f64 *in = &b->stances[l].search.in;
-    if (w->wants[l] > 0.0) {
-        locate_root_f64(set->poles, &set->function[seeks], in->low, &in->high, w->guess[l]);
-    } else {
+    if (!(w->wants[l] > 0.0)) {
         const hopform_basis_f64 basis = one_basis(&w->basis, l);
         in->high = propagator_of_f64(set->poles, w->t[l], &basis);
+    } else if (one->crossing.function >= 0) {
+        end_at_crossing_f64(set, in, &one->crossing);
+    } else {
+        end_interval_at_f64(set, in, w->t[l]);
     }
-    in->found = seeks;
+    in->found = one->crossing.function;
     return end_interval(b, l);
 }
 
@@ -306,8 +316,8 @@ int32_t hopform_solve_in_lanes_f64(const lanes_code_f64 *code, int64_t count, co
         }
     }
     for (int l = 0; l < LANES_f64; l++) {
-        if (stances[l].index != NO_STANCE) {
-            solve_alone(&b, stances[l].planned, stances[l].index);
+        while (stances[l].index != NO_STANCE) {
+            go_on(&b, l, arrive(&b, l));
         }
     }
     return b.kept;

@@ -595,6 +595,16 @@ static inline crossing_real first_crossing_real(const event_set_real *set, const
     return first;
 }
 
+/* Ends the interval at the root of a function that has crossed zero in it. */
+static inline void end_at_crossing_real(const event_set_real *set, interval_real *in, const crossing_real *crossing)
+{
+    const event_function_real *g = &set->function[crossing->function];
+    const real h = in->high.t - in->low;
+    const interpolant_real p = interpolant_of_real(&in->from[crossing->function], &crossing->to, h);
+    locate_root_real(set->poles, g, in->low, &in->high, in->low + h * refined_root_real(&p, crossing->share));
+    in->found = crossing->function;
+}
+
 /* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape)
 {
@@ -604,11 +614,7 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
         if (first.function < 0) {
             break;
         }
-        const real h = in->high.t - in->low;
-        const interpolant_real p = interpolant_of_real(&in->from[first.function], &first.to, h);
-        const real guess = in->low + h * refined_root_real(&p, first.share);
-        locate_root_real(set->poles, &set->function[first.function], in->low, &in->high, guess);
-        in->found = first.function;
+        end_at_crossing_real(set, in, &first);
     }
 }
 

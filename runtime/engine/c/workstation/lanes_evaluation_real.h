@@ -54,7 +54,6 @@ LANES_CODE static void refine_guesses(lanes_real *restrict w, int first)
         const bool inside = (guess > low) & (guess < w->high[l]);
         const real t = inside ? guess : low + 0.5 * h;
         const bool refines = w->refines[l] > 0.0;
-        keep(&w->guess[l], refines, guess);
         keep(&w->t[l], refines, t);
         keep(&w->steps[l], refines, (t > low) & (t < w->high[l]) ? 0.0 : (real)ROOT_STEPS_real);
         w->refines[l] = 0.0;

@@ -73,7 +73,7 @@ typedef struct {
     basis_columns basis;
     column_real seeks, low, high, steps;
     function_columns function;
-    column_real refines, share, guess;
+    column_real refines, share;
     jet_columns from, to;
 } lanes_real;
 
