@@ -8,8 +8,7 @@
 
 #include <stdbool.h>
 
-#include "facts.h"
-#include "formulas_f32.h"
+#include "model_f32.h"
 
 static inline float hopform_number_f32(const hopform_input_f32 *column, int64_t i)
 {
@@ -83,8 +82,9 @@ static inline bool hopform_columns_meet_f32(const hopform_elements_f32 *one, con
     return meet;
 }
 
-/* The columns that are read stand one after the other in their struct, and so do those of results. */
-enum { HOPFORM_INPUTS_f32 = HOPFORM_ROBOT_FIELDS + 6, HOPFORM_RESULTS_f32 = 9 };
+/* The columns that are read stand one after the other in their struct: the robot's, the state's, current and horizon.
+ * So do those of results: the status, numbers, the count of events. */
+enum { HOPFORM_INPUTS_f32 = HOPFORM_ROBOT_FIELDS + HOPFORM_AXES + 2, HOPFORM_RESULTS_f32 = 9 };
 
 /* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may
  * overlap `itself` either. */
@@ -188,14 +188,14 @@ static inline int32_t hopform_put_stance_f32(const hopform_stances_out_f32 *out,
     const hopform_stance_f32 refused = {none, {none, none, none, none}, none, none, none, status, 0, 0, 0};
     const hopform_stance_f32 *stance = status < 0 ? &refused : solved;
     const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f32(robot) > 0.0f;
+    const void *first = out;
+    const hopform_output_f32 *results = first;
+    const float numbers[] = {stance->duration, HOPFORM_SHOWN_f32(robot, &stance->end), flies ? stance->apex : none,
+                            stance->aed};
     hopform_put_code_f32(&out->status, i, stance->ending);
-    hopform_put_f32(&out->duration, i, stance->duration);
-    hopform_put_f32(&out->x1, i, stance->end.x1);
-    hopform_put_f32(&out->v1, i, stance->end.v1);
-    hopform_put_f32(&out->x2, i, hopform_body_height_f32(robot, stance->end.x1, stance->end.y));
-    hopform_put_f32(&out->v2, i, stance->end.v2);
-    hopform_put_f32(&out->apex, i, flies ? stance->apex : none);
-    hopform_put_f32(&out->aed, i, stance->aed);
+    for (int n = 0; n < HOPFORM_RESULTS_f32 - 2; n++) {
+        hopform_put_f32(&results[n + 1], i, numbers[n]);
+    }
     hopform_put_code_f32(&out->event_count, i, stance->event_count);
     return hopform_put_events_f32(out, i, stance, phases) ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
 }
@@ -210,9 +210,13 @@ static inline int32_t hopform_phases_wanted_f32(const hopform_stances_out_f32 *o
 
 static inline hopform_state_f32 hopform_start_of_f32(const hopform_stances_in_f32 *in, int64_t i)
 {
-    const hopform_state_f32 start = {hopform_number_f32(&in->x1, i), hopform_number_f32(&in->v1, i),
-                                      hopform_number_f32(&in->v2, i), hopform_number_f32(&in->y, i)};
-    return start;
+    const void *first = in;
+    const hopform_input_f32 *columns = first;
+    hopform_state_by_axis_f32 start;
+    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+        start.of[axis] = hopform_number_f32(&columns[HOPFORM_ROBOT_FIELDS + axis], i);
+    }
+    return start.named;
 }
 
 /* Solve stance i of a robot by itself. */

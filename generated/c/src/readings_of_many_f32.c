@@ -3,7 +3,6 @@
  * Derivatives and compressions of many stances, one solved after the other, from columns to a row of matrices or
  * numbers.
  */
-#include "facts.h"
 #include "columns_f32.h"
 
 enum { APEX = 5, ROW = HOPFORM_SENSITIVITY_COLUMNS, MATRIX = HOPFORM_SENSITIVITY_ROWS * ROW };

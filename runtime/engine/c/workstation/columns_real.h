@@ -8,8 +8,7 @@
 
 #include <stdbool.h>
 
-#include "facts.h"
-#include "formulas_real.h"
+#include "model_real.h"
 
 static inline real hopform_number_real(const hopform_input_real *column, int64_t i)
 {
@@ -83,8 +82,9 @@ static inline bool hopform_columns_meet_real(const hopform_elements_real *one, c
     return meet;
 }
 
-/* The columns that are read stand one after the other in their struct, and so do those of results. */
-enum { HOPFORM_INPUTS_real = HOPFORM_ROBOT_FIELDS + 6, HOPFORM_RESULTS_real = 9 };
+/* The columns that are read stand one after the other in their struct: the robot's, the state's, current and horizon.
+ * So do those of results: the status, numbers, the count of events. */
+enum { HOPFORM_INPUTS_real = HOPFORM_ROBOT_FIELDS + HOPFORM_AXES + 2, HOPFORM_RESULTS_real = 9 };
 
 /* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may
  * overlap `itself` either. */
@@ -188,14 +188,14 @@ static inline int32_t hopform_put_stance_real(const hopform_stances_out_real *ou
     const hopform_stance_real refused = {none, {none, none, none, none}, none, none, none, status, 0, 0, 0};
     const hopform_stance_real *stance = status < 0 ? &refused : solved;
     const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_real(robot) > 0.0;
+    const void *first = out;
+    const hopform_output_real *results = first;
+    const real numbers[] = {stance->duration, HOPFORM_SHOWN_real(robot, &stance->end), flies ? stance->apex : none,
+                            stance->aed};
     hopform_put_code_real(&out->status, i, stance->ending);
-    hopform_put_real(&out->duration, i, stance->duration);
-    hopform_put_real(&out->x1, i, stance->end.x1);
-    hopform_put_real(&out->v1, i, stance->end.v1);
-    hopform_put_real(&out->x2, i, hopform_body_height_real(robot, stance->end.x1, stance->end.y));
-    hopform_put_real(&out->v2, i, stance->end.v2);
-    hopform_put_real(&out->apex, i, flies ? stance->apex : none);
-    hopform_put_real(&out->aed, i, stance->aed);
+    for (int n = 0; n < HOPFORM_RESULTS_real - 2; n++) {
+        hopform_put_real(&results[n + 1], i, numbers[n]);
+    }
     hopform_put_code_real(&out->event_count, i, stance->event_count);
     return hopform_put_events_real(out, i, stance, phases) ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
 }
@@ -210,9 +210,13 @@ static inline int32_t hopform_phases_wanted_real(const hopform_stances_out_real 
 
 static inline hopform_state_real hopform_start_of_real(const hopform_stances_in_real *in, int64_t i)
 {
-    const hopform_state_real start = {hopform_number_real(&in->x1, i), hopform_number_real(&in->v1, i),
-                                      hopform_number_real(&in->v2, i), hopform_number_real(&in->y, i)};
-    return start;
+    const void *first = in;
+    const hopform_input_real *columns = first;
+    hopform_state_by_axis_real start;
+    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+        start.of[axis] = hopform_number_real(&columns[HOPFORM_ROBOT_FIELDS + axis], i);
+    }
+    return start.named;
 }
 
 /* Solve stance i of a robot by itself. */
