@@ -583,10 +583,12 @@ static inline crossing_f32 first_crossing_f32(const event_set_f32 *set, const in
             continue;
         }
         if (value_at_f32(g, &in->high) < 0.0f) {
-            crossing_f32 one = {n, 2.0f, {0.0f, 0.0f, 0.0f, 0.0f}};
-            one.share = guessed_crossing_f32(g, in, &in->from[n], &one.to);
-            if (one.share < first.share) {
-                first = one;
+            jet_f32 to;
+            const float share = guessed_crossing_f32(g, in, &in->from[n], &to);
+            if (share < first.share) {
+                first.function = n;
+                first.share = share;
+                first.to = to;
             }
         } else {
             *passed |= g->shape == MONOTONE_f32 ? 1u << (uint32_t)n : 0u;

@@ -583,10 +583,12 @@ static inline crossing_f64 first_crossing_f64(const event_set_f64 *set, const in
             continue;
         }
         if (value_at_f64(g, &in->high) < 0.0) {
-            crossing_f64 one = {n, 2.0, {0.0, 0.0, 0.0, 0.0}};
-            one.share = guessed_crossing_f64(g, in, &in->from[n], &one.to);
-            if (one.share < first.share) {
-                first = one;
+            jet_f64 to;
+            const double share = guessed_crossing_f64(g, in, &in->from[n], &to);
+            if (share < first.share) {
+                first.function = n;
+                first.share = share;
+                first.to = to;
             }
         } else {
             *passed |= g->shape == MONOTONE_f64 ? 1u << (uint32_t)n : 0u;

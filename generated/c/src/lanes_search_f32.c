@@ -121,9 +121,9 @@ static int32_t end_interval(batch *b, int l)
     }
     certified = certified && (one->quiet || find_event_f32(&one->chain, search, true));
     if (certified && is_open_f32(search)) {
-        float end = search->limit;
-        const bool quiet = next_end_f32(set, in, search->limit, &end);
-        return reach_for(b, l, end, quiet);
+        float until = search->limit;
+        const bool quiet = is_quiet_next_f32(set, in, search->limit, &until);
+        return reach_for(b, l, quiet ? until : far_end_f32(set, in->low, search->limit), quiet);
     }
     if (certified) {
         stance_conclude_f32(search);
@@ -172,7 +172,7 @@ static int32_t begin_phase(batch *b, int l)
         b->w.wants[l] = 0.0f;
         return end_interval(b, l);
     }
-    return reach_for(b, l, far ? set->node->t : search->limit, false);
+    return reach_for(b, l, far ? set->node->t : far_end_f32(set, 0.0f, search->limit), false);
 }
 
 /* ---- stances in and out ---- */
@@ -181,7 +181,7 @@ static int32_t begin_phase(batch *b, int l)
 static void solve_alone(batch *b, planned *of, int64_t i)
 {
     if (of->run.planned >= 0 && !hopform_is_made_f32(&of->plan)) {
-        finish_plan_f32(&of->plan);
+        of->run.planned = hopform_plan_init_f32(&of->plan, &of->plan.robot);
     }
     const int32_t kept = hopform_solve_alone_f32(&of->plan, of->run.planned, b->in, i, b->out);
     b->kept = kept > b->kept ? kept : b->kept;
@@ -230,11 +230,11 @@ static void plan_ahead(batch *b, int64_t i)
     for (int n = 0; n < b->ahead; n++) {
         planned *one = b->runs[n];
         const hopform_poles_f32 both = one_poles(&b->cubics, n);
-        one->run.planned = one->run.planned < 0 ? one->run.planned : poles_of_plan_f32(&one->plan, &both);
+        if (one->run.planned >= 0) {
+            one->run.planned = poles_of_plan_f32(&one->plan, &both, one->several);
+        }
         if (one->run.planned < 0) {
             one->plan = zero;
-        } else if (one->several) {
-            finish_plan_f32(&one->plan);
         }
     }
 }

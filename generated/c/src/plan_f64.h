@@ -7,15 +7,20 @@
 
 #include "phase_f64.h"
 
-/* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q); it is
- * never reached where nothing draws. The propagator there is left out. */
-static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles)
+/* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
+ * propagator is evaluated there, if that is wanted. */
+static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles, bool whole)
 {
-    const bool draws = poles->q > HOPFORM_UNDERFLOW_f64;
+    const bool draws = poles->q > HOPFORM_UNDERFLOW_f64; /* else the node is never reached */
     const double t = draws ? 2.984 / sqrt_f64(poles->q) : HOPFORM_NEVER_f64;
+    hopform_basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
+    if (whole) {
+        basis = hopform_basis_at_f64(poles, draws ? t : 0.0);
+    }
     const double mu = 0.5 * poles->p;
     const double square = mu * mu - poles->q;
-    hopform_node_f64 node = {HOPFORM_NEVER_f64, HOPFORM_NEVER_f64, poles->a, 0.0, 0.0, t, 1.0, 0.0, 0.0, 0.0, 0.0};
+    hopform_node_f64 node = {HOPFORM_NEVER_f64, HOPFORM_NEVER_f64, poles->a, 0.0,      0.0,     t,
+                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
     if (square < 0.0) {
         node.half_period = 3.14159265358979323846 / sqrt_f64(-square);
         node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_f64;
@@ -27,19 +32,6 @@ static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles)
         node.third = hopform_lesser_f64(poles->a, slow);
     }
     return node;
-}
-
-/* Evaluate the propagator at a node. */
-static inline void evaluate_node_f64(hopform_node_f64 *node, const hopform_poles_f64 *poles)
-{
-    if (node->t < HOPFORM_NEVER_f64) {
-        const hopform_basis_f64 basis = hopform_basis_at_f64(poles, node->t);
-        node->Wdd = basis.Wdd;
-        node->Wd = basis.Wd;
-        node->W = basis.W;
-        node->W1 = basis.W1;
-        node->W2 = basis.W2;
-    }
 }
 
 /* The rates of a plan's robot, if it is one. */
@@ -66,8 +58,8 @@ static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan)
     return HOPFORM_OK;
 }
 
-/* The poles of a plan, once those of the cubic are known, and where its nodes lie. */
-static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_poles_f64 *both)
+/* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
+static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_poles_f64 *both, bool whole)
 {
     const hopform_rates_f64 *rates = &plan->rates;
     const hopform_poles_f64 actuator = {0.0, rates->p_1, rates->q_1, rates->p_1, rates->q_1, 0.0};
@@ -82,19 +74,11 @@ static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_po
     plan->both = *both;
     plan->actuator = actuator;
     plan->body = body;
-    plan->node_both = node_of_poles_f64(both);
-    plan->node_actuator = node_of_poles_f64(&actuator);
-    plan->node_body = node_of_poles_f64(&body);
+    plan->node_both = node_of_poles_f64(both, whole);
+    plan->node_actuator = node_of_poles_f64(&actuator, whole);
+    plan->node_body = node_of_poles_f64(&body, whole);
+    plan->made = whole ? HOPFORM_PLAN_MADE : 0;
     return HOPFORM_OK;
-}
-
-/* The propagators at the nodes: the plan is made then. */
-static inline void finish_plan_f64(hopform_plan_f64 *plan)
-{
-    evaluate_node_f64(&plan->node_both, &plan->both);
-    evaluate_node_f64(&plan->node_actuator, &plan->actuator);
-    evaluate_node_f64(&plan->node_body, &plan->body);
-    plan->made = HOPFORM_PLAN_MADE;
 }
 
 #endif

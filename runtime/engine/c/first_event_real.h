@@ -583,10 +583,12 @@ static inline crossing_real first_crossing_real(const event_set_real *set, const
             continue;
         }
         if (value_at_real(g, &in->high) < 0.0) {
-            crossing_real one = {n, 2.0, {0.0, 0.0, 0.0, 0.0}};
-            one.share = guessed_crossing_real(g, in, &in->from[n], &one.to);
-            if (one.share < first.share) {
-                first = one;
+            jet_real to;
+            const real share = guessed_crossing_real(g, in, &in->from[n], &to);
+            if (share < first.share) {
+                first.function = n;
+                first.share = share;
+                first.to = to;
             }
         } else {
             *passed |= g->shape == MONOTONE_real ? 1u << (uint32_t)n : 0u;

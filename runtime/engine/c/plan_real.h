@@ -7,15 +7,20 @@
 
 #include "phase_real.h"
 
-/* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q); it is
- * never reached where nothing draws. The propagator there is left out. */
-static inline hopform_node_real node_of_poles_real(const hopform_poles_real *poles)
+/* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
+ * propagator is evaluated there, if that is wanted. */
+static inline hopform_node_real node_of_poles_real(const hopform_poles_real *poles, bool whole)
 {
-    const bool draws = poles->q > HOPFORM_UNDERFLOW_real;
+    const bool draws = poles->q > HOPFORM_UNDERFLOW_real; /* else the node is never reached */
     const real t = draws ? 2.984 / sqrt_real(poles->q) : HOPFORM_NEVER_real;
+    hopform_basis_real basis = {1.0, 0.0, 0.0, 0.0, 0.0};
+    if (whole) {
+        basis = hopform_basis_at_real(poles, draws ? t : 0.0);
+    }
     const real mu = 0.5 * poles->p;
     const real square = mu * mu - poles->q;
-    hopform_node_real node = {HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0, 0.0, t, 1.0, 0.0, 0.0, 0.0, 0.0};
+    hopform_node_real node = {HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     t,
+                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
     if (square < 0.0) {
         node.half_period = 3.14159265358979323846 / sqrt_real(-square);
         node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_real;
@@ -27,19 +32,6 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
         node.third = hopform_lesser_real(poles->a, slow);
     }
     return node;
-}
-
-/* Evaluate the propagator at a node. */
-static inline void evaluate_node_real(hopform_node_real *node, const hopform_poles_real *poles)
-{
-    if (node->t < HOPFORM_NEVER_real) {
-        const hopform_basis_real basis = hopform_basis_at_real(poles, node->t);
-        node->Wdd = basis.Wdd;
-        node->Wd = basis.Wd;
-        node->W = basis.W;
-        node->W1 = basis.W1;
-        node->W2 = basis.W2;
-    }
 }
 
 /* The rates of a plan's robot, if it is one. */
@@ -66,8 +58,8 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan)
     return HOPFORM_OK;
 }
 
-/* The poles of a plan, once those of the cubic are known, and where its nodes lie. */
-static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both)
+/* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
+static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both, bool whole)
 {
     const hopform_rates_real *rates = &plan->rates;
     const hopform_poles_real actuator = {0.0, rates->p_1, rates->q_1, rates->p_1, rates->q_1, 0.0};
@@ -82,19 +74,11 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
     plan->both = *both;
     plan->actuator = actuator;
     plan->body = body;
-    plan->node_both = node_of_poles_real(both);
-    plan->node_actuator = node_of_poles_real(&actuator);
-    plan->node_body = node_of_poles_real(&body);
+    plan->node_both = node_of_poles_real(both, whole);
+    plan->node_actuator = node_of_poles_real(&actuator, whole);
+    plan->node_body = node_of_poles_real(&body, whole);
+    plan->made = whole ? HOPFORM_PLAN_MADE : 0;
     return HOPFORM_OK;
-}
-
-/* The propagators at the nodes: the plan is made then. */
-static inline void finish_plan_real(hopform_plan_real *plan)
-{
-    evaluate_node_real(&plan->node_both, &plan->both);
-    evaluate_node_real(&plan->node_actuator, &plan->actuator);
-    evaluate_node_real(&plan->node_body, &plan->body);
-    plan->made = HOPFORM_PLAN_MADE;
 }
 
 #endif
