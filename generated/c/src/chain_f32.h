@@ -342,17 +342,25 @@ static inline float far_end_f32(const event_set_f32 *set, float low, float limit
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* Reach it; that of the first interval is the node, if the phase may last that long. */
+/* That of the first interval: the node, if the phase may last that long. */
+static inline float first_end_f32(const event_set_f32 *set, float limit)
+{
+    const float half = 0.95f * set->node->half_period;
+    const float within = half < limit && set->count > 0 ? half : limit;
+    return set->node->t < limit ? set->node->t : within;
+}
+
+/* Reach it, by what is known there. */
 static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, float limit)
 {
     const hopform_node_f32 *node = set->node;
-    if (!(in->low > 0.0f) && node->t < limit) {
+    if (node->t < limit) {
         const hopform_basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f32(set->poles, node->t, &basis);
         in->found = -1;
-        return;
+    } else {
+        end_interval_at_f32(set, in, first_end_f32(set, limit));
     }
-    end_interval_at_f32(set, in, far_end_f32(set, in->low, limit));
 }
 
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
@@ -420,13 +428,14 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     }
 }
 
-/* Begin the next interval where this one has ended; whether nothing happens for long, and until when. */
-static inline bool is_quiet_next_f32(const event_set_f32 *set, interval_f32 *in, float limit, float *until)
+/* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, float limit, float *end)
 {
     begin_interval_f32(set, in);
-    const float quiet = quiet_until_f32(set, in);
-    *until = quiet < limit ? quiet : limit;
-    return quiet > in->low + 2.0f * set->node->t;
+    const float until = quiet_until_f32(set, in);
+    const bool quiet = until > in->low + 2.0f * set->node->t;
+    *end = quiet ? hopform_lesser_f32(until, limit) : far_end_f32(set, in->low, limit);
+    return quiet;
 }
 
 /* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
@@ -468,13 +477,9 @@ static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_s
         }
         open = certified && is_open_f32(search);
         if (open) {
-            float until = search->limit;
-            quiet = is_quiet_next_f32(set, in, search->limit, &until);
-            if (quiet) {
-                end_interval_at_f32(set, in, until);
-            } else {
-                reach_ahead_f32(set, in, search->limit);
-            }
+            float end = search->limit;
+            quiet = next_end_f32(set, in, search->limit, &end);
+            end_interval_at_f32(set, in, end);
         }
     }
     stance_conclude_f32(search);

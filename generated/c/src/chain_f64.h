@@ -342,17 +342,25 @@ static inline double far_end_f64(const event_set_f64 *set, double low, double li
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* Reach it; that of the first interval is the node, if the phase may last that long. */
+/* That of the first interval: the node, if the phase may last that long. */
+static inline double first_end_f64(const event_set_f64 *set, double limit)
+{
+    const double half = 0.95 * set->node->half_period;
+    const double within = half < limit && set->count > 0 ? half : limit;
+    return set->node->t < limit ? set->node->t : within;
+}
+
+/* Reach it, by what is known there. */
 static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, double limit)
 {
     const hopform_node_f64 *node = set->node;
-    if (!(in->low > 0.0) && node->t < limit) {
+    if (node->t < limit) {
         const hopform_basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f64(set->poles, node->t, &basis);
         in->found = -1;
-        return;
+    } else {
+        end_interval_at_f64(set, in, first_end_f64(set, limit));
     }
-    end_interval_at_f64(set, in, far_end_f64(set, in->low, limit));
 }
 
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
@@ -420,13 +428,14 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
     }
 }
 
-/* Begin the next interval where this one has ended; whether nothing happens for long, and until when. */
-static inline bool is_quiet_next_f64(const event_set_f64 *set, interval_f64 *in, double limit, double *until)
+/* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_end_f64(const event_set_f64 *set, interval_f64 *in, double limit, double *end)
 {
     begin_interval_f64(set, in);
-    const double quiet = quiet_until_f64(set, in);
-    *until = quiet < limit ? quiet : limit;
-    return quiet > in->low + 2.0 * set->node->t;
+    const double until = quiet_until_f64(set, in);
+    const bool quiet = until > in->low + 2.0 * set->node->t;
+    *end = quiet ? hopform_lesser_f64(until, limit) : far_end_f64(set, in->low, limit);
+    return quiet;
 }
 
 /* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
@@ -468,13 +477,9 @@ static inline void stance_end_search_f64(const stance_chain_f64 *chain, stance_s
         }
         open = certified && is_open_f64(search);
         if (open) {
-            double until = search->limit;
-            quiet = is_quiet_next_f64(set, in, search->limit, &until);
-            if (quiet) {
-                end_interval_at_f64(set, in, until);
-            } else {
-                reach_ahead_f64(set, in, search->limit);
-            }
+            double end = search->limit;
+            quiet = next_end_f64(set, in, search->limit, &end);
+            end_interval_at_f64(set, in, end);
         }
     }
     stance_conclude_f64(search);

@@ -571,12 +571,13 @@ typedef struct {
     jet_f64 to;
 } crossing_f64;
 
-/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses. One that
- * is monotone and has not crossed zero by then has not before: it has passed. */
-static inline crossing_f64 first_crossing_f64(const event_set_f64 *set, const interval_f64 *in, int32_t shape,
-                                                uint32_t *passed)
+/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
+ * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
+static inline bool first_crossing_f64(const event_set_f64 *set, const interval_f64 *in, int32_t shape,
+                                       uint32_t *passed, crossing_f64 *first)
 {
-    crossing_f64 first = {-1, 2.0, {0.0, 0.0, 0.0, 0.0}};
+    first->function = -1;
+    first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
         if (n == in->found || g->shape < shape || (*passed & 1u << (uint32_t)n) != 0) {
@@ -585,16 +586,16 @@ static inline crossing_f64 first_crossing_f64(const event_set_f64 *set, const in
         if (value_at_f64(g, &in->high) < 0.0) {
             jet_f64 to;
             const double share = guessed_crossing_f64(g, in, &in->from[n], &to);
-            if (share < first.share) {
-                first.function = n;
-                first.share = share;
-                first.to = to;
+            if (share < first->share) {
+                first->function = n;
+                first->share = share;
+                first->to = to;
             }
         } else {
             *passed |= g->shape == MONOTONE_f64 ? 1u << (uint32_t)n : 0u;
         }
     }
-    return first;
+    return first->function >= 0;
 }
 
 /* Ends the interval at the root of a function that has crossed zero in it. */
@@ -611,11 +612,8 @@ static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *i
 static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape)
 {
     uint32_t passed = 0;
-    for (int32_t tries = 0; tries < MOST_TRIES_f64; tries++) {
-        const crossing_f64 first = first_crossing_f64(set, in, shape, &passed);
-        if (first.function < 0) {
-            break;
-        }
+    crossing_f64 first;
+    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, shape, &passed, &first); n++) {
         end_at_crossing_f64(set, in, &first);
     }
 }

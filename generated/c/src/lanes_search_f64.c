@@ -79,15 +79,12 @@ static bool seek_first(batch *b, int l, int32_t shape)
     lanes_f64 *w = &b->w;
     const event_set_f64 *set = &one->search.events.set;
     const interval_f64 *in = &one->search.in;
-    if (one->tries >= MOST_TRIES_f64) {
+    if (one->tries >= MOST_TRIES_f64 || !first_crossing_f64(set, in, shape, &one->passed, &one->crossing)) {
+        one->crossing.function = -1;
         return false;
     }
     one->tries++;
-    one->crossing = first_crossing_f64(set, in, shape, &one->passed);
     const int32_t function = one->crossing.function;
-    if (function < 0) {
-        return false;
-    }
     keep_function(&w->function, l, true, &set->function[function]);
     keep_jet(&w->from, l, true, &in->from[function]);
     keep_jet(&w->to, l, true, &one->crossing.to);
@@ -121,9 +118,9 @@ static int32_t end_interval(batch *b, int l)
     }
     certified = certified && (one->quiet || find_event_f64(&one->chain, search, true));
     if (certified && is_open_f64(search)) {
-        double until = search->limit;
-        const bool quiet = is_quiet_next_f64(set, in, search->limit, &until);
-        return reach_for(b, l, quiet ? until : far_end_f64(set, in->low, search->limit), quiet);
+        double end = search->limit;
+        const bool quiet = next_end_f64(set, in, search->limit, &end);
+        return reach_for(b, l, end, quiet);
     }
     if (certified) {
         stance_conclude_f64(search);
@@ -165,14 +162,13 @@ static int32_t begin_phase(batch *b, int l)
         return stance_end_phase_f64(&one->chain, search);
     }
     keep_poles(&b->w.poles, l, true, set->poles);
-    const bool far = set->node->t < search->limit;
-    if (far && hopform_is_made_f64(one->chain.plan)) {
-        (void)reach_for(b, l, set->node->t, false);
+    (void)reach_for(b, l, first_end_f64(set, search->limit), false);
+    if (set->node->t < search->limit && hopform_is_made_f64(one->chain.plan)) {
         reach_ahead_f64(set, &search->in, search->limit);
         b->w.wants[l] = 0.0;
         return end_interval(b, l);
     }
-    return reach_for(b, l, far ? set->node->t : far_end_f64(set, 0.0, search->limit), false);
+    return WAITS;
 }
 
 /* ---- stances in and out ---- */

@@ -342,17 +342,25 @@ static inline real far_end_real(const event_set_real *set, real low, real limit)
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* Reach it; that of the first interval is the node, if the phase may last that long. */
+/* That of the first interval: the node, if the phase may last that long. */
+static inline real first_end_real(const event_set_real *set, real limit)
+{
+    const real half = 0.95 * set->node->half_period;
+    const real within = half < limit && set->count > 0 ? half : limit;
+    return set->node->t < limit ? set->node->t : within;
+}
+
+/* Reach it, by what is known there. */
 static inline void reach_ahead_real(const event_set_real *set, interval_real *in, real limit)
 {
     const hopform_node_real *node = set->node;
-    if (!(in->low > 0.0) && node->t < limit) {
+    if (node->t < limit) {
         const hopform_basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_real(set->poles, node->t, &basis);
         in->found = -1;
-        return;
+    } else {
+        end_interval_at_real(set, in, first_end_real(set, limit));
     }
-    end_interval_at_real(set, in, far_end_real(set, in->low, limit));
 }
 
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
@@ -420,13 +428,14 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     }
 }
 
-/* Begin the next interval where this one has ended; whether nothing happens for long, and until when. */
-static inline bool is_quiet_next_real(const event_set_real *set, interval_real *in, real limit, real *until)
+/* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_end_real(const event_set_real *set, interval_real *in, real limit, real *end)
 {
     begin_interval_real(set, in);
-    const real quiet = quiet_until_real(set, in);
-    *until = quiet < limit ? quiet : limit;
-    return quiet > in->low + 2.0 * set->node->t;
+    const real until = quiet_until_real(set, in);
+    const bool quiet = until > in->low + 2.0 * set->node->t;
+    *end = quiet ? hopform_lesser_real(until, limit) : far_end_real(set, in->low, limit);
+    return quiet;
 }
 
 /* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
@@ -468,13 +477,9 @@ static inline void stance_end_search_real(const stance_chain_real *chain, stance
         }
         open = certified && is_open_real(search);
         if (open) {
-            real until = search->limit;
-            quiet = is_quiet_next_real(set, in, search->limit, &until);
-            if (quiet) {
-                end_interval_at_real(set, in, until);
-            } else {
-                reach_ahead_real(set, in, search->limit);
-            }
+            real end = search->limit;
+            quiet = next_end_real(set, in, search->limit, &end);
+            end_interval_at_real(set, in, end);
         }
     }
     stance_conclude_real(search);

@@ -571,12 +571,13 @@ typedef struct {
     jet_real to;
 } crossing_real;
 
-/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses. One that
- * is monotone and has not crossed zero by then has not before: it has passed. */
-static inline crossing_real first_crossing_real(const event_set_real *set, const interval_real *in, int32_t shape,
-                                                uint32_t *passed)
+/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
+ * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
+static inline bool first_crossing_real(const event_set_real *set, const interval_real *in, int32_t shape,
+                                       uint32_t *passed, crossing_real *first)
 {
-    crossing_real first = {-1, 2.0, {0.0, 0.0, 0.0, 0.0}};
+    first->function = -1;
+    first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
         if (n == in->found || g->shape < shape || (*passed & 1u << (uint32_t)n) != 0) {
@@ -585,16 +586,16 @@ static inline crossing_real first_crossing_real(const event_set_real *set, const
         if (value_at_real(g, &in->high) < 0.0) {
             jet_real to;
             const real share = guessed_crossing_real(g, in, &in->from[n], &to);
-            if (share < first.share) {
-                first.function = n;
-                first.share = share;
-                first.to = to;
+            if (share < first->share) {
+                first->function = n;
+                first->share = share;
+                first->to = to;
             }
         } else {
             *passed |= g->shape == MONOTONE_real ? 1u << (uint32_t)n : 0u;
         }
     }
-    return first;
+    return first->function >= 0;
 }
 
 /* Ends the interval at the root of a function that has crossed zero in it. */
@@ -611,11 +612,8 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape)
 {
     uint32_t passed = 0;
-    for (int32_t tries = 0; tries < MOST_TRIES_real; tries++) {
-        const crossing_real first = first_crossing_real(set, in, shape, &passed);
-        if (first.function < 0) {
-            break;
-        }
+    crossing_real first;
+    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, shape, &passed, &first); n++) {
         end_at_crossing_real(set, in, &first);
     }
 }

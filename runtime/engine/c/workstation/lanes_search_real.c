@@ -79,15 +79,12 @@ static bool seek_first(batch *b, int l, int32_t shape)
     lanes_real *w = &b->w;
     const event_set_real *set = &one->search.events.set;
     const interval_real *in = &one->search.in;
-    if (one->tries >= MOST_TRIES_real) {
+    if (one->tries >= MOST_TRIES_real || !first_crossing_real(set, in, shape, &one->passed, &one->crossing)) {
+        one->crossing.function = -1;
         return false;
     }
     one->tries++;
-    one->crossing = first_crossing_real(set, in, shape, &one->passed);
     const int32_t function = one->crossing.function;
-    if (function < 0) {
-        return false;
-    }
     keep_function(&w->function, l, true, &set->function[function]);
     keep_jet(&w->from, l, true, &in->from[function]);
     keep_jet(&w->to, l, true, &one->crossing.to);
@@ -121,9 +118,9 @@ static int32_t end_interval(batch *b, int l)
     }
     certified = certified && (one->quiet || find_event_real(&one->chain, search, true));
     if (certified && is_open_real(search)) {
-        real until = search->limit;
-        const bool quiet = is_quiet_next_real(set, in, search->limit, &until);
-        return reach_for(b, l, quiet ? until : far_end_real(set, in->low, search->limit), quiet);
+        real end = search->limit;
+        const bool quiet = next_end_real(set, in, search->limit, &end);
+        return reach_for(b, l, end, quiet);
     }
     if (certified) {
         stance_conclude_real(search);
@@ -165,14 +162,13 @@ static int32_t begin_phase(batch *b, int l)
         return stance_end_phase_real(&one->chain, search);
     }
     keep_poles(&b->w.poles, l, true, set->poles);
-    const bool far = set->node->t < search->limit;
-    if (far && hopform_is_made_real(one->chain.plan)) {
-        (void)reach_for(b, l, set->node->t, false);
+    (void)reach_for(b, l, first_end_real(set, search->limit), false);
+    if (set->node->t < search->limit && hopform_is_made_real(one->chain.plan)) {
         reach_ahead_real(set, &search->in, search->limit);
         b->w.wants[l] = 0.0;
         return end_interval(b, l);
     }
-    return reach_for(b, l, far ? set->node->t : far_end_real(set, 0.0, search->limit), false);
+    return WAITS;
 }
 
 /* ---- stances in and out ---- */
