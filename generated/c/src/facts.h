@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "0d390d9c45e4357f"
+#define HOPFORM_SOURCE "8a7665da05d16cb6"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */

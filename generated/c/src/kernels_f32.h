@@ -498,7 +498,7 @@ static inline float hopform_positive_root_f32(float P, float T)
     return z;
 }
 
-/* No root of a cubic exceeds three of these; root_i is the root of order i of s_i. */
+/* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
 static inline float hopform_scale_of_cubic_f32(float s_1, float root_2, float root_3)
 {
     const float later = root_2 > root_3 ? root_2 : root_3;
@@ -516,30 +516,25 @@ static inline hopform_cubic_f32 hopform_scaled_cubic_f32(float s_1, float s_2, f
     const float c_2 = s_2 / (scale * scale);
     const float c_3 = s_3 / scale / (scale * scale);
     const float mean = c_1 / 3.0f;
-    const hopform_cubic_f32 cubic = {
-        c_1, c_2, c_3, mean, c_2 - 3.0f * mean * mean, c_3 - mean * (c_2 - 2.0f * mean * mean)};
+    const float P = c_2 - 3.0f * mean * mean;
+    const hopform_cubic_f32 cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0f * mean * mean)};
     return cubic;
 }
 
-/* Its factors (s + a)(s^2 + p s + q). */
-typedef struct {
-    float a, p, q;
-} hopform_factors_f32;
-
-static inline hopform_factors_f32 hopform_factors_at_f32(const hopform_cubic_f32 *cubic, float offset)
+/* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
+static inline void hopform_factor_at_f32(const hopform_cubic_f32 *cubic, float offset, hopform_poles_f32 *poles)
 {
-    const float a = cubic->T > 0.0f ? cubic->mean + offset : cubic->mean - offset;
-    const float p = cubic->c_1 - a;
-    const hopform_factors_f32 factors = {a, p, a > cubic->mean ? cubic->c_3 / a : cubic->c_2 - a * p};
-    return factors;
+    poles->a = cubic->T > 0.0f ? cubic->mean + offset : cubic->mean - offset;
+    poles->p = cubic->c_1 - poles->a;
+    poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
 }
 
 /* A step that takes the residual of the coefficients off the factors; false where there is none. */
-static inline bool hopform_polish_factors_f32(const hopform_cubic_f32 *cubic, hopform_factors_f32 *factors)
+static inline bool hopform_polish_factors_f32(const hopform_cubic_f32 *cubic, hopform_poles_f32 *poles)
 {
-    const float a = factors->a;
-    const float p = factors->p;
-    const float q = factors->q;
+    const float a = poles->a;
+    const float p = poles->p;
+    const float q = poles->q;
     const float r_1 = cubic->c_1 - (a + p);
     const float r_2 = cubic->c_2 - (q + a * p);
     const float r_3 = cubic->c_3 - a * q;
@@ -547,33 +542,10 @@ static inline bool hopform_polish_factors_f32(const hopform_cubic_f32 *cubic, ho
     const bool apart = fabs_f32(chi) > 0.0f; /* else three roots are one */
     const float da = (r_3 - a * (r_2 - a * r_1)) / (apart ? chi : 1.0f);
     const bool small = apart & (da * da < HOPFORM_EPS_f32);
-    factors->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
-    factors->p = small ? p + (r_1 - da) : p;
-    factors->a = small ? a + da : a;
+    poles->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
+    poles->p = small ? p + (r_1 - da) : p;
+    poles->a = small ? a + da : a;
     return small;
-}
-
-static inline hopform_poles_f32 hopform_poles_of_factors_f32(const hopform_factors_f32 *factors, float s_1, float s_2,
-                                                               float s_3, float scale)
-{
-    const hopform_poles_f32 poles = {
-        factors->a * scale, factors->p * scale, factors->q * scale * scale, s_1, s_2, s_3};
-    return poles;
-}
-
-/* Whether a cubic has factors to be computed: it is not slower than the type can say, and not all elements drift. */
-static inline bool hopform_has_factors_f32(float s_3, float scale)
-{
-    return (scale * scale * scale > 0.0f) & (s_3 > 0.0f);
-}
-
-/* The poles of one that has none: all 0 where it is too slow; where all elements drift the real pole is an integrator,
- * whatever the pair is. */
-static inline hopform_poles_f32 hopform_poles_without_factors_f32(float s_1, float s_2, float s_3, float scale)
-{
-    const bool slow = !(scale * scale * scale > 0.0f);
-    const hopform_poles_f32 poles = {0.0f, slow ? 0.0f : s_1, slow ? 0.0f : s_2, s_1, s_2, s_3};
-    return poles;
 }
 
 /* s^3 + s_1 s^2 + s_2 s + s_3 = (s + a)(s^2 + p s + q) with the most isolated real root as -a.
@@ -584,16 +556,25 @@ static inline hopform_poles_f32 hopform_poles_without_factors_f32(float s_1, flo
 static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, float s_3)
 {
     const float scale = hopform_scale_of_cubic_f32(s_1, sqrt_f32(s_2), hopform_cube_root_f32(s_3));
-    if (!hopform_has_factors_f32(s_3, scale)) {
-        return hopform_poles_without_factors_f32(s_1, s_2, s_3, scale);
+    hopform_poles_f32 poles = {0.0f, 0.0f, 0.0f, s_1, s_2, s_3};
+    if (!(scale * scale * scale > 0.0f)) {
+        return poles; /* slower than the type can say */
+    }
+    if (!(s_3 > 0.0f)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
+        poles.p = s_1;
+        poles.q = s_2;
+        return poles;
     }
     const hopform_cubic_f32 cubic = hopform_scaled_cubic_f32(s_1, s_2, s_3, scale);
     const float even = cubic.P < 0.0f ? sqrt_f32(-cubic.P) : 0.0f;
     const float offset = fabs_f32(cubic.T) > 0.0f ? hopform_positive_root_f32(cubic.P, fabs_f32(cubic.T)) : even;
-    hopform_factors_f32 factors = hopform_factors_at_f32(&cubic, offset);
-    for (int n = 0; n < POLISHES_f32 && hopform_polish_factors_f32(&cubic, &factors); n++) {
+    hopform_factor_at_f32(&cubic, offset, &poles);
+    for (int n = 0; n < POLISHES_f32 && hopform_polish_factors_f32(&cubic, &poles); n++) {
     }
-    return hopform_poles_of_factors_f32(&factors, s_1, s_2, s_3, scale);
+    poles.a = poles.a * scale;
+    poles.p = poles.p * scale;
+    poles.q = poles.q * scale * scale;
+    return poles;
 }
 
 #endif

@@ -498,7 +498,7 @@ static inline double hopform_positive_root_f64(double P, double T)
     return z;
 }
 
-/* No root of a cubic exceeds three of these; root_i is the root of order i of s_i. */
+/* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
 static inline double hopform_scale_of_cubic_f64(double s_1, double root_2, double root_3)
 {
     const double later = root_2 > root_3 ? root_2 : root_3;
@@ -516,30 +516,25 @@ static inline hopform_cubic_f64 hopform_scaled_cubic_f64(double s_1, double s_2,
     const double c_2 = s_2 / (scale * scale);
     const double c_3 = s_3 / scale / (scale * scale);
     const double mean = c_1 / 3.0;
-    const hopform_cubic_f64 cubic = {
-        c_1, c_2, c_3, mean, c_2 - 3.0 * mean * mean, c_3 - mean * (c_2 - 2.0 * mean * mean)};
+    const double P = c_2 - 3.0 * mean * mean;
+    const hopform_cubic_f64 cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0 * mean * mean)};
     return cubic;
 }
 
-/* Its factors (s + a)(s^2 + p s + q). */
-typedef struct {
-    double a, p, q;
-} hopform_factors_f64;
-
-static inline hopform_factors_f64 hopform_factors_at_f64(const hopform_cubic_f64 *cubic, double offset)
+/* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
+static inline void hopform_factor_at_f64(const hopform_cubic_f64 *cubic, double offset, hopform_poles_f64 *poles)
 {
-    const double a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
-    const double p = cubic->c_1 - a;
-    const hopform_factors_f64 factors = {a, p, a > cubic->mean ? cubic->c_3 / a : cubic->c_2 - a * p};
-    return factors;
+    poles->a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
+    poles->p = cubic->c_1 - poles->a;
+    poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
 }
 
 /* A step that takes the residual of the coefficients off the factors; false where there is none. */
-static inline bool hopform_polish_factors_f64(const hopform_cubic_f64 *cubic, hopform_factors_f64 *factors)
+static inline bool hopform_polish_factors_f64(const hopform_cubic_f64 *cubic, hopform_poles_f64 *poles)
 {
-    const double a = factors->a;
-    const double p = factors->p;
-    const double q = factors->q;
+    const double a = poles->a;
+    const double p = poles->p;
+    const double q = poles->q;
     const double r_1 = cubic->c_1 - (a + p);
     const double r_2 = cubic->c_2 - (q + a * p);
     const double r_3 = cubic->c_3 - a * q;
@@ -547,33 +542,10 @@ static inline bool hopform_polish_factors_f64(const hopform_cubic_f64 *cubic, ho
     const bool apart = fabs_f64(chi) > 0.0; /* else three roots are one */
     const double da = (r_3 - a * (r_2 - a * r_1)) / (apart ? chi : 1.0);
     const bool small = apart & (da * da < HOPFORM_EPS_f64);
-    factors->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
-    factors->p = small ? p + (r_1 - da) : p;
-    factors->a = small ? a + da : a;
+    poles->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
+    poles->p = small ? p + (r_1 - da) : p;
+    poles->a = small ? a + da : a;
     return small;
-}
-
-static inline hopform_poles_f64 hopform_poles_of_factors_f64(const hopform_factors_f64 *factors, double s_1, double s_2,
-                                                               double s_3, double scale)
-{
-    const hopform_poles_f64 poles = {
-        factors->a * scale, factors->p * scale, factors->q * scale * scale, s_1, s_2, s_3};
-    return poles;
-}
-
-/* Whether a cubic has factors to be computed: it is not slower than the type can say, and not all elements drift. */
-static inline bool hopform_has_factors_f64(double s_3, double scale)
-{
-    return (scale * scale * scale > 0.0) & (s_3 > 0.0);
-}
-
-/* The poles of one that has none: all 0 where it is too slow; where all elements drift the real pole is an integrator,
- * whatever the pair is. */
-static inline hopform_poles_f64 hopform_poles_without_factors_f64(double s_1, double s_2, double s_3, double scale)
-{
-    const bool slow = !(scale * scale * scale > 0.0);
-    const hopform_poles_f64 poles = {0.0, slow ? 0.0 : s_1, slow ? 0.0 : s_2, s_1, s_2, s_3};
-    return poles;
 }
 
 /* s^3 + s_1 s^2 + s_2 s + s_3 = (s + a)(s^2 + p s + q) with the most isolated real root as -a.
@@ -584,16 +556,25 @@ static inline hopform_poles_f64 hopform_poles_without_factors_f64(double s_1, do
 static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2, double s_3)
 {
     const double scale = hopform_scale_of_cubic_f64(s_1, sqrt_f64(s_2), hopform_cube_root_f64(s_3));
-    if (!hopform_has_factors_f64(s_3, scale)) {
-        return hopform_poles_without_factors_f64(s_1, s_2, s_3, scale);
+    hopform_poles_f64 poles = {0.0, 0.0, 0.0, s_1, s_2, s_3};
+    if (!(scale * scale * scale > 0.0)) {
+        return poles; /* slower than the type can say */
+    }
+    if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
+        poles.p = s_1;
+        poles.q = s_2;
+        return poles;
     }
     const hopform_cubic_f64 cubic = hopform_scaled_cubic_f64(s_1, s_2, s_3, scale);
     const double even = cubic.P < 0.0 ? sqrt_f64(-cubic.P) : 0.0;
     const double offset = fabs_f64(cubic.T) > 0.0 ? hopform_positive_root_f64(cubic.P, fabs_f64(cubic.T)) : even;
-    hopform_factors_f64 factors = hopform_factors_at_f64(&cubic, offset);
-    for (int n = 0; n < POLISHES_f64 && hopform_polish_factors_f64(&cubic, &factors); n++) {
+    hopform_factor_at_f64(&cubic, offset, &poles);
+    for (int n = 0; n < POLISHES_f64 && hopform_polish_factors_f64(&cubic, &poles); n++) {
     }
-    return hopform_poles_of_factors_f64(&factors, s_1, s_2, s_3, scale);
+    poles.a = poles.a * scale;
+    poles.p = poles.p * scale;
+    poles.q = poles.q * scale * scale;
+    return poles;
 }
 
 #endif

@@ -55,7 +55,8 @@ LANES_CODE static void refine_guesses(lanes_f32 *restrict w, int first)
         const float t = inside ? guess : low + 0.5f * h;
         const bool refines = w->refines[l] > 0.0f;
         keep(&w->t[l], refines, t);
-        keep(&w->steps[l], refines, (t > low) & (t < w->high[l]) ? 0.0f : (float)ROOT_STEPS_f32);
+        keep(&w->wants[l], refines, (t > low) & (t < w->high[l]) ? 1.0f : GIVES_UP);
+        keep(&w->steps[l], refines, 0.0f);
         w->refines[l] = 0.0f;
     }
 }
@@ -175,11 +176,12 @@ LANES_CODE static void step_on(lanes_f32 *restrict w, int first)
         const float next = inside ? step.next : step.low + 0.5f * (step.high - step.low);
         const hopform_basis_f32 carried = carried_basis_f32(&poles, &basis, step.next - t);
         const bool arrives = fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate);
-        const bool stuck = w->steps[l] >= (float)ROOT_STEPS_f32;
-        const bool goes = (w->wants[l] > 0.0f) & (w->seeks[l] > 0.0f) & (stuck | !arrives);
+        const bool goes = (w->wants[l] > 0.0f) & (w->seeks[l] > 0.0f) & !arrives;
+        const bool more = (w->steps[l] < (float)(ROOT_STEPS_f32 - 1)) & (next > step.low) & (next < step.high);
         keep_basis(&w->basis, l, goes & step.lands, &carried);
         keep(&w->t[l], goes, step.lands ? step.next : next);
-        w->wants[l] = flag(goes & (stuck | !step.lands));
+        const float wants = goes & !step.lands ? (more ? 1.0f : GIVES_UP) : 0.0f;
+        w->wants[l] = w->wants[l] < 0.0f ? GIVES_UP : wants;
         w->low[l] = step.low;
         w->high[l] = step.high;
         w->steps[l] += 1.0f;
@@ -220,19 +222,20 @@ LANES_CODE static void factor(poles_columns *restrict cubics)
         }
     }
     for (int l = 0; l < BLOCK_f32; l++) {
-        const hopform_poles_f32 s = one_poles(cubics, l);
         const hopform_cubic_f32 cubic = one_cubic(&scaled, l);
         const float even = cubic.P < 0.0f ? sqrt_f32(fabs_f32(cubic.P)) : 0.0f;
-        hopform_factors_f32 factors = hopform_factors_at_f32(&cubic, fabs_f32(cubic.T) > 0.0f ? root[l] : even);
+        const bool drifts = !(cubics->s_3[l] > 0.0f);
+        const bool slow = !(scale[l] * scale[l] * scale[l] > 0.0f);
+        hopform_poles_f32 poles = one_poles(cubics, l);
+        hopform_factor_at_f32(&cubic, fabs_f32(cubic.T) > 0.0f ? root[l] : even, &poles);
         for (int n = 0; n < POLISHES_f32; n++) {
-            (void)hopform_polish_factors_f32(&cubic, &factors);
+            (void)hopform_polish_factors_f32(&cubic, &poles);
         }
-        const hopform_poles_f32 poles = hopform_poles_of_factors_f32(&factors, s.s_1, s.s_2, s.s_3, scale[l]);
-        const hopform_poles_f32 others = hopform_poles_without_factors_f32(s.s_1, s.s_2, s.s_3, scale[l]);
-        const bool has = hopform_has_factors_f32(s.s_3, scale[l]);
-        cubics->a[l] = has ? poles.a : others.a;
-        cubics->p[l] = has ? poles.p : others.p;
-        cubics->q[l] = has ? poles.q : others.q;
+        cubics->a[l] = (slow | drifts) ? 0.0f : poles.a * scale[l];
+        const float p = drifts ? poles.s_1 : poles.p * scale[l];
+        const float q = drifts ? poles.s_2 : poles.q * scale[l] * scale[l];
+        cubics->p[l] = slow ? 0.0f : p;
+        cubics->q[l] = slow ? 0.0f : q;
     }
 }
 
@@ -249,4 +252,8 @@ static void evaluate(lanes_f32 *w)
     }
 }
 
-const lanes_code_f32 LANES_NAME = {evaluate, factor};
+lanes_code_f32 LANES_NAME(void)
+{
+    const lanes_code_f32 code = {evaluate, factor};
+    return code;
+}

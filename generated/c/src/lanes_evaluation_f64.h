@@ -55,7 +55,8 @@ LANES_CODE static void refine_guesses(lanes_f64 *restrict w, int first)
         const double t = inside ? guess : low + 0.5 * h;
         const bool refines = w->refines[l] > 0.0;
         keep(&w->t[l], refines, t);
-        keep(&w->steps[l], refines, (t > low) & (t < w->high[l]) ? 0.0 : (double)ROOT_STEPS_f64);
+        keep(&w->wants[l], refines, (t > low) & (t < w->high[l]) ? 1.0 : GIVES_UP);
+        keep(&w->steps[l], refines, 0.0);
         w->refines[l] = 0.0;
     }
 }
@@ -175,11 +176,12 @@ LANES_CODE static void step_on(lanes_f64 *restrict w, int first)
         const double next = inside ? step.next : step.low + 0.5 * (step.high - step.low);
         const hopform_basis_f64 carried = carried_basis_f64(&poles, &basis, step.next - t);
         const bool arrives = fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate);
-        const bool stuck = w->steps[l] >= (double)ROOT_STEPS_f64;
-        const bool goes = (w->wants[l] > 0.0) & (w->seeks[l] > 0.0) & (stuck | !arrives);
+        const bool goes = (w->wants[l] > 0.0) & (w->seeks[l] > 0.0) & !arrives;
+        const bool more = (w->steps[l] < (double)(ROOT_STEPS_f64 - 1)) & (next > step.low) & (next < step.high);
         keep_basis(&w->basis, l, goes & step.lands, &carried);
         keep(&w->t[l], goes, step.lands ? step.next : next);
-        w->wants[l] = flag(goes & (stuck | !step.lands));
+        const double wants = goes & !step.lands ? (more ? 1.0 : GIVES_UP) : 0.0;
+        w->wants[l] = w->wants[l] < 0.0 ? GIVES_UP : wants;
         w->low[l] = step.low;
         w->high[l] = step.high;
         w->steps[l] += 1.0;
@@ -220,19 +222,20 @@ LANES_CODE static void factor(poles_columns *restrict cubics)
         }
     }
     for (int l = 0; l < BLOCK_f64; l++) {
-        const hopform_poles_f64 s = one_poles(cubics, l);
         const hopform_cubic_f64 cubic = one_cubic(&scaled, l);
         const double even = cubic.P < 0.0 ? sqrt_f64(fabs_f64(cubic.P)) : 0.0;
-        hopform_factors_f64 factors = hopform_factors_at_f64(&cubic, fabs_f64(cubic.T) > 0.0 ? root[l] : even);
+        const bool drifts = !(cubics->s_3[l] > 0.0);
+        const bool slow = !(scale[l] * scale[l] * scale[l] > 0.0);
+        hopform_poles_f64 poles = one_poles(cubics, l);
+        hopform_factor_at_f64(&cubic, fabs_f64(cubic.T) > 0.0 ? root[l] : even, &poles);
         for (int n = 0; n < POLISHES_f64; n++) {
-            (void)hopform_polish_factors_f64(&cubic, &factors);
+            (void)hopform_polish_factors_f64(&cubic, &poles);
         }
-        const hopform_poles_f64 poles = hopform_poles_of_factors_f64(&factors, s.s_1, s.s_2, s.s_3, scale[l]);
-        const hopform_poles_f64 others = hopform_poles_without_factors_f64(s.s_1, s.s_2, s.s_3, scale[l]);
-        const bool has = hopform_has_factors_f64(s.s_3, scale[l]);
-        cubics->a[l] = has ? poles.a : others.a;
-        cubics->p[l] = has ? poles.p : others.p;
-        cubics->q[l] = has ? poles.q : others.q;
+        cubics->a[l] = (slow | drifts) ? 0.0 : poles.a * scale[l];
+        const double p = drifts ? poles.s_1 : poles.p * scale[l];
+        const double q = drifts ? poles.s_2 : poles.q * scale[l] * scale[l];
+        cubics->p[l] = slow ? 0.0 : p;
+        cubics->q[l] = slow ? 0.0 : q;
     }
 }
 
@@ -249,4 +252,8 @@ static void evaluate(lanes_f64 *w)
     }
 }
 
-const lanes_code_f64 LANES_NAME = {evaluate, factor};
+lanes_code_f64 LANES_NAME(void)
+{
+    const lanes_code_f64 code = {evaluate, factor};
+    return code;
+}

@@ -65,6 +65,9 @@ RECORD_IN_COLUMNS(basis, hopform_basis_f32, HOPFORM_BASIS_MEMBERS)
 RECORD_IN_COLUMNS(jet, jet_f32, JET_MEMBERS)
 RECORD_IN_COLUMNS(function, event_function_f32, FUNCTION_MEMBERS)
 
+/* What a lane wants whose root is not found soon: it is located by itself. */
+#define GIVES_UP (-1.0f)
+
 /* W is evaluated at t, where a lane wants it. Where it seeks the root of a function, that lies between two times; first
  * a guess is refined, a share of the interval between jets. */
 typedef struct {
@@ -78,20 +81,21 @@ typedef struct {
 } lanes_f32;
 
 /* What is done in vector registers of a kind: W is evaluated in each lane, with a step on towards the roots, and who
- * arrives, or seeks none, wants no more; the first BLOCK of some cubics are factored. */
+ * arrives, or seeks none, wants no more; the first BLOCK of some cubics are factored. NULL where the processor has
+ * none. */
 typedef struct {
     void (*evaluate)(lanes_f32 *w);
     void (*factor)(poles_columns *cubics);
 } lanes_code_f32;
 
 /* Solves the stances of a batch; HOPFORM_PHASES_NOT_KEPT if events of one did not fit. */
-int32_t hopform_solve_in_lanes_f32(const lanes_code_f32 *code, int64_t count, const hopform_stances_in_f32 *in,
+int32_t hopform_solve_in_lanes_f32(lanes_code_f32 code, int64_t count, const hopform_stances_in_f32 *in,
                                     const hopform_stances_out_f32 *out);
 
-extern const lanes_code_f32 hopform_lanes_baseline_f32;
+lanes_code_f32 hopform_lanes_baseline_f32(void);
 #if defined(HOPFORM_X86_LANES)
-extern const lanes_code_f32 hopform_lanes_avx2_f32;
-extern const lanes_code_f32 hopform_lanes_avx512_f32;
+lanes_code_f32 hopform_lanes_avx2_f32(void);
+lanes_code_f32 hopform_lanes_avx512_f32(void);
 #endif
 
 #endif

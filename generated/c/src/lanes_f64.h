@@ -65,6 +65,9 @@ RECORD_IN_COLUMNS(basis, hopform_basis_f64, HOPFORM_BASIS_MEMBERS)
 RECORD_IN_COLUMNS(jet, jet_f64, JET_MEMBERS)
 RECORD_IN_COLUMNS(function, event_function_f64, FUNCTION_MEMBERS)
 
+/* What a lane wants whose root is not found soon: it is located by itself. */
+#define GIVES_UP (-1.0)
+
 /* W is evaluated at t, where a lane wants it. Where it seeks the root of a function, that lies between two times; first
  * a guess is refined, a share of the interval between jets. */
 typedef struct {
@@ -78,20 +81,21 @@ typedef struct {
 } lanes_f64;
 
 /* What is done in vector registers of a kind: W is evaluated in each lane, with a step on towards the roots, and who
- * arrives, or seeks none, wants no more; the first BLOCK of some cubics are factored. */
+ * arrives, or seeks none, wants no more; the first BLOCK of some cubics are factored. NULL where the processor has
+ * none. */
 typedef struct {
     void (*evaluate)(lanes_f64 *w);
     void (*factor)(poles_columns *cubics);
 } lanes_code_f64;
 
 /* Solves the stances of a batch; HOPFORM_PHASES_NOT_KEPT if events of one did not fit. */
-int32_t hopform_solve_in_lanes_f64(const lanes_code_f64 *code, int64_t count, const hopform_stances_in_f64 *in,
+int32_t hopform_solve_in_lanes_f64(lanes_code_f64 code, int64_t count, const hopform_stances_in_f64 *in,
                                     const hopform_stances_out_f64 *out);
 
-extern const lanes_code_f64 hopform_lanes_baseline_f64;
+lanes_code_f64 hopform_lanes_baseline_f64(void);
 #if defined(HOPFORM_X86_LANES)
-extern const lanes_code_f64 hopform_lanes_avx2_f64;
-extern const lanes_code_f64 hopform_lanes_avx512_f64;
+lanes_code_f64 hopform_lanes_avx2_f64(void);
+lanes_code_f64 hopform_lanes_avx512_f64(void);
 #endif
 
 #endif

@@ -46,7 +46,7 @@ typedef struct {
     int64_t next, last;
     int32_t kept;
     int32_t busy; /* lanes with a stance */
-    const lanes_code_f32 *code;
+    lanes_code_f32 code;
     planned *plans;
     planned *runs[BLOCK_f32]; /* what is planned ahead, */
     int32_t ahead;             /* so many of them, */
@@ -137,7 +137,7 @@ static int32_t arrive(batch *b, int l)
     const lane *one = &b->stances[l];
     const event_set_f32 *set = &one->search.events.set;
     interval_f32 *in = &b->stances[l].search.in;
-    if (!(w->wants[l] > 0.0f)) {
+    if (!(fabs_f32(w->wants[l]) > 0.0f)) {
         const hopform_basis_f32 basis = one_basis(&w->basis, l);
         in->high = propagator_of_f32(set->poles, w->t[l], &basis);
     } else if (one->crossing.function >= 0) {
@@ -222,7 +222,7 @@ static void plan_ahead(batch *b, int64_t i)
             i = one->run.end;
         }
     }
-    b->code->factor(&b->cubics);
+    b->code.factor(&b->cubics);
     for (int n = 0; n < b->ahead; n++) {
         planned *one = b->runs[n];
         const hopform_poles_f32 both = one_poles(&b->cubics, n);
@@ -286,27 +286,20 @@ static void go_on(batch *b, int l, int32_t ending)
     }
 }
 
-/* Whether a root is not found soon. */
-static bool is_stuck(const lanes_f32 *w, int l)
-{
-    return w->steps[l] >= (float)ROOT_STEPS_f32 || !(w->t[l] > w->low[l] && w->t[l] < w->high[l]);
-}
-
-int32_t hopform_solve_in_lanes_f32(const lanes_code_f32 *code, int64_t count, const hopform_stances_in_f32 *in,
+int32_t hopform_solve_in_lanes_f32(lanes_code_f32 code, int64_t count, const hopform_stances_in_f32 *in,
                                     const hopform_stances_out_f32 *out)
 {
     lane stances[LANES_f32];
     planned plans[PLANS] = {{.users = 0}};
     batch b = {.in = in, .out = out, .last = count, .code = code, .plans = plans, .stances = stances};
-    const lanes_f32 *w = &b.w;
     for (int l = 0; l < LANES_f32; l++) {
         stances[l].index = NO_STANCE;
         go_on(&b, l, HOPFORM_ENDING_REST);
     }
     while (b.busy > FEW || b.next < b.last) {
-        code->evaluate(&b.w);
+        code.evaluate(&b.w);
         for (int l = 0; l < LANES_f32; l++) {
-            if (stances[l].index != NO_STANCE && (!(w->wants[l] > 0.0f) || (w->seeks[l] > 0.0f && is_stuck(w, l)))) {
+            if (stances[l].index != NO_STANCE && !(b.w.wants[l] > 0.0f)) {
                 go_on(&b, l, arrive(&b, l));
             }
         }

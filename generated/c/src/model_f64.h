@@ -47,6 +47,7 @@ typedef union {
 /* A state as a batch shows it, with the height of the body in place of the compression. */
 #define HOPFORM_SHOWN_f64(robot, state)                                                                               \
     (state)->x1, (state)->v1,                                                        \
-        hopform_body_height_f64((robot), (state)->x1, (state)->y), (state)->v2
+        hopform_body_height_f64((robot), (state)->x1, (state)->y),                  \
+        (state)->v2
 
 #endif

@@ -498,7 +498,7 @@ static inline real hopform_positive_root_real(real P, real T)
     return z;
 }
 
-/* No root of a cubic exceeds three of these; root_i is the root of order i of s_i. */
+/* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
 static inline real hopform_scale_of_cubic_real(real s_1, real root_2, real root_3)
 {
     const real later = root_2 > root_3 ? root_2 : root_3;
@@ -516,30 +516,25 @@ static inline hopform_cubic_real hopform_scaled_cubic_real(real s_1, real s_2, r
     const real c_2 = s_2 / (scale * scale);
     const real c_3 = s_3 / scale / (scale * scale);
     const real mean = c_1 / 3.0;
-    const hopform_cubic_real cubic = {
-        c_1, c_2, c_3, mean, c_2 - 3.0 * mean * mean, c_3 - mean * (c_2 - 2.0 * mean * mean)};
+    const real P = c_2 - 3.0 * mean * mean;
+    const hopform_cubic_real cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0 * mean * mean)};
     return cubic;
 }
 
-/* Its factors (s + a)(s^2 + p s + q). */
-typedef struct {
-    real a, p, q;
-} hopform_factors_real;
-
-static inline hopform_factors_real hopform_factors_at_real(const hopform_cubic_real *cubic, real offset)
+/* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
+static inline void hopform_factor_at_real(const hopform_cubic_real *cubic, real offset, hopform_poles_real *poles)
 {
-    const real a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
-    const real p = cubic->c_1 - a;
-    const hopform_factors_real factors = {a, p, a > cubic->mean ? cubic->c_3 / a : cubic->c_2 - a * p};
-    return factors;
+    poles->a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
+    poles->p = cubic->c_1 - poles->a;
+    poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
 }
 
 /* A step that takes the residual of the coefficients off the factors; false where there is none. */
-static inline bool hopform_polish_factors_real(const hopform_cubic_real *cubic, hopform_factors_real *factors)
+static inline bool hopform_polish_factors_real(const hopform_cubic_real *cubic, hopform_poles_real *poles)
 {
-    const real a = factors->a;
-    const real p = factors->p;
-    const real q = factors->q;
+    const real a = poles->a;
+    const real p = poles->p;
+    const real q = poles->q;
     const real r_1 = cubic->c_1 - (a + p);
     const real r_2 = cubic->c_2 - (q + a * p);
     const real r_3 = cubic->c_3 - a * q;
@@ -547,33 +542,10 @@ static inline bool hopform_polish_factors_real(const hopform_cubic_real *cubic, 
     const bool apart = fabs_real(chi) > 0.0; /* else three roots are one */
     const real da = (r_3 - a * (r_2 - a * r_1)) / (apart ? chi : 1.0);
     const bool small = apart & (da * da < HOPFORM_EPS_real);
-    factors->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
-    factors->p = small ? p + (r_1 - da) : p;
-    factors->a = small ? a + da : a;
+    poles->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
+    poles->p = small ? p + (r_1 - da) : p;
+    poles->a = small ? a + da : a;
     return small;
-}
-
-static inline hopform_poles_real hopform_poles_of_factors_real(const hopform_factors_real *factors, real s_1, real s_2,
-                                                               real s_3, real scale)
-{
-    const hopform_poles_real poles = {
-        factors->a * scale, factors->p * scale, factors->q * scale * scale, s_1, s_2, s_3};
-    return poles;
-}
-
-/* Whether a cubic has factors to be computed: it is not slower than the type can say, and not all elements drift. */
-static inline bool hopform_has_factors_real(real s_3, real scale)
-{
-    return (scale * scale * scale > 0.0) & (s_3 > 0.0);
-}
-
-/* The poles of one that has none: all 0 where it is too slow; where all elements drift the real pole is an integrator,
- * whatever the pair is. */
-static inline hopform_poles_real hopform_poles_without_factors_real(real s_1, real s_2, real s_3, real scale)
-{
-    const bool slow = !(scale * scale * scale > 0.0);
-    const hopform_poles_real poles = {0.0, slow ? 0.0 : s_1, slow ? 0.0 : s_2, s_1, s_2, s_3};
-    return poles;
 }
 
 /* s^3 + s_1 s^2 + s_2 s + s_3 = (s + a)(s^2 + p s + q) with the most isolated real root as -a.
@@ -584,16 +556,25 @@ static inline hopform_poles_real hopform_poles_without_factors_real(real s_1, re
 static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, real s_3)
 {
     const real scale = hopform_scale_of_cubic_real(s_1, sqrt_real(s_2), hopform_cube_root_real(s_3));
-    if (!hopform_has_factors_real(s_3, scale)) {
-        return hopform_poles_without_factors_real(s_1, s_2, s_3, scale);
+    hopform_poles_real poles = {0.0, 0.0, 0.0, s_1, s_2, s_3};
+    if (!(scale * scale * scale > 0.0)) {
+        return poles; /* slower than the type can say */
+    }
+    if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
+        poles.p = s_1;
+        poles.q = s_2;
+        return poles;
     }
     const hopform_cubic_real cubic = hopform_scaled_cubic_real(s_1, s_2, s_3, scale);
     const real even = cubic.P < 0.0 ? sqrt_real(-cubic.P) : 0.0;
     const real offset = fabs_real(cubic.T) > 0.0 ? hopform_positive_root_real(cubic.P, fabs_real(cubic.T)) : even;
-    hopform_factors_real factors = hopform_factors_at_real(&cubic, offset);
-    for (int n = 0; n < POLISHES_real && hopform_polish_factors_real(&cubic, &factors); n++) {
+    hopform_factor_at_real(&cubic, offset, &poles);
+    for (int n = 0; n < POLISHES_real && hopform_polish_factors_real(&cubic, &poles); n++) {
     }
-    return hopform_poles_of_factors_real(&factors, s_1, s_2, s_3, scale);
+    poles.a = poles.a * scale;
+    poles.p = poles.p * scale;
+    poles.q = poles.q * scale * scale;
+    return poles;
 }
 
 #endif

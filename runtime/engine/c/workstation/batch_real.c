@@ -26,26 +26,27 @@ static int32_t one_by_one(int64_t count, const hopform_stances_in_real *in, cons
 
 /* What a variant does in vector registers, that the processor has; NULL if nothing does. Registers that hold two
  * numbers are not worth it. */
-static const lanes_code_real *code_of(int32_t variant)
+static lanes_code_real code_of(int32_t variant)
 {
     const bool best = variant == HOPFORM_VARIANT_BEST;
 #if defined(HOPFORM_X86_LANES)
     const bool is_512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
                         && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
     if (is_512 && (variant == HOPFORM_VARIANT_AVX512 || best)) {
-        return &hopform_lanes_avx512_real;
+        return hopform_lanes_avx512_real();
     }
     if (__builtin_cpu_supports("avx2") && (variant == HOPFORM_VARIANT_AVX2 || best)) {
-        return &hopform_lanes_avx2_real;
+        return hopform_lanes_avx2_real();
     }
 #endif
-    return variant == HOPFORM_VARIANT_BASELINE || (best && sizeof(real) < 8) ? &hopform_lanes_baseline_real : NULL;
+    const lanes_code_real none = {NULL, NULL};
+    return variant == HOPFORM_VARIANT_BASELINE || (best && sizeof(real) < 8) ? hopform_lanes_baseline_real() : none;
 }
 
 int32_t hopform_has_variant_real(int32_t variant)
 {
     const bool is_any = variant == HOPFORM_VARIANT_BEST || variant == HOPFORM_VARIANT_ONE_BY_ONE;
-    return is_any || code_of(variant) != NULL ? 1 : 0;
+    return is_any || code_of(variant).evaluate != NULL ? 1 : 0;
 }
 
 /* A lane computes what it does not use as well: what that does to the processor's flags is no news to the caller. */
@@ -54,8 +55,10 @@ static int32_t solve(int32_t variant, int64_t count, const hopform_stances_in_re
 {
     fenv_t before;
     (void)fegetenv(&before);
-    const lanes_code_real *code = count < LANES_real / 2 ? NULL : code_of(variant);
-    const int32_t kept = code == NULL ? one_by_one(count, in, out) : hopform_solve_in_lanes_real(code, count, in, out);
+    const lanes_code_real code = code_of(variant);
+    const int32_t kept = code.evaluate == NULL || count < LANES_real / 2
+                             ? one_by_one(count, in, out)
+                             : hopform_solve_in_lanes_real(code, count, in, out);
     (void)fesetenv(&before);
     return kept;
 }

@@ -55,7 +55,8 @@ LANES_CODE static void refine_guesses(lanes_real *restrict w, int first)
         const real t = inside ? guess : low + 0.5 * h;
         const bool refines = w->refines[l] > 0.0;
         keep(&w->t[l], refines, t);
-        keep(&w->steps[l], refines, (t > low) & (t < w->high[l]) ? 0.0 : (real)ROOT_STEPS_real);
+        keep(&w->wants[l], refines, (t > low) & (t < w->high[l]) ? 1.0 : GIVES_UP);
+        keep(&w->steps[l], refines, 0.0);
         w->refines[l] = 0.0;
     }
 }
@@ -175,11 +176,12 @@ LANES_CODE static void step_on(lanes_real *restrict w, int first)
         const real next = inside ? step.next : step.low + 0.5 * (step.high - step.low);
         const hopform_basis_real carried = carried_basis_real(&poles, &basis, step.next - t);
         const bool arrives = fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate);
-        const bool stuck = w->steps[l] >= (real)ROOT_STEPS_real;
-        const bool goes = (w->wants[l] > 0.0) & (w->seeks[l] > 0.0) & (stuck | !arrives);
+        const bool goes = (w->wants[l] > 0.0) & (w->seeks[l] > 0.0) & !arrives;
+        const bool more = (w->steps[l] < (real)(ROOT_STEPS_real - 1)) & (next > step.low) & (next < step.high);
         keep_basis(&w->basis, l, goes & step.lands, &carried);
         keep(&w->t[l], goes, step.lands ? step.next : next);
-        w->wants[l] = flag(goes & (stuck | !step.lands));
+        const real wants = goes & !step.lands ? (more ? 1.0 : GIVES_UP) : 0.0;
+        w->wants[l] = w->wants[l] < 0.0 ? GIVES_UP : wants;
         w->low[l] = step.low;
         w->high[l] = step.high;
         w->steps[l] += 1.0;
@@ -220,19 +222,20 @@ LANES_CODE static void factor(poles_columns *restrict cubics)
         }
     }
     for (int l = 0; l < BLOCK_real; l++) {
-        const hopform_poles_real s = one_poles(cubics, l);
         const hopform_cubic_real cubic = one_cubic(&scaled, l);
         const real even = cubic.P < 0.0 ? sqrt_real(fabs_real(cubic.P)) : 0.0;
-        hopform_factors_real factors = hopform_factors_at_real(&cubic, fabs_real(cubic.T) > 0.0 ? root[l] : even);
+        const bool drifts = !(cubics->s_3[l] > 0.0);
+        const bool slow = !(scale[l] * scale[l] * scale[l] > 0.0);
+        hopform_poles_real poles = one_poles(cubics, l);
+        hopform_factor_at_real(&cubic, fabs_real(cubic.T) > 0.0 ? root[l] : even, &poles);
         for (int n = 0; n < POLISHES_real; n++) {
-            (void)hopform_polish_factors_real(&cubic, &factors);
+            (void)hopform_polish_factors_real(&cubic, &poles);
         }
-        const hopform_poles_real poles = hopform_poles_of_factors_real(&factors, s.s_1, s.s_2, s.s_3, scale[l]);
-        const hopform_poles_real others = hopform_poles_without_factors_real(s.s_1, s.s_2, s.s_3, scale[l]);
-        const bool has = hopform_has_factors_real(s.s_3, scale[l]);
-        cubics->a[l] = has ? poles.a : others.a;
-        cubics->p[l] = has ? poles.p : others.p;
-        cubics->q[l] = has ? poles.q : others.q;
+        cubics->a[l] = (slow | drifts) ? 0.0 : poles.a * scale[l];
+        const real p = drifts ? poles.s_1 : poles.p * scale[l];
+        const real q = drifts ? poles.s_2 : poles.q * scale[l] * scale[l];
+        cubics->p[l] = slow ? 0.0 : p;
+        cubics->q[l] = slow ? 0.0 : q;
     }
 }
 
@@ -249,4 +252,8 @@ static void evaluate(lanes_real *w)
     }
 }
 
-const lanes_code_real LANES_NAME = {evaluate, factor};
+lanes_code_real LANES_NAME(void)
+{
+    const lanes_code_real code = {evaluate, factor};
+    return code;
+}
