@@ -10,15 +10,17 @@ import pytest
 import hopform
 from hopform import ufuncs
 from hopform._solver import c as native
-from hopform_solver.records import ROBOT_FIELDS
+from hopform_solver.records import ENDINGS, ROBOT_FIELDS
 from tests import needs
 from tests.conformance.random_stances import draw_stances
+from tools.build_library import ROOT, compile_sources
 
 pytestmark = needs.library
 
 ONE_BY_ONE, BASELINE, AVX2, AVX512 = 1, 2, 3, 4
 VARIANTS = {"baseline": BASELINE, "AVX2": AVX2, "AVX-512": AVX512}
 ERROR_VARIANT = -11
+UNCERTIFIED = next(number for number, word in ENDINGS.items() if word == "uncertified")
 STATES = ("x1", "v1", "v2", "y", "u", "horizon")
 NAMES = [field.name for field in ROBOT_FIELDS]
 HOPPER = hopform.load_robot("hopper_c")
@@ -47,10 +49,11 @@ def has(variant: int, suffix: str = "f64") -> bool:
     return library.call("has_variant", types, ctypes.c_int32(variant)) == 1
 
 
-def solve(variant: int, problems: Any, dtype: Any, room: int = 8, max_phases: int = 100, step: int = 1) -> Answers:
+def solve(
+    variant: int, problems: Any, dtype: Any, room: int = 8, max_phases: int = 100, step: int = 1, handle: Any = None
+) -> Answers:
     """The problems by a variant; with `step` every column lies so many numbers apart from one stance to the next."""
     library, count = native.library(), len(problems)
-    types = library.types(np.dtype(dtype))
     types = library.types(np.dtype(dtype))
     arguments, out = types.StancesIn(), types.StancesOut()
     kept = []
@@ -76,7 +79,7 @@ def solve(variant: int, problems: Any, dtype: Any, room: int = 8, max_phases: in
     if room:
         out.phases, out.phase_capacity = ctypes.addressof(phases), len(phases)
         out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, room
-    function = getattr(library._handle, f"hopform_solve_stances_by_{types.suffix}")
+    function = getattr(handle or library._handle, f"hopform_solve_stances_by_{types.suffix}")
     status = function(ctypes.c_int32(variant), ctypes.c_int64(count), ctypes.byref(arguments), ctypes.byref(out))
     return Answers(int(status), results, times, kinds)
 
@@ -109,6 +112,22 @@ def test_random_and_degenerate_stances_have_the_same_bits(variant, dtype, seed=2
     expected = solve(ONE_BY_ONE, problems, dtype)
     assert len(set(expected.results["status"].tolist())) >= 4
     assert same(solve(variant, problems, dtype), expected)
+
+
+@pytest.fixture(scope="module")
+def bounded(tmp_path_factory) -> Any:
+    """A library that certifies one interval of a phase at most."""
+    target = tmp_path_factory.mktemp("bounded") / "bounded.so"
+    compile_sources(ROOT / "generated" / "c", target, "-O1", "-DHOPFORM_MOST_INTERVALS=1")
+    return ctypes.CDLL(str(target))
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_where_the_bound_on_intervals_is_met_the_bits_are_the_same(variant, dtype, bounded):
+    problems = draw_stances(20262, 2000)
+    expected = solve(ONE_BY_ONE, problems, dtype, handle=bounded)
+    assert (expected.results["status"] == UNCERTIFIED).sum() > 100
+    assert same(solve(variant, problems, dtype, handle=bounded), expected)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

@@ -5,67 +5,60 @@
 #include <fenv.h>
 
 #include "columns_f32.h"
-#include "variants_f32.h"
+#include "lanes_f32.h"
 
-enum { PHASES_OF_LOOP = 4096, FEW_STANCES = 4 };
+enum { PHASES_OF_LOOP = 4096 };
 
 /* ---- variants ---- */
 
-/* Solves stances `first` to `end` of one robot. */
-typedef int32_t solver(const hopform_plan_f32 *plan, int64_t first, int64_t end, const hopform_stances_in_f32 *in,
-                       const hopform_stances_out_f32 *out);
-
-/* The solver of a variant; NULL if the processor has none. */
-static solver *solver_of(int32_t variant)
+static int32_t one_by_one(int64_t count, const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
 {
+    hopform_plan_f32 plan;
+    hopform_run_f32 run = {0, HOPFORM_OK};
+    int32_t kept = HOPFORM_OK;
+    for (int64_t i = 0; i < count; i++) {
+        const int32_t planned = hopform_plan_for_f32(&plan, &run, in, i, count);
+        const int32_t put = hopform_solve_alone_f32(&plan, planned, in, i, out);
+        kept = put > kept ? put : kept;
+    }
+    return kept;
+}
+
+/* What a variant does in vector registers, that the processor has; NULL if nothing does. Registers that hold two
+ * numbers are not worth it. */
+static lanes_code_f32 code_of(int32_t variant)
+{
+    const bool best = variant == HOPFORM_VARIANT_BEST;
 #if defined(HOPFORM_X86_LANES)
     const bool is_512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
                         && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-    if (is_512 && (variant == HOPFORM_VARIANT_AVX512 || variant == HOPFORM_VARIANT_BEST)) {
-        return hopform_lanes_avx512_f32;
+    if (is_512 && (variant == HOPFORM_VARIANT_AVX512 || best)) {
+        return hopform_lanes_avx512_f32();
     }
-    if (__builtin_cpu_supports("avx2") && (variant == HOPFORM_VARIANT_AVX2 || variant == HOPFORM_VARIANT_BEST)) {
-        return hopform_lanes_avx2_f32;
+    if (__builtin_cpu_supports("avx2") && (variant == HOPFORM_VARIANT_AVX2 || best)) {
+        return hopform_lanes_avx2_f32();
     }
 #endif
-    if (variant == HOPFORM_VARIANT_BASELINE || variant == HOPFORM_VARIANT_BEST) {
-        return hopform_lanes_baseline_f32;
-    }
-    return variant == HOPFORM_VARIANT_ONE_BY_ONE ? hopform_one_by_one_f32 : NULL;
+    const lanes_code_f32 none = {NULL, NULL};
+    return variant == HOPFORM_VARIANT_BASELINE || (best && sizeof(float) < 8) ? hopform_lanes_baseline_f32() : none;
 }
 
 int32_t hopform_has_variant_f32(int32_t variant)
 {
-    return solver_of(variant) != NULL ? 1 : 0;
+    const bool is_any = variant == HOPFORM_VARIANT_BEST || variant == HOPFORM_VARIANT_ONE_BY_ONE;
+    return is_any || code_of(variant).evaluate != NULL ? 1 : 0;
 }
 
-/* Every one of some stances refused with a status. */
-static int32_t refuse(int32_t status, const hopform_robot_f32 *robot, int64_t first, int64_t end,
-                      const hopform_stances_out_f32 *out)
-{
-    for (int64_t i = first; i < end; i++) {
-        (void)hopform_put_stance_f32(out, i, robot, status, NULL, NULL);
-    }
-    return status;
-}
-
-/* The batch, one run of stances with the same robot after the other. A lane computes what it does not use as well: what
- * that does to the processor's flags is no news to the caller. */
-static int32_t solve(solver *by, int64_t count, const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
+/* A lane computes what it does not use as well: what that does to the processor's flags is no news to the caller. */
+static int32_t solve(int32_t variant, int64_t count, const hopform_stances_in_f32 *in,
+                     const hopform_stances_out_f32 *out)
 {
     fenv_t before;
     (void)fegetenv(&before);
-    int32_t kept = HOPFORM_OK;
-    int64_t end = 0;
-    for (int64_t first = 0; first < count; first = end) {
-        hopform_plan_f32 plan;
-        const hopform_robot_f32 robot = hopform_robot_of_f32(in, first);
-        const int32_t status = hopform_plan_init_f32(&plan, &robot);
-        end = hopform_end_of_run_f32(in, first, count);
-        solver *run = end - first < FEW_STANCES ? hopform_one_by_one_f32 : by;
-        const int32_t put = status < 0 ? refuse(status, &robot, first, end, out) : run(&plan, first, end, in, out);
-        kept = put > kept ? put : kept;
-    }
+    const lanes_code_f32 code = code_of(variant);
+    const int32_t kept = code.evaluate == NULL || count < LANES_f32 / 2
+                             ? one_by_one(count, in, out)
+                             : hopform_solve_in_lanes_f32(code, count, in, out);
     (void)fesetenv(&before);
     return kept;
 }
@@ -82,7 +75,7 @@ static int32_t status_of(int32_t variant, int64_t count, const hopform_stances_i
         || (out->event_time == NULL) != (out->event_kind == NULL)) {
         return HOPFORM_ERROR_NULL;
     }
-    if (solver_of(variant) == NULL) {
+    if (hopform_has_variant_f32(variant) == 0) {
         return HOPFORM_ERROR_VARIANT;
     }
     const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
@@ -113,9 +106,12 @@ int32_t hopform_solve_stances_by_f32(int32_t variant, int64_t count, const hopfo
     if (status < 0) {
         const hopform_stances_out_f32 own = *out; /* which results may overwrite */
         const hopform_robot_f32 none = {0};
-        return refuse(status, &none, 0, count, &own);
+        for (int64_t i = 0; i < count; i++) {
+            (void)hopform_put_stance_f32(&own, i, &none, status, NULL, NULL);
+        }
+        return status;
     }
-    return solve(solver_of(variant), count, in, out);
+    return solve(variant, count, in, out);
 }
 
 int32_t hopform_solve_stances_f32(int64_t count, const hopform_stances_in_f32 *in,
@@ -153,5 +149,5 @@ void hopform_stance_loop_f32(char **args, const ptrdiff_t *dimensions, const ptr
         results[n].first = args[STATES + 1 + n];
         results[n].stride = steps[STATES + 1 + n];
     }
-    (void)solve(solver_of(HOPFORM_VARIANT_BEST), dimensions[0], &in, &out); /* NumPy copies what overlaps */
+    (void)solve(HOPFORM_VARIANT_BEST, dimensions[0], &in, &out); /* NumPy copies what overlaps */
 }

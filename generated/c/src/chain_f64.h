@@ -336,22 +336,35 @@ static inline bool sharpen_takeoff_f64(const stance_chain_f64 *chain, const stan
 }
 
 /* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
-static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, double limit)
+static inline double far_end_f64(const event_set_f64 *set, double low, double limit)
 {
-    const hopform_node_f64 *node = set->node;
-    const double low = in->low;
-    if (!(low > 0.0) && node->t < limit) {
-        const hopform_basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
-        in->high = propagator_of_f64(set->poles, node->t, &basis);
-        in->found = -1;
-        return;
-    }
-    const double near = hopform_greater_f64(3.0 * low, node->t);
-    const double half = 0.95 * node->half_period;
+    const double near = hopform_greater_f64(3.0 * low, set->node->t);
+    const double half = 0.95 * set->node->half_period;
     const bool faded =
         -0.5 * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_f64; /* the pair: what is left is monotone */
     const double far = faded ? limit : low + hopform_lesser_f64(near, half);
-    end_interval_at_f64(set, in, far > low && far < limit && set->count > 0 ? far : limit);
+    return far > low && far < limit && set->count > 0 ? far : limit;
+}
+
+/* That of the first interval: the node, if the phase may last that long. */
+static inline double first_end_f64(const event_set_f64 *set, double limit)
+{
+    const double half = 0.95 * set->node->half_period;
+    const double within = half < limit && set->count > 0 ? half : limit;
+    return set->node->t < limit ? set->node->t : within;
+}
+
+/* Reach it, by what is known there. */
+static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, double limit)
+{
+    const hopform_node_f64 *node = set->node;
+    if (node->t < limit) {
+        const hopform_basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        in->high = propagator_of_f64(set->poles, node->t, &basis);
+        in->found = -1;
+    } else {
+        end_interval_at_f64(set, in, first_end_f64(set, limit));
+    }
 }
 
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
@@ -419,43 +432,59 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
     }
 }
 
-/* The next interval, which begins where this one has ended; true if nothing happens in it. */
-static inline bool next_interval_f64(const event_set_f64 *set, interval_f64 *in, double limit)
+/* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_end_f64(const event_set_f64 *set, interval_f64 *in, double limit, double *end)
 {
     begin_interval_f64(set, in);
-    const double quiet = quiet_until_f64(set, in);
-    if (quiet > in->low + 2.0 * set->node->t) {
-        end_interval_at_f64(set, in, quiet < limit ? quiet : limit);
-        return true;
-    }
-    reach_ahead_f64(set, in, limit);
-    return false;
+    const double until = quiet_until_f64(set, in);
+    const bool quiet = until > in->low + 2.0 * set->node->t;
+    *end = quiet ? hopform_lesser_f64(until, limit) : far_end_f64(set, in->low, limit);
+    return quiet;
 }
 
-/* The first event, from the first interval on; a root in it that ends it may be known. */
+/* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
+static inline bool find_event_f64(const stance_chain_f64 *chain, stance_search_f64 *search, bool known)
+{
+    const event_set_f64 *set = &search->events.set;
+    interval_f64 *in = &search->in;
+    bool certified = true;
+    bool later = true; /* once at most, and then what else happens by then is looked at */
+    for (int n = 0; n < 2 && later && certified; n++) {
+        certified = (n == 0 && known) || find_first_root_f64(set, in);
+        if (!(in->high.t < search->limit)) {
+            cross_at_the_limit_f64(&search->events, search->limit, in);
+        }
+        later = n == 0 && is_takeoff_f64(set, in->found)
+                && sharpen_takeoff_f64(chain, &search->events, search->limit, in);
+    }
+    return certified;
+}
+
+static inline bool is_open_f64(const stance_search_f64 *search)
+{
+    return search->in.found < 0 && search->in.high.t < search->limit;
+}
+
+/* The first event, from an interval on in which something may happen. */
 static inline void stance_end_search_f64(const stance_chain_f64 *chain, stance_search_f64 *search)
 {
-    const stance_events_f64 *events = &search->events;
-    const event_set_f64 *set = &events->set;
-    const double limit = search->limit;
+    const event_set_f64 *set = &search->events.set;
     interval_f64 *in = &search->in;
     bool certified = true;
     bool quiet = false;
     bool open = search->open;
     while (open) {
-        bool later = !quiet; /* once at most, and then what else happens by then is looked at */
         if (quiet) {
             end_at_first_crossing_f64(set, in, DISTANCE_f64);
+        } else {
+            certified = find_event_f64(chain, search, false);
         }
-        for (int n = 0; n < 2 && later && certified; n++) {
-            certified = find_first_root_f64(set, in);
-            if (!(in->high.t < limit)) {
-                cross_at_the_limit_f64(events, limit, in);
-            }
-            later = n == 0 && is_takeoff_f64(set, in->found) && sharpen_takeoff_f64(chain, events, limit, in);
+        open = certified && is_open_f64(search);
+        if (open) {
+            double end = search->limit;
+            quiet = next_end_f64(set, in, search->limit, &end);
+            end_interval_at_f64(set, in, end);
         }
-        open = in->found < 0 && certified && in->high.t < limit;
-        quiet = open && next_interval_f64(set, in, limit);
     }
     stance_conclude_f64(search);
     if (!certified) {

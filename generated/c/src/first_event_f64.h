@@ -592,40 +592,57 @@ static inline double guessed_crossing_f64(const event_function_f64 *g, const int
                                                                                       : 2.0;
 }
 
-/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind.
- * One that is monotone and has not crossed zero by then has not before. */
+/* Where a function crosses zero in an interval: a guess, as a share of it, and its jet at the end. */
+typedef struct {
+    int32_t function; /* -1: none */
+    double share;
+    jet_f64 to;
+} crossing_f64;
+
+/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
+ * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
+static inline bool first_crossing_f64(const event_set_f64 *set, const interval_f64 *in, int32_t shape,
+                                       uint32_t *passed, crossing_f64 *first)
+{
+    first->function = -1;
+    first->share = 2.0;
+    for (int32_t n = 0; n < set->count; n++) {
+        const event_function_f64 *g = &set->function[n];
+        if (n == in->found || g->shape < shape || (*passed & 1u << (uint32_t)n) != 0) {
+            continue;
+        }
+        if (value_at_f64(g, &in->high) < 0.0) {
+            jet_f64 to;
+            const double share = guessed_crossing_f64(g, in, &in->from[n], &to);
+            if (share < first->share) {
+                first->function = n;
+                first->share = share;
+                first->to = to;
+            }
+        } else {
+            *passed |= g->shape == MONOTONE_f64 ? 1u << (uint32_t)n : 0u;
+        }
+    }
+    return first->function >= 0;
+}
+
+/* Ends the interval at the root of a function that has crossed zero in it. */
+static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *in, const crossing_f64 *crossing)
+{
+    const event_function_f64 *g = &set->function[crossing->function];
+    const double h = in->high.t - in->low;
+    const interpolant_f64 p = interpolant_of_f64(&in->from[crossing->function], &crossing->to, h);
+    locate_root_f64(set->poles, g, in->low, &in->high, in->low + h * refined_root_f64(&p, crossing->share));
+    in->found = crossing->function;
+}
+
+/* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
 static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape)
 {
     uint32_t passed = 0;
-    for (int32_t tries = 0; tries < MOST_TRIES_f64; tries++) {
-        int32_t first = -1;
-        double share = 2.0;
-        jet_f64 first_to = {0.0, 0.0, 0.0, 0.0};
-        for (int32_t n = 0; n < set->count; n++) {
-            const event_function_f64 *g = &set->function[n];
-            if (n == in->found || g->shape < shape || (passed & 1u << (uint32_t)n) != 0) {
-                continue;
-            }
-            if (value_at_f64(g, &in->high) < 0.0) {
-                jet_f64 to;
-                const double guess = guessed_crossing_f64(g, in, &in->from[n], &to);
-                if (guess < share) {
-                    first = n;
-                    share = guess;
-                    first_to = to;
-                }
-            } else {
-                passed |= g->shape == MONOTONE_f64 ? 1u << (uint32_t)n : 0u;
-            }
-        }
-        if (first < 0) {
-            break;
-        }
-        const double h = in->high.t - in->low;
-        const interpolant_f64 p = interpolant_of_f64(&in->from[first], &first_to, h);
-        const double guess = in->low + h * refined_root_f64(&p, share);
-        locate_root_f64(set->poles, &set->function[first], in->low, &in->high, guess);
-        in->found = first;
+    crossing_f64 first;
+    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, shape, &passed, &first); n++) {
+        end_at_crossing_f64(set, in, &first);
     }
 }
 
@@ -736,24 +753,30 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
     return false;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
-static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *in)
+/* Whether no function has a root before the end of the interval; among those that have one there, the first wins. */
+static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
 {
-    bool certified = false;
-    while (!certified) {
-        if (in->count >= HOPFORM_MOST_INTERVALS) {
+    for (int32_t n = 0; n < set->count; n++) {
+        if (!is_certified_f64(set, in, n) && !is_certified_inside_f64(set, in, n)) {
             return false;
-        }
-        in->count++;
-        end_at_first_crossing_f64(set, in, MAY_TURN_f64);
-        certified = true;
-        for (int32_t n = 0; n < set->count && certified; n++) {
-            certified = is_certified_f64(set, in, n) || is_certified_inside_f64(set, in, n);
         }
     }
     if (in->found > 0) {
         settle_ties_f64(set, in);
     }
+    return true;
+}
+
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
+static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *in)
+{
+    do {
+        if (in->count >= HOPFORM_MOST_INTERVALS) {
+            return false;
+        }
+        in->count++;
+        end_at_first_crossing_f64(set, in, MAY_TURN_f64);
+    } while (!are_certified_f64(set, in));
     return true;
 }
 

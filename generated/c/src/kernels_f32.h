@@ -474,19 +474,78 @@ static inline hopform_basis_f32 hopform_basis_at_f32(const hopform_poles_f32 *po
     return poles->s_1 * t < 4.0f ? hopform_short_basis_f32(poles, t) : hopform_close_basis_f32(poles, t);
 }
 
-/* The positive root z of z^3 + P z = T, T > 0: Newton from above, where the cubic is convex. */
+/* Steps towards a root of the cubic, and to polish its factors, at most. */
+enum { NEWTON_STEPS_f32 = 60, POLISHES_f32 = 3 };
+
+/* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
+static inline float hopform_toward_positive_root_f32(float P, float T, float z)
+{
+    const float step = ((z * z + P) * z - T) / (3.0f * z * z + P);
+    return z - step;
+}
+
+/* That root, from above, where the cubic is convex. */
 static inline float hopform_positive_root_f32(float P, float T)
 {
     float z = sqrt_f32(fabs_f32(P)) + hopform_cube_root_f32(T);
-    for (int n = 0; n < 60; n++) {
-        const float step = ((z * z + P) * z - T) / (3.0f * z * z + P);
-        const float next = z - step;
+    for (int n = 0; n < NEWTON_STEPS_f32; n++) {
+        const float next = hopform_toward_positive_root_f32(P, T, z);
         if (!(next < z)) {
             break;
         }
         z = next;
     }
     return z;
+}
+
+/* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
+static inline float hopform_scale_of_cubic_f32(float s_1, float root_2, float root_3)
+{
+    const float later = root_2 > root_3 ? root_2 : root_3;
+    return s_1 > later ? s_1 : later;
+}
+
+/* A cubic in units of its scale, and around its mean root: z^3 + P z = T. */
+typedef struct {
+    float c_1, c_2, c_3, mean, P, T;
+} hopform_cubic_f32;
+
+static inline hopform_cubic_f32 hopform_scaled_cubic_f32(float s_1, float s_2, float s_3, float scale)
+{
+    const float c_1 = s_1 / scale;
+    const float c_2 = s_2 / (scale * scale);
+    const float c_3 = s_3 / scale / (scale * scale);
+    const float mean = c_1 / 3.0f;
+    const float P = c_2 - 3.0f * mean * mean;
+    const hopform_cubic_f32 cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0f * mean * mean)};
+    return cubic;
+}
+
+/* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
+static inline void hopform_factor_at_f32(const hopform_cubic_f32 *cubic, float offset, hopform_poles_f32 *poles)
+{
+    poles->a = cubic->T > 0.0f ? cubic->mean + offset : cubic->mean - offset;
+    poles->p = cubic->c_1 - poles->a;
+    poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
+}
+
+/* A step that takes the residual of the coefficients off the factors; false where there is none. */
+static inline bool hopform_polish_factors_f32(const hopform_cubic_f32 *cubic, hopform_poles_f32 *poles)
+{
+    const float a = poles->a;
+    const float p = poles->p;
+    const float q = poles->q;
+    const float r_1 = cubic->c_1 - (a + p);
+    const float r_2 = cubic->c_2 - (q + a * p);
+    const float r_3 = cubic->c_3 - a * q;
+    const float chi = q - a * (p - a);
+    const bool apart = fabs_f32(chi) > 0.0f; /* else three roots are one */
+    const float da = (r_3 - a * (r_2 - a * r_1)) / (apart ? chi : 1.0f);
+    const bool small = apart & (da * da < HOPFORM_EPS_f32);
+    poles->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
+    poles->p = small ? p + (r_1 - da) : p;
+    poles->a = small ? a + da : a;
+    return small;
 }
 
 /* s^3 + s_1 s^2 + s_2 s + s_3 = (s + a)(s^2 + p s + q) with the most isolated real root as -a.
@@ -496,45 +555,25 @@ static inline float hopform_positive_root_f32(float P, float T)
  */
 static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, float s_3)
 {
-    const float root_2 = sqrt_f32(s_2);
-    const float root_3 = hopform_cube_root_f32(s_3);
-    const float scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
-    const hopform_poles_f32 none = {0.0f, 0.0f, 0.0f, s_1, s_2, s_3};
+    const float scale = hopform_scale_of_cubic_f32(s_1, sqrt_f32(s_2), hopform_cube_root_f32(s_3));
+    hopform_poles_f32 poles = {0.0f, 0.0f, 0.0f, s_1, s_2, s_3};
     if (!(scale * scale * scale > 0.0f)) {
-        return none; /* slower than the type can say */
+        return poles; /* slower than the type can say */
     }
     if (!(s_3 > 0.0f)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
-        const hopform_poles_f32 drift = {0.0f, s_1, s_2, s_1, s_2, s_3};
-        return drift;
+        poles.p = s_1;
+        poles.q = s_2;
+        return poles;
     }
-    const float c_1 = s_1 / scale;
-    const float c_2 = s_2 / (scale * scale);
-    const float c_3 = s_3 / scale / (scale * scale);
-    const float mean = c_1 / 3.0f;
-    const float P = c_2 - 3.0f * mean * mean;
-    const float T = c_3 - mean * (c_2 - 2.0f * mean * mean);
-    const float offset =
-        fabs_f32(T) > 0.0f ? hopform_positive_root_f32(P, fabs_f32(T)) : (P < 0.0f ? sqrt_f32(-P) : 0.0f);
-    float a = T > 0.0f ? mean + offset : mean - offset;
-    float p = c_1 - a;
-    float q = a > mean ? c_3 / a : c_2 - a * p;
-    for (int n = 0; n < 3; n++) {
-        const float r_1 = c_1 - (a + p);
-        const float r_2 = c_2 - (q + a * p);
-        const float r_3 = c_3 - a * q;
-        const float chi = q - a * (p - a);
-        if (!(fabs_f32(chi) > 0.0f)) {
-            break; /* three roots in one */
-        }
-        const float da = (r_3 - a * (r_2 - a * r_1)) / chi;
-        if (!(da * da < HOPFORM_EPS_f32)) {
-            break;
-        }
-        q += r_2 - a * (r_1 - da) - p * da;
-        p += r_1 - da;
-        a += da;
+    const hopform_cubic_f32 cubic = hopform_scaled_cubic_f32(s_1, s_2, s_3, scale);
+    const float even = cubic.P < 0.0f ? sqrt_f32(-cubic.P) : 0.0f;
+    const float offset = fabs_f32(cubic.T) > 0.0f ? hopform_positive_root_f32(cubic.P, fabs_f32(cubic.T)) : even;
+    hopform_factor_at_f32(&cubic, offset, &poles);
+    for (int n = 0; n < POLISHES_f32 && hopform_polish_factors_f32(&cubic, &poles); n++) {
     }
-    const hopform_poles_f32 poles = {a * scale, p * scale, q * scale * scale, s_1, s_2, s_3};
+    poles.a = poles.a * scale;
+    poles.p = poles.p * scale;
+    poles.q = poles.q * scale * scale;
     return poles;
 }
 

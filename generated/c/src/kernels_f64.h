@@ -474,19 +474,78 @@ static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *po
     return poles->s_1 * t < 4.0 ? hopform_short_basis_f64(poles, t) : hopform_close_basis_f64(poles, t);
 }
 
-/* The positive root z of z^3 + P z = T, T > 0: Newton from above, where the cubic is convex. */
+/* Steps towards a root of the cubic, and to polish its factors, at most. */
+enum { NEWTON_STEPS_f64 = 60, POLISHES_f64 = 3 };
+
+/* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
+static inline double hopform_toward_positive_root_f64(double P, double T, double z)
+{
+    const double step = ((z * z + P) * z - T) / (3.0 * z * z + P);
+    return z - step;
+}
+
+/* That root, from above, where the cubic is convex. */
 static inline double hopform_positive_root_f64(double P, double T)
 {
     double z = sqrt_f64(fabs_f64(P)) + hopform_cube_root_f64(T);
-    for (int n = 0; n < 60; n++) {
-        const double step = ((z * z + P) * z - T) / (3.0 * z * z + P);
-        const double next = z - step;
+    for (int n = 0; n < NEWTON_STEPS_f64; n++) {
+        const double next = hopform_toward_positive_root_f64(P, T, z);
         if (!(next < z)) {
             break;
         }
         z = next;
     }
     return z;
+}
+
+/* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
+static inline double hopform_scale_of_cubic_f64(double s_1, double root_2, double root_3)
+{
+    const double later = root_2 > root_3 ? root_2 : root_3;
+    return s_1 > later ? s_1 : later;
+}
+
+/* A cubic in units of its scale, and around its mean root: z^3 + P z = T. */
+typedef struct {
+    double c_1, c_2, c_3, mean, P, T;
+} hopform_cubic_f64;
+
+static inline hopform_cubic_f64 hopform_scaled_cubic_f64(double s_1, double s_2, double s_3, double scale)
+{
+    const double c_1 = s_1 / scale;
+    const double c_2 = s_2 / (scale * scale);
+    const double c_3 = s_3 / scale / (scale * scale);
+    const double mean = c_1 / 3.0;
+    const double P = c_2 - 3.0 * mean * mean;
+    const hopform_cubic_f64 cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0 * mean * mean)};
+    return cubic;
+}
+
+/* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
+static inline void hopform_factor_at_f64(const hopform_cubic_f64 *cubic, double offset, hopform_poles_f64 *poles)
+{
+    poles->a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
+    poles->p = cubic->c_1 - poles->a;
+    poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
+}
+
+/* A step that takes the residual of the coefficients off the factors; false where there is none. */
+static inline bool hopform_polish_factors_f64(const hopform_cubic_f64 *cubic, hopform_poles_f64 *poles)
+{
+    const double a = poles->a;
+    const double p = poles->p;
+    const double q = poles->q;
+    const double r_1 = cubic->c_1 - (a + p);
+    const double r_2 = cubic->c_2 - (q + a * p);
+    const double r_3 = cubic->c_3 - a * q;
+    const double chi = q - a * (p - a);
+    const bool apart = fabs_f64(chi) > 0.0; /* else three roots are one */
+    const double da = (r_3 - a * (r_2 - a * r_1)) / (apart ? chi : 1.0);
+    const bool small = apart & (da * da < HOPFORM_EPS_f64);
+    poles->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
+    poles->p = small ? p + (r_1 - da) : p;
+    poles->a = small ? a + da : a;
+    return small;
 }
 
 /* s^3 + s_1 s^2 + s_2 s + s_3 = (s + a)(s^2 + p s + q) with the most isolated real root as -a.
@@ -496,45 +555,25 @@ static inline double hopform_positive_root_f64(double P, double T)
  */
 static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2, double s_3)
 {
-    const double root_2 = sqrt_f64(s_2);
-    const double root_3 = hopform_cube_root_f64(s_3);
-    const double scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
-    const hopform_poles_f64 none = {0.0, 0.0, 0.0, s_1, s_2, s_3};
+    const double scale = hopform_scale_of_cubic_f64(s_1, sqrt_f64(s_2), hopform_cube_root_f64(s_3));
+    hopform_poles_f64 poles = {0.0, 0.0, 0.0, s_1, s_2, s_3};
     if (!(scale * scale * scale > 0.0)) {
-        return none; /* slower than the type can say */
+        return poles; /* slower than the type can say */
     }
     if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
-        const hopform_poles_f64 drift = {0.0, s_1, s_2, s_1, s_2, s_3};
-        return drift;
+        poles.p = s_1;
+        poles.q = s_2;
+        return poles;
     }
-    const double c_1 = s_1 / scale;
-    const double c_2 = s_2 / (scale * scale);
-    const double c_3 = s_3 / scale / (scale * scale);
-    const double mean = c_1 / 3.0;
-    const double P = c_2 - 3.0 * mean * mean;
-    const double T = c_3 - mean * (c_2 - 2.0 * mean * mean);
-    const double offset =
-        fabs_f64(T) > 0.0 ? hopform_positive_root_f64(P, fabs_f64(T)) : (P < 0.0 ? sqrt_f64(-P) : 0.0);
-    double a = T > 0.0 ? mean + offset : mean - offset;
-    double p = c_1 - a;
-    double q = a > mean ? c_3 / a : c_2 - a * p;
-    for (int n = 0; n < 3; n++) {
-        const double r_1 = c_1 - (a + p);
-        const double r_2 = c_2 - (q + a * p);
-        const double r_3 = c_3 - a * q;
-        const double chi = q - a * (p - a);
-        if (!(fabs_f64(chi) > 0.0)) {
-            break; /* three roots in one */
-        }
-        const double da = (r_3 - a * (r_2 - a * r_1)) / chi;
-        if (!(da * da < HOPFORM_EPS_f64)) {
-            break;
-        }
-        q += r_2 - a * (r_1 - da) - p * da;
-        p += r_1 - da;
-        a += da;
+    const hopform_cubic_f64 cubic = hopform_scaled_cubic_f64(s_1, s_2, s_3, scale);
+    const double even = cubic.P < 0.0 ? sqrt_f64(-cubic.P) : 0.0;
+    const double offset = fabs_f64(cubic.T) > 0.0 ? hopform_positive_root_f64(cubic.P, fabs_f64(cubic.T)) : even;
+    hopform_factor_at_f64(&cubic, offset, &poles);
+    for (int n = 0; n < POLISHES_f64 && hopform_polish_factors_f64(&cubic, &poles); n++) {
     }
-    const hopform_poles_f64 poles = {a * scale, p * scale, q * scale * scale, s_1, s_2, s_3};
+    poles.a = poles.a * scale;
+    poles.p = poles.p * scale;
+    poles.q = poles.q * scale * scale;
     return poles;
 }
 

@@ -2,10 +2,10 @@
  *
  * Stances in vector registers of 256 bits, where the processor has them.
  */
-#include "variants_f64.h"
+#include "lanes_f64.h"
 
 #if defined(HOPFORM_X86_LANES)
 #define LANES_NAME hopform_lanes_avx2_f64
 #define LANES_CODE __attribute__((noinline, flatten, target("avx2")))
-#include "lanes_f64.h"
+#include "lanes_evaluation_f64.h"
 #endif

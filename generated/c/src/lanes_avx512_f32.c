@@ -2,7 +2,7 @@
  *
  * Stances in vector registers of 512 bits, where the processor has them.
  */
-#include "variants_f32.h"
+#include "lanes_f32.h"
 
 #if defined(HOPFORM_X86_LANES)
 #define LANES_NAME hopform_lanes_avx512_f32
@@ -13,5 +13,5 @@
 #define LANES_CODE                                                                                                     \
     __attribute__((noinline, flatten, target("avx512f,avx512dq,avx512vl,avx512bw,prefer-vector-width=512")))
 #endif
-#include "lanes_f32.h"
+#include "lanes_evaluation_f32.h"
 #endif

@@ -2,7 +2,7 @@
  *
  * Stances in the vector registers that every processor of the kind has.
  */
-#include "variants_f64.h"
+#include "lanes_f64.h"
 
 #define LANES_NAME hopform_lanes_baseline_f64
 #if defined(__GNUC__)
@@ -10,4 +10,4 @@
 #else
 #define LANES_CODE
 #endif
-#include "lanes_f64.h"
+#include "lanes_evaluation_f64.h"

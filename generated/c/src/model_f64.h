@@ -44,4 +44,10 @@ typedef union {
     } of;
 } hopform_numerators_f64;
 
+/* A state as a batch shows it, with the height of the body in place of the compression. */
+#define HOPFORM_SHOWN_f64(robot, state)                                                                               \
+    (state)->x1, (state)->v1,                                                        \
+        hopform_body_height_f64((robot), (state)->x1, (state)->y),                  \
+        (state)->v2
+
 #endif

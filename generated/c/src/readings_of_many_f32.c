@@ -3,7 +3,6 @@
  * Derivatives and compressions of many stances, one solved after the other, from columns to a row of matrices or
  * numbers.
  */
-#include "facts.h"
 #include "columns_f32.h"
 
 enum { APEX = 5, ROW = HOPFORM_SENSITIVITY_COLUMNS, MATRIX = HOPFORM_SENSITIVITY_ROWS * ROW };
@@ -38,18 +37,12 @@ static int32_t read_all(reading *read, int64_t each, int64_t count, const hopfor
         status[i] = whole;
     }
     hopform_plan_f32 plan;
-    int32_t plan_status = HOPFORM_OK;
-    int64_t end = 0;
+    hopform_run_f32 run = {0, HOPFORM_OK};
     for (int64_t i = 0; whole >= 0 && i < count; i++) {
         hopform_step_f32 step;
         hopform_stance_f32 stance;
-        if (i == end) {
-            const hopform_robot_f32 robot = hopform_robot_of_f32(in, i);
-            plan_status = hopform_plan_init_f32(&plan, &robot);
-            end = hopform_end_of_run_f32(in, i, count);
-        }
-        status[i] = plan_status;
-        if (plan_status >= 0) {
+        status[i] = hopform_plan_for_f32(&plan, &run, in, i, count);
+        if (status[i] >= 0) {
             status[i] = hopform_solve_column_f32(&plan, in, i, &step, phases, capacity, &stance);
         }
         if (status[i] == HOPFORM_OK) {

@@ -336,22 +336,35 @@ static inline bool sharpen_takeoff_real(const stance_chain_real *chain, const st
 }
 
 /* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
-static inline void reach_ahead_real(const event_set_real *set, interval_real *in, real limit)
+static inline real far_end_real(const event_set_real *set, real low, real limit)
 {
-    const hopform_node_real *node = set->node;
-    const real low = in->low;
-    if (!(low > 0.0) && node->t < limit) {
-        const hopform_basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
-        in->high = propagator_of_real(set->poles, node->t, &basis);
-        in->found = -1;
-        return;
-    }
-    const real near = hopform_greater_real(3.0 * low, node->t);
-    const real half = 0.95 * node->half_period;
+    const real near = hopform_greater_real(3.0 * low, set->node->t);
+    const real half = 0.95 * set->node->half_period;
     const bool faded =
         -0.5 * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_real; /* the pair: what is left is monotone */
     const real far = faded ? limit : low + hopform_lesser_real(near, half);
-    end_interval_at_real(set, in, far > low && far < limit && set->count > 0 ? far : limit);
+    return far > low && far < limit && set->count > 0 ? far : limit;
+}
+
+/* That of the first interval: the node, if the phase may last that long. */
+static inline real first_end_real(const event_set_real *set, real limit)
+{
+    const real half = 0.95 * set->node->half_period;
+    const real within = half < limit && set->count > 0 ? half : limit;
+    return set->node->t < limit ? set->node->t : within;
+}
+
+/* Reach it, by what is known there. */
+static inline void reach_ahead_real(const event_set_real *set, interval_real *in, real limit)
+{
+    const hopform_node_real *node = set->node;
+    if (node->t < limit) {
+        const hopform_basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        in->high = propagator_of_real(set->poles, node->t, &basis);
+        in->found = -1;
+    } else {
+        end_interval_at_real(set, in, first_end_real(set, limit));
+    }
 }
 
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
@@ -419,43 +432,59 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     }
 }
 
-/* The next interval, which begins where this one has ended; true if nothing happens in it. */
-static inline bool next_interval_real(const event_set_real *set, interval_real *in, real limit)
+/* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_end_real(const event_set_real *set, interval_real *in, real limit, real *end)
 {
     begin_interval_real(set, in);
-    const real quiet = quiet_until_real(set, in);
-    if (quiet > in->low + 2.0 * set->node->t) {
-        end_interval_at_real(set, in, quiet < limit ? quiet : limit);
-        return true;
-    }
-    reach_ahead_real(set, in, limit);
-    return false;
+    const real until = quiet_until_real(set, in);
+    const bool quiet = until > in->low + 2.0 * set->node->t;
+    *end = quiet ? hopform_lesser_real(until, limit) : far_end_real(set, in->low, limit);
+    return quiet;
 }
 
-/* The first event, from the first interval on; a root in it that ends it may be known. */
+/* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
+static inline bool find_event_real(const stance_chain_real *chain, stance_search_real *search, bool known)
+{
+    const event_set_real *set = &search->events.set;
+    interval_real *in = &search->in;
+    bool certified = true;
+    bool later = true; /* once at most, and then what else happens by then is looked at */
+    for (int n = 0; n < 2 && later && certified; n++) {
+        certified = (n == 0 && known) || find_first_root_real(set, in);
+        if (!(in->high.t < search->limit)) {
+            cross_at_the_limit_real(&search->events, search->limit, in);
+        }
+        later = n == 0 && is_takeoff_real(set, in->found)
+                && sharpen_takeoff_real(chain, &search->events, search->limit, in);
+    }
+    return certified;
+}
+
+static inline bool is_open_real(const stance_search_real *search)
+{
+    return search->in.found < 0 && search->in.high.t < search->limit;
+}
+
+/* The first event, from an interval on in which something may happen. */
 static inline void stance_end_search_real(const stance_chain_real *chain, stance_search_real *search)
 {
-    const stance_events_real *events = &search->events;
-    const event_set_real *set = &events->set;
-    const real limit = search->limit;
+    const event_set_real *set = &search->events.set;
     interval_real *in = &search->in;
     bool certified = true;
     bool quiet = false;
     bool open = search->open;
     while (open) {
-        bool later = !quiet; /* once at most, and then what else happens by then is looked at */
         if (quiet) {
             end_at_first_crossing_real(set, in, DISTANCE_real);
+        } else {
+            certified = find_event_real(chain, search, false);
         }
-        for (int n = 0; n < 2 && later && certified; n++) {
-            certified = find_first_root_real(set, in);
-            if (!(in->high.t < limit)) {
-                cross_at_the_limit_real(events, limit, in);
-            }
-            later = n == 0 && is_takeoff_real(set, in->found) && sharpen_takeoff_real(chain, events, limit, in);
+        open = certified && is_open_real(search);
+        if (open) {
+            real end = search->limit;
+            quiet = next_end_real(set, in, search->limit, &end);
+            end_interval_at_real(set, in, end);
         }
-        open = in->found < 0 && certified && in->high.t < limit;
-        quiet = open && next_interval_real(set, in, limit);
     }
     stance_conclude_real(search);
     if (!certified) {

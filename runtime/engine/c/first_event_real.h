@@ -592,40 +592,57 @@ static inline real guessed_crossing_real(const event_function_real *g, const int
                                                                                       : 2.0;
 }
 
-/* Ends the interval at the earliest root of the functions that have crossed zero by its end, of this shape or behind.
- * One that is monotone and has not crossed zero by then has not before. */
+/* Where a function crosses zero in an interval: a guess, as a share of it, and its jet at the end. */
+typedef struct {
+    int32_t function; /* -1: none */
+    real share;
+    jet_real to;
+} crossing_real;
+
+/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
+ * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
+static inline bool first_crossing_real(const event_set_real *set, const interval_real *in, int32_t shape,
+                                       uint32_t *passed, crossing_real *first)
+{
+    first->function = -1;
+    first->share = 2.0;
+    for (int32_t n = 0; n < set->count; n++) {
+        const event_function_real *g = &set->function[n];
+        if (n == in->found || g->shape < shape || (*passed & 1u << (uint32_t)n) != 0) {
+            continue;
+        }
+        if (value_at_real(g, &in->high) < 0.0) {
+            jet_real to;
+            const real share = guessed_crossing_real(g, in, &in->from[n], &to);
+            if (share < first->share) {
+                first->function = n;
+                first->share = share;
+                first->to = to;
+            }
+        } else {
+            *passed |= g->shape == MONOTONE_real ? 1u << (uint32_t)n : 0u;
+        }
+    }
+    return first->function >= 0;
+}
+
+/* Ends the interval at the root of a function that has crossed zero in it. */
+static inline void end_at_crossing_real(const event_set_real *set, interval_real *in, const crossing_real *crossing)
+{
+    const event_function_real *g = &set->function[crossing->function];
+    const real h = in->high.t - in->low;
+    const interpolant_real p = interpolant_of_real(&in->from[crossing->function], &crossing->to, h);
+    locate_root_real(set->poles, g, in->low, &in->high, in->low + h * refined_root_real(&p, crossing->share));
+    in->found = crossing->function;
+}
+
+/* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape)
 {
     uint32_t passed = 0;
-    for (int32_t tries = 0; tries < MOST_TRIES_real; tries++) {
-        int32_t first = -1;
-        real share = 2.0;
-        jet_real first_to = {0.0, 0.0, 0.0, 0.0};
-        for (int32_t n = 0; n < set->count; n++) {
-            const event_function_real *g = &set->function[n];
-            if (n == in->found || g->shape < shape || (passed & 1u << (uint32_t)n) != 0) {
-                continue;
-            }
-            if (value_at_real(g, &in->high) < 0.0) {
-                jet_real to;
-                const real guess = guessed_crossing_real(g, in, &in->from[n], &to);
-                if (guess < share) {
-                    first = n;
-                    share = guess;
-                    first_to = to;
-                }
-            } else {
-                passed |= g->shape == MONOTONE_real ? 1u << (uint32_t)n : 0u;
-            }
-        }
-        if (first < 0) {
-            break;
-        }
-        const real h = in->high.t - in->low;
-        const interpolant_real p = interpolant_of_real(&in->from[first], &first_to, h);
-        const real guess = in->low + h * refined_root_real(&p, share);
-        locate_root_real(set->poles, &set->function[first], in->low, &in->high, guess);
-        in->found = first;
+    crossing_real first;
+    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, shape, &passed, &first); n++) {
+        end_at_crossing_real(set, in, &first);
     }
 }
 
@@ -736,24 +753,30 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
     return false;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
-static inline bool find_first_root_real(const event_set_real *set, interval_real *in)
+/* Whether no function has a root before the end of the interval; among those that have one there, the first wins. */
+static inline bool are_certified_real(const event_set_real *set, interval_real *in)
 {
-    bool certified = false;
-    while (!certified) {
-        if (in->count >= HOPFORM_MOST_INTERVALS) {
+    for (int32_t n = 0; n < set->count; n++) {
+        if (!is_certified_real(set, in, n) && !is_certified_inside_real(set, in, n)) {
             return false;
-        }
-        in->count++;
-        end_at_first_crossing_real(set, in, MAY_TURN_real);
-        certified = true;
-        for (int32_t n = 0; n < set->count && certified; n++) {
-            certified = is_certified_real(set, in, n) || is_certified_inside_real(set, in, n);
         }
     }
     if (in->found > 0) {
         settle_ties_real(set, in);
     }
+    return true;
+}
+
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
+static inline bool find_first_root_real(const event_set_real *set, interval_real *in)
+{
+    do {
+        if (in->count >= HOPFORM_MOST_INTERVALS) {
+            return false;
+        }
+        in->count++;
+        end_at_first_crossing_real(set, in, MAY_TURN_real);
+    } while (!are_certified_real(set, in));
     return true;
 }
 

@@ -474,19 +474,78 @@ static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real 
     return poles->s_1 * t < 4.0 ? hopform_short_basis_real(poles, t) : hopform_close_basis_real(poles, t);
 }
 
-/* The positive root z of z^3 + P z = T, T > 0: Newton from above, where the cubic is convex. */
+/* Steps towards a root of the cubic, and to polish its factors, at most. */
+enum { NEWTON_STEPS_real = 60, POLISHES_real = 3 };
+
+/* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
+static inline real hopform_toward_positive_root_real(real P, real T, real z)
+{
+    const real step = ((z * z + P) * z - T) / (3.0 * z * z + P);
+    return z - step;
+}
+
+/* That root, from above, where the cubic is convex. */
 static inline real hopform_positive_root_real(real P, real T)
 {
     real z = sqrt_real(fabs_real(P)) + hopform_cube_root_real(T);
-    for (int n = 0; n < 60; n++) {
-        const real step = ((z * z + P) * z - T) / (3.0 * z * z + P);
-        const real next = z - step;
+    for (int n = 0; n < NEWTON_STEPS_real; n++) {
+        const real next = hopform_toward_positive_root_real(P, T, z);
         if (!(next < z)) {
             break;
         }
         z = next;
     }
     return z;
+}
+
+/* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
+static inline real hopform_scale_of_cubic_real(real s_1, real root_2, real root_3)
+{
+    const real later = root_2 > root_3 ? root_2 : root_3;
+    return s_1 > later ? s_1 : later;
+}
+
+/* A cubic in units of its scale, and around its mean root: z^3 + P z = T. */
+typedef struct {
+    real c_1, c_2, c_3, mean, P, T;
+} hopform_cubic_real;
+
+static inline hopform_cubic_real hopform_scaled_cubic_real(real s_1, real s_2, real s_3, real scale)
+{
+    const real c_1 = s_1 / scale;
+    const real c_2 = s_2 / (scale * scale);
+    const real c_3 = s_3 / scale / (scale * scale);
+    const real mean = c_1 / 3.0;
+    const real P = c_2 - 3.0 * mean * mean;
+    const hopform_cubic_real cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0 * mean * mean)};
+    return cubic;
+}
+
+/* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
+static inline void hopform_factor_at_real(const hopform_cubic_real *cubic, real offset, hopform_poles_real *poles)
+{
+    poles->a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
+    poles->p = cubic->c_1 - poles->a;
+    poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
+}
+
+/* A step that takes the residual of the coefficients off the factors; false where there is none. */
+static inline bool hopform_polish_factors_real(const hopform_cubic_real *cubic, hopform_poles_real *poles)
+{
+    const real a = poles->a;
+    const real p = poles->p;
+    const real q = poles->q;
+    const real r_1 = cubic->c_1 - (a + p);
+    const real r_2 = cubic->c_2 - (q + a * p);
+    const real r_3 = cubic->c_3 - a * q;
+    const real chi = q - a * (p - a);
+    const bool apart = fabs_real(chi) > 0.0; /* else three roots are one */
+    const real da = (r_3 - a * (r_2 - a * r_1)) / (apart ? chi : 1.0);
+    const bool small = apart & (da * da < HOPFORM_EPS_real);
+    poles->q = small ? q + (r_2 - a * (r_1 - da) - p * da) : q;
+    poles->p = small ? p + (r_1 - da) : p;
+    poles->a = small ? a + da : a;
+    return small;
 }
 
 /* s^3 + s_1 s^2 + s_2 s + s_3 = (s + a)(s^2 + p s + q) with the most isolated real root as -a.
@@ -496,45 +555,25 @@ static inline real hopform_positive_root_real(real P, real T)
  */
 static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, real s_3)
 {
-    const real root_2 = sqrt_real(s_2);
-    const real root_3 = hopform_cube_root_real(s_3);
-    const real scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
-    const hopform_poles_real none = {0.0, 0.0, 0.0, s_1, s_2, s_3};
+    const real scale = hopform_scale_of_cubic_real(s_1, sqrt_real(s_2), hopform_cube_root_real(s_3));
+    hopform_poles_real poles = {0.0, 0.0, 0.0, s_1, s_2, s_3};
     if (!(scale * scale * scale > 0.0)) {
-        return none; /* slower than the type can say */
+        return poles; /* slower than the type can say */
     }
     if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
-        const hopform_poles_real drift = {0.0, s_1, s_2, s_1, s_2, s_3};
-        return drift;
+        poles.p = s_1;
+        poles.q = s_2;
+        return poles;
     }
-    const real c_1 = s_1 / scale;
-    const real c_2 = s_2 / (scale * scale);
-    const real c_3 = s_3 / scale / (scale * scale);
-    const real mean = c_1 / 3.0;
-    const real P = c_2 - 3.0 * mean * mean;
-    const real T = c_3 - mean * (c_2 - 2.0 * mean * mean);
-    const real offset =
-        fabs_real(T) > 0.0 ? hopform_positive_root_real(P, fabs_real(T)) : (P < 0.0 ? sqrt_real(-P) : 0.0);
-    real a = T > 0.0 ? mean + offset : mean - offset;
-    real p = c_1 - a;
-    real q = a > mean ? c_3 / a : c_2 - a * p;
-    for (int n = 0; n < 3; n++) {
-        const real r_1 = c_1 - (a + p);
-        const real r_2 = c_2 - (q + a * p);
-        const real r_3 = c_3 - a * q;
-        const real chi = q - a * (p - a);
-        if (!(fabs_real(chi) > 0.0)) {
-            break; /* three roots in one */
-        }
-        const real da = (r_3 - a * (r_2 - a * r_1)) / chi;
-        if (!(da * da < HOPFORM_EPS_real)) {
-            break;
-        }
-        q += r_2 - a * (r_1 - da) - p * da;
-        p += r_1 - da;
-        a += da;
+    const hopform_cubic_real cubic = hopform_scaled_cubic_real(s_1, s_2, s_3, scale);
+    const real even = cubic.P < 0.0 ? sqrt_real(-cubic.P) : 0.0;
+    const real offset = fabs_real(cubic.T) > 0.0 ? hopform_positive_root_real(cubic.P, fabs_real(cubic.T)) : even;
+    hopform_factor_at_real(&cubic, offset, &poles);
+    for (int n = 0; n < POLISHES_real && hopform_polish_factors_real(&cubic, &poles); n++) {
     }
-    const hopform_poles_real poles = {a * scale, p * scale, q * scale * scale, s_1, s_2, s_3};
+    poles.a = poles.a * scale;
+    poles.p = poles.p * scale;
+    poles.q = poles.q * scale * scale;
     return poles;
 }
 

@@ -30,7 +30,7 @@ MANY = ("-DDIGEST_ROBOTS=2500", "-DDIGEST_COMMANDS=500", "-DDIGEST_SAMPLES=4500"
 TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "false_root", "flight", "grid", "hopping",
          "lanes", "properties", "reachability", "selftest", "sensitivities", "single_precision_control", "stance",
          "stance_object", "tangents", "ties", "touchdown")  # fmt: skip
-WORKSTATION = ("batch", "lanes", "variants", "columns", "readings_of_many")
+WORKSTATION = ("batch", "lanes", "columns", "readings_of_many")
 """Batches over arrays and vector registers, which firmware does not get."""
 
 COUNTERS = """

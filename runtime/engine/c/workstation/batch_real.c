@@ -5,67 +5,60 @@
 #include <fenv.h>
 
 #include "columns_real.h"
-#include "variants_real.h"
+#include "lanes_real.h"
 
-enum { PHASES_OF_LOOP = 4096, FEW_STANCES = 4 };
+enum { PHASES_OF_LOOP = 4096 };
 
 /* ---- variants ---- */
 
-/* Solves stances `first` to `end` of one robot. */
-typedef int32_t solver(const hopform_plan_real *plan, int64_t first, int64_t end, const hopform_stances_in_real *in,
-                       const hopform_stances_out_real *out);
-
-/* The solver of a variant; NULL if the processor has none. */
-static solver *solver_of(int32_t variant)
+static int32_t one_by_one(int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out)
 {
+    hopform_plan_real plan;
+    hopform_run_real run = {0, HOPFORM_OK};
+    int32_t kept = HOPFORM_OK;
+    for (int64_t i = 0; i < count; i++) {
+        const int32_t planned = hopform_plan_for_real(&plan, &run, in, i, count);
+        const int32_t put = hopform_solve_alone_real(&plan, planned, in, i, out);
+        kept = put > kept ? put : kept;
+    }
+    return kept;
+}
+
+/* What a variant does in vector registers, that the processor has; NULL if nothing does. Registers that hold two
+ * numbers are not worth it. */
+static lanes_code_real code_of(int32_t variant)
+{
+    const bool best = variant == HOPFORM_VARIANT_BEST;
 #if defined(HOPFORM_X86_LANES)
     const bool is_512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
                         && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-    if (is_512 && (variant == HOPFORM_VARIANT_AVX512 || variant == HOPFORM_VARIANT_BEST)) {
-        return hopform_lanes_avx512_real;
+    if (is_512 && (variant == HOPFORM_VARIANT_AVX512 || best)) {
+        return hopform_lanes_avx512_real();
     }
-    if (__builtin_cpu_supports("avx2") && (variant == HOPFORM_VARIANT_AVX2 || variant == HOPFORM_VARIANT_BEST)) {
-        return hopform_lanes_avx2_real;
+    if (__builtin_cpu_supports("avx2") && (variant == HOPFORM_VARIANT_AVX2 || best)) {
+        return hopform_lanes_avx2_real();
     }
 #endif
-    if (variant == HOPFORM_VARIANT_BASELINE || variant == HOPFORM_VARIANT_BEST) {
-        return hopform_lanes_baseline_real;
-    }
-    return variant == HOPFORM_VARIANT_ONE_BY_ONE ? hopform_one_by_one_real : NULL;
+    const lanes_code_real none = {NULL, NULL};
+    return variant == HOPFORM_VARIANT_BASELINE || (best && sizeof(real) < 8) ? hopform_lanes_baseline_real() : none;
 }
 
 int32_t hopform_has_variant_real(int32_t variant)
 {
-    return solver_of(variant) != NULL ? 1 : 0;
+    const bool is_any = variant == HOPFORM_VARIANT_BEST || variant == HOPFORM_VARIANT_ONE_BY_ONE;
+    return is_any || code_of(variant).evaluate != NULL ? 1 : 0;
 }
 
-/* Every one of some stances refused with a status. */
-static int32_t refuse(int32_t status, const hopform_robot_real *robot, int64_t first, int64_t end,
-                      const hopform_stances_out_real *out)
-{
-    for (int64_t i = first; i < end; i++) {
-        (void)hopform_put_stance_real(out, i, robot, status, NULL, NULL);
-    }
-    return status;
-}
-
-/* The batch, one run of stances with the same robot after the other. A lane computes what it does not use as well: what
- * that does to the processor's flags is no news to the caller. */
-static int32_t solve(solver *by, int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out)
+/* A lane computes what it does not use as well: what that does to the processor's flags is no news to the caller. */
+static int32_t solve(int32_t variant, int64_t count, const hopform_stances_in_real *in,
+                     const hopform_stances_out_real *out)
 {
     fenv_t before;
     (void)fegetenv(&before);
-    int32_t kept = HOPFORM_OK;
-    int64_t end = 0;
-    for (int64_t first = 0; first < count; first = end) {
-        hopform_plan_real plan;
-        const hopform_robot_real robot = hopform_robot_of_real(in, first);
-        const int32_t status = hopform_plan_init_real(&plan, &robot);
-        end = hopform_end_of_run_real(in, first, count);
-        solver *run = end - first < FEW_STANCES ? hopform_one_by_one_real : by;
-        const int32_t put = status < 0 ? refuse(status, &robot, first, end, out) : run(&plan, first, end, in, out);
-        kept = put > kept ? put : kept;
-    }
+    const lanes_code_real code = code_of(variant);
+    const int32_t kept = code.evaluate == NULL || count < LANES_real / 2
+                             ? one_by_one(count, in, out)
+                             : hopform_solve_in_lanes_real(code, count, in, out);
     (void)fesetenv(&before);
     return kept;
 }
@@ -82,7 +75,7 @@ static int32_t status_of(int32_t variant, int64_t count, const hopform_stances_i
         || (out->event_time == NULL) != (out->event_kind == NULL)) {
         return HOPFORM_ERROR_NULL;
     }
-    if (solver_of(variant) == NULL) {
+    if (hopform_has_variant_real(variant) == 0) {
         return HOPFORM_ERROR_VARIANT;
     }
     const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
@@ -113,9 +106,12 @@ int32_t hopform_solve_stances_by_real(int32_t variant, int64_t count, const hopf
     if (status < 0) {
         const hopform_stances_out_real own = *out; /* which results may overwrite */
         const hopform_robot_real none = {0};
-        return refuse(status, &none, 0, count, &own);
+        for (int64_t i = 0; i < count; i++) {
+            (void)hopform_put_stance_real(&own, i, &none, status, NULL, NULL);
+        }
+        return status;
     }
-    return solve(solver_of(variant), count, in, out);
+    return solve(variant, count, in, out);
 }
 
 int32_t hopform_solve_stances_real(int64_t count, const hopform_stances_in_real *in,
@@ -153,5 +149,5 @@ void hopform_stance_loop_real(char **args, const ptrdiff_t *dimensions, const pt
         results[n].first = args[STATES + 1 + n];
         results[n].stride = steps[STATES + 1 + n];
     }
-    (void)solve(solver_of(HOPFORM_VARIANT_BEST), dimensions[0], &in, &out); /* NumPy copies what overlaps */
+    (void)solve(HOPFORM_VARIANT_BEST, dimensions[0], &in, &out); /* NumPy copies what overlaps */
 }

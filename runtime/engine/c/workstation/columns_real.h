@@ -8,8 +8,7 @@
 
 #include <stdbool.h>
 
-#include "facts.h"
-#include "formulas_real.h"
+#include "model_real.h"
 
 static inline real hopform_number_real(const hopform_input_real *column, int64_t i)
 {
@@ -83,8 +82,9 @@ static inline bool hopform_columns_meet_real(const hopform_elements_real *one, c
     return meet;
 }
 
-/* The columns that are read stand one after the other in their struct, and so do those of results. */
-enum { HOPFORM_INPUTS_real = HOPFORM_ROBOT_FIELDS + 6, HOPFORM_RESULTS_real = 9 };
+/* The columns that are read stand one after the other in their struct: the robot's, the state's, current and horizon.
+ * So do those of results: the status, numbers, the count of events. */
+enum { HOPFORM_INPUTS_real = HOPFORM_ROBOT_FIELDS + HOPFORM_AXES + 2, HOPFORM_RESULTS_real = 9 };
 
 /* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may
  * overlap `itself` either. */
@@ -122,18 +122,36 @@ static inline hopform_robot_real hopform_robot_of_real(const hopform_stances_in_
     return robot;
 }
 
-/* The end of a run of stances with the same robot; NaN differs from everything. */
-static inline int64_t hopform_end_of_run_real(const hopform_stances_in_real *in, int64_t first, int64_t count)
+/* Stances with the same robot, one after the other: where they end, and the status of their plan. */
+typedef struct {
+    int64_t end;
+    int32_t planned;
+} hopform_run_real;
+
+/* Where the run ends that begins with stance i. NaN differs from everything. */
+static inline int64_t hopform_end_of_run_real(const hopform_stances_in_real *in, int64_t i, int64_t count)
 {
     int64_t end = count;
-    for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
-        const real here = hopform_number_real(&in->robot[n], first);
-        for (int64_t i = first + 1; i < end && in->robot[n].stride != 0; i++) {
-            const real there = hopform_number_real(&in->robot[n], i);
-            end = here <= there && here >= there ? end : i;
+    for (int n = 0; n < HOPFORM_ROBOT_FIELDS && end > i + 1; n++) {
+        const real here = hopform_number_real(&in->robot[n], i);
+        for (int64_t j = i + 1; j < end && in->robot[n].stride != 0; j++) {
+            const real there = hopform_number_real(&in->robot[n], j);
+            end = here <= there && here >= there ? end : j;
         }
     }
     return end;
+}
+
+/* Where stance i begins a run, make its plan and find its end; the status of the plan. */
+static inline int32_t hopform_plan_for_real(hopform_plan_real *plan, hopform_run_real *run,
+                                            const hopform_stances_in_real *in, int64_t i, int64_t count)
+{
+    if (i == run->end) {
+        const hopform_robot_real robot = hopform_robot_of_real(in, i);
+        run->planned = hopform_plan_init_real(plan, &robot);
+        run->end = hopform_end_of_run_real(in, i, count);
+    }
+    return run->planned;
 }
 
 /* ---- the results ---- */
@@ -170,14 +188,14 @@ static inline int32_t hopform_put_stance_real(const hopform_stances_out_real *ou
     const hopform_stance_real refused = {none, {none, none, none, none}, none, none, none, status, 0, 0, 0};
     const hopform_stance_real *stance = status < 0 ? &refused : solved;
     const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_real(robot) > 0.0;
+    const void *first = out;
+    const hopform_output_real *results = first;
+    const real numbers[] = {stance->duration, HOPFORM_SHOWN_real(robot, &stance->end), flies ? stance->apex : none,
+                            stance->aed};
     hopform_put_code_real(&out->status, i, stance->ending);
-    hopform_put_real(&out->duration, i, stance->duration);
-    hopform_put_real(&out->x1, i, stance->end.x1);
-    hopform_put_real(&out->v1, i, stance->end.v1);
-    hopform_put_real(&out->x2, i, hopform_body_height_real(robot, stance->end.x1, stance->end.y));
-    hopform_put_real(&out->v2, i, stance->end.v2);
-    hopform_put_real(&out->apex, i, flies ? stance->apex : none);
-    hopform_put_real(&out->aed, i, stance->aed);
+    for (int n = 0; n < HOPFORM_RESULTS_real - 2; n++) {
+        hopform_put_real(&results[n + 1], i, numbers[n]);
+    }
     hopform_put_code_real(&out->event_count, i, stance->event_count);
     return hopform_put_events_real(out, i, stance, phases) ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
 }
@@ -192,9 +210,13 @@ static inline int32_t hopform_phases_wanted_real(const hopform_stances_out_real 
 
 static inline hopform_state_real hopform_start_of_real(const hopform_stances_in_real *in, int64_t i)
 {
-    const hopform_state_real start = {hopform_number_real(&in->x1, i), hopform_number_real(&in->v1, i),
-                                      hopform_number_real(&in->v2, i), hopform_number_real(&in->y, i)};
-    return start;
+    const void *first = in;
+    const hopform_input_real *columns = first;
+    hopform_state_by_axis_real start;
+    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+        start.of[axis] = hopform_number_real(&columns[HOPFORM_ROBOT_FIELDS + axis], i);
+    }
+    return start.named;
 }
 
 /* Solve stance i of a robot by itself. */
@@ -209,20 +231,17 @@ static inline int32_t hopform_solve_column_real(const hopform_plan_real *plan, c
                                      phases, capacity, stance);
 }
 
-/* Solve some stances of a robot one by one; HOPFORM_PHASES_NOT_KEPT if events of one did not fit. */
-static inline int32_t hopform_one_by_one_real(const hopform_plan_real *plan, int64_t first, int64_t end,
-                                              const hopform_stances_in_real *in, const hopform_stances_out_real *out)
+/* Solve stance i by itself, or refuse it as its plan has been; HOPFORM_PHASES_NOT_KEPT if events of it did not fit. */
+static inline int32_t hopform_solve_alone_real(const hopform_plan_real *plan, int32_t planned,
+                                               const hopform_stances_in_real *in, int64_t i,
+                                               const hopform_stances_out_real *out)
 {
-    int32_t kept = HOPFORM_OK;
-    for (int64_t i = first; i < end; i++) {
-        hopform_step_real step;
-        hopform_stance_real stance;
-        const int32_t status =
-            hopform_solve_column_real(plan, in, i, &step, out->phases, hopform_phases_wanted_real(out), &stance);
-        const int32_t put = hopform_put_stance_real(out, i, &plan->robot, status, &stance, out->phases);
-        kept = put > kept ? put : kept;
-    }
-    return kept;
+    hopform_step_real step;
+    hopform_stance_real stance;
+    const int32_t status = planned < 0 ? planned
+                                       : hopform_solve_column_real(plan, in, i, &step, out->phases,
+                                                                   hopform_phases_wanted_real(out), &stance);
+    return hopform_put_stance_real(out, i, &plan->robot, status, &stance, out->phases);
 }
 
 #endif

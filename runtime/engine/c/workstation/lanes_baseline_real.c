@@ -2,7 +2,7 @@
  *
  * Stances in the vector registers that every processor of the kind has.
  */
-#include "variants_real.h"
+#include "lanes_real.h"
 
 #define LANES_NAME hopform_lanes_baseline_real
 #if defined(__GNUC__)
@@ -10,4 +10,4 @@
 #else
 #define LANES_CODE
 #endif
-#include "lanes_real.h"
+#include "lanes_evaluation_real.h"

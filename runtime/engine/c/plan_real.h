@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT-0
+ *
+ * The plan of a robot: its rates, and of each mode the poles, and a node, where the propagator is evaluated in advance.
+ */
+#ifndef HOPFORM_PLAN_H_real
+#define HOPFORM_PLAN_H_real
+
+#include "phase_real.h"
+
+/* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
+ * propagator is evaluated there, if that is wanted. */
+static inline hopform_node_real node_of_poles_real(const hopform_poles_real *poles, bool whole)
+{
+    const bool draws = poles->q > HOPFORM_UNDERFLOW_real; /* else the node is never reached */
+    const real t = draws ? 2.984 / sqrt_real(poles->q) : HOPFORM_NEVER_real;
+    hopform_basis_real basis = {1.0, 0.0, 0.0, 0.0, 0.0};
+    if (whole) {
+        basis = hopform_basis_at_real(poles, draws ? t : 0.0);
+    }
+    const real mu = 0.5 * poles->p;
+    const real square = mu * mu - poles->q;
+    hopform_node_real node = {HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     t,
+                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    if (square < 0.0) {
+        node.half_period = 3.14159265358979323846 / sqrt_real(-square);
+        node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_real;
+    } else {
+        const real fast = mu + sqrt_real(square);
+        const real slow = fast > 0.0 ? poles->q / fast : 0.0;
+        node.pole = hopform_greater_real(poles->a, fast);
+        node.second = hopform_lesser_real(fast, hopform_greater_real(poles->a, slow));
+        node.third = hopform_lesser_real(poles->a, slow);
+    }
+    return node;
+}
+
+/* The rates of a plan's robot, if it is one. */
+static inline int32_t rates_of_plan_real(hopform_plan_real *plan)
+{
+    const hopform_robot_real *robot = &plan->robot;
+#define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_real(robot->name)
+    if (!(robot->HOPFORM_LOWER_STOP <= robot->HOPFORM_UPPER_STOP) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
+#undef OR_OUTSIDE
+        return HOPFORM_ERROR_ROBOT;
+    }
+    const real lighter = robot->m_eff < robot->m_s ? robot->m_eff : robot->m_s;
+    if (!(lighter * lighter > 0.0)) { /* derivatives by the masses divide by their squares */
+        return HOPFORM_ERROR_NUMBERS;
+    }
+    const hopform_rates_real rates = hopform_rates_of_real(robot);
+#define REFUSE_IF_NEGATIVE(value)                                                                                      \
+    if ((value) < 0.0) {                                                                                               \
+        return HOPFORM_ERROR_UNSTABLE;                                                                                 \
+    }
+    HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
+#undef REFUSE_IF_NEGATIVE
+    plan->rates = rates;
+    return HOPFORM_OK;
+}
+
+/* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
+static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both, bool whole)
+{
+    const hopform_rates_real *rates = &plan->rates;
+    const hopform_poles_real actuator = {0.0, rates->p_1, rates->q_1, rates->p_1, rates->q_1, 0.0};
+    const hopform_poles_real body = {0.0, rates->p_2, rates->q_2, rates->p_2, rates->q_2, 0.0};
+    if (!hopform_is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
+        || !hopform_is_finite_real(rates->s_2) || !hopform_is_finite_real(rates->s_3)
+        || !hopform_is_finite_real(both->a) || !hopform_is_finite_real(both->p) || !(both->q <= HOPFORM_NEVER_real)
+        || !(both->q > 0.0 || HOPFORM_BODY_IS_FIXED) /* both never move then */
+        || !hopform_is_finite_real(rates->a1_0) || !hopform_is_finite_real(rates->a1_u)) {
+        return HOPFORM_ERROR_NUMBERS;
+    }
+    plan->both = *both;
+    plan->actuator = actuator;
+    plan->body = body;
+    plan->node_both = node_of_poles_real(both, whole);
+    plan->node_actuator = node_of_poles_real(&actuator, whole);
+    plan->node_body = node_of_poles_real(&body, whole);
+    plan->made = whole ? HOPFORM_PLAN_MADE : 0;
+    return HOPFORM_OK;
+}
+
+#endif
