@@ -37,7 +37,7 @@ FALLS = 1 - SLIPS
 VELOCITY, FALL = ELEMENT.velocity, ELEMENTS[FALLS].velocity
 """The element with stops, the axis of its position, its stops in Robot; the other one; the axes of their velocities."""
 
-REST, HORIZON, TOUCHDOWN = 2, 3, 4
+REST, STOP, HORIZON, TOUCHDOWN = 2, 3, 4, 5
 """What ends a phase; else the pull reaches the limit of the current to the side 1 or -1, or leaves it, to 0."""
 ENDS = {HORIZON: "horizon", TOUCHDOWN: "touchdown"}
 
@@ -268,16 +268,16 @@ def _look_at_foot(chain: _Chain, at: Array) -> None:
 
 def _find_end(chain: _Chain) -> tuple[Array, int]:
     """The instant at which a phase ends, and by what."""
-    until, foot, rest = chain.horizon - chain.t, chain.foot, NEVER[chain.t.dtype]
-    functions: list[tuple[_Function, int]] = []
-    if chain.side:
-        functions, rest = [(_stop_ahead(chain), REST), *_rooms(chain)], _time_of_rest(chain)
+    until, foot, gap = chain.horizon - chain.t, chain.foot, _stop_ahead(chain)
+    rooms, rest = ([*_rooms(chain)], _time_of_rest(chain)) if chain.side else ([], NEVER[until.dtype])
     last, end = (rest, REST) if rest <= until else (until, HORIZON)
-    turns = sorted(chain.turn_of(g) for g in (foot, *(room for room, _ in functions[1:2])))
+    turns = sorted(chain.turn_of(g) for g in (foot, *(room for room, _ in rooms[:1])))
     at = chain.at(np.array([until * 0.0, *(t for t in turns if t < last), last]))
-    for g, by in functions:
+    for g, by in [(gap, STOP), *rooms] if chain.side else ():
         met = chain.up_to_root(g, at)
         at, end = (met, by) if met[TIME, -1] < at[TIME, -1] else (at, end)
+    if end == REST and chain.jets(gap, at)[0, -1] < gap.rounding(at)[-1]:
+        end = STOP
     for order in range(2 + foot.of_leg, 0, -1):
         at = chain.with_roots(foot, order, at)
     while not chain.airborne and at.shape[1] > 1:
@@ -320,12 +320,6 @@ def _begin(chain: _Chain) -> Real:
     return _lost(chain.robot, SLIPS, velocity) if strikes else velocity * 0.0
 
 
-def _is_at_stop(chain: _Chain, at: Array) -> bool:
-    """Whether the stop ahead is where the element comes to rest, within rounding."""
-    gap = _stop_ahead(chain)
-    return bool(chain.jets(gap, at[:, np.newaxis])[0, 0] < gap.rounding(at))
-
-
 def _rest(chain: _Chain, hits: bool) -> int:
     """The element has come to rest, or hits a stop; the event. Without dry friction its acceleration goes on."""
     before, free, sticks = chain.side, chain.acceleration, formulas.friction_of(chain.robot)[SLIPS] > 0.0
@@ -336,14 +330,6 @@ def _rest(chain: _Chain, hits: bool) -> int:
     _settle(chain, _acceleration(chain, chain.velocity, 0) if hits or sticks else free)
     turned = ELEMENT.sticks if chain.side == 0 else ELEMENT.reverses if chain.side != before else 0
     return ELEMENT.hits_stop if hits else turned
-
-
-def _change_limit(chain: _Chain, to: int) -> int:
-    """The pull reaches its limit, or leaves it; the event. It is there exactly, the position but for its rounding."""
-    chain.limit = chain.limit or to
-    chain.acceleration = _acceleration(chain, chain.velocity, chain.side)
-    chain.limit = to
-    return EVENT["u_saturates" if to else "u_desaturates"]
 
 
 def _too_low(chain: _Chain) -> bool:
@@ -362,24 +348,23 @@ def _run(chain: _Chain, max_phases: int) -> tuple[str, Real, Array, tuple[Flight
         at, end = _find_end(chain)
         if end == HORIZON and not chain.airborne:
             break
-        hits, (t, state) = end == REST and _is_at_stop(chain, at), chain.ended_at(at)
+        t, state = chain.ended_at(at)
         chain.t, chain.position, chain.velocity, chain.acceleration = t, state[POSITION], state[VELOCITY], at[WAYS][2]
         if end == TOUCHDOWN:
             state[CONTACT_AXIS] = chain.leg_at(t * 0.0)
         if end in ENDS or len(chain.phases) == max_phases:
             return ENDS.get(end, "too_many_phases"), t, state, tuple(chain.phases)
-        chain.begin_phase(_rest(chain, hits) if end == REST else _change_limit(chain, end))
+        if end in (REST, STOP):
+            chain.begin_phase(_rest(chain, end == STOP))
+        else:  # the pull is at its limit exactly, the position but for its rounding
+            chain.limit = chain.limit or end
+            chain.acceleration, chain.limit = _acceleration(chain, chain.velocity, chain.side), end
+            chain.begin_phase(EVENT["u_saturates" if end else "u_desaturates"])
     chain.t = chain.at_highest[0]
     return "tripped", *chain.at_highest
 
 
 # ---- what users call ----
-
-
-def expected_time(robot: Robot, start: LegState) -> Real:
-    """[s] to settle in, by design: 50 ms before the touchdown on the ground that was left, 20 ms at least."""
-    fall = formulas.time_of_fall(robot, start[FALL], start[POSITION])  # NaN where it does not rise that high
-    return np.fmax(fall - 0.05, 0.02)
 
 
 @np.errstate(all="ignore")
@@ -394,8 +379,9 @@ def solve_flight(
 ) -> FlightSolution:
     """Solve one flight.
 
-    start: the state at take-off. ground [m]: height of the ground ahead over that which is left. gains: of the law,
-    designed if left out. horizon [s]: the longest time.
+    start: the state at take-off. ground [m]: height of the ground ahead over that which is left. gains: of the law; if
+    left out, of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least.
+    horizon [s]: the longest time.
     An unstable robot is a ValueError; no other input is checked here: hopform does that.
     """
     one, given, zero = Robot(*(dtype(each) for each in robot)), LegState(*(dtype(each) for each in start)), dtype(0.0)
@@ -405,7 +391,8 @@ def solve_flight(
     first[CONTACT_AXIS] = left + dtype(ground)
     leg, relaxes = (left, dtype(1.0 / time)) if time > FASTEST_LEG[first.dtype] else (zero, zero)
     if (largest := largest_force(one)) > 0.0:
-        wanted = formulas.critical_gains(one, expected_time(one, given)) if gains is None else gains
+        falls = formulas.time_of_fall(one, first[FALL], first[POSITION])  # NaN where it does not rise that high
+        wanted = formulas.critical_gains(one, np.fmax(falls - 0.05, 0.02)) if gains is None else gains
         law = Gains(*(dtype(gain) for gain in wanted))
     chain = _Chain(
         one, law, formulas.flight_rates_of(one, law, largest), largest, dtype(horizon), first, leg, relaxes,
