@@ -141,7 +141,7 @@ class _Chain:
     airborne: bool = False
     side: int = 0
     limit: int = 0
-    phases: list[FlightPhase] = field(default_factory=list)
+    phases: list[FlightPhase] = field(default_factory=list[FlightPhase])
 
     def begin_phase(self, event: int) -> None:
         """Record a phase, and see where its foot is over the ground: from the take-off, so that nothing adds up."""
