@@ -133,6 +133,10 @@ class Struct:
         """The struct with these members."""
         return replace(self, members=members)
 
+    def before(self, name: str) -> tuple[Member, ...]:
+        """The members before the one of that name."""
+        return self.members[: [member.name for member in self.members].index(name)]
+
 
 @dataclass(frozen=True)
 class Step:

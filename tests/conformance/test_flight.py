@@ -160,6 +160,13 @@ def test_an_actuator_that_damping_slows_never_turns_back(seed, backend):
     assert_same_flight(robot, inputs, backend)
 
 
+@pytest.mark.parametrize("seed", [5007716, 5054868, 5028441, 5006021])
+def test_an_undamped_actuator_that_swings_back_to_its_stop_meets_it_at_rest(seed):
+    """Events without a loss lie between; what rounding left of them would be a reversal, or a stop met 1e-8 s early."""
+    robot, inputs = random_flight(seed)
+    assert_same_flight(robot, inputs, "numpy")
+
+
 def test_the_random_flights_visit_every_ending_and_event():
     flights = [solved(*random_flight(seed), hopform.backends()[0])[0] for seed in range(400)]
     seen = {event.kind for flight in flights for event in flight.events} | {flight.status for flight in flights}

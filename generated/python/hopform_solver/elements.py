@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform_solver import formulas
-from hopform_solver.records import Drive, LegState, Motion, Numerator, Rates
+from hopform_solver.records import Drive, LegState, Motion, Numerator, Rates, Robot
 
 
 class Element(NamedTuple):
@@ -62,6 +62,37 @@ class Phases(NamedTuple):
     mode: NDArray[Any]
     event: NDArray[Any]
     step: NDArray[Any]
+
+
+class FlightPhase(NamedTuple):
+    """A phase of a flight: where and when it starts, and in which mode."""
+
+    t: Any
+    x1: Any
+    v1: Any
+    acc1: Any
+    side: Any
+    limit: Any
+    event: Any
+
+
+class FlightSolution(NamedTuple):
+    """A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead."""
+
+    robot: Robot
+    gains: Any
+    start: Any
+    ground: Any
+    duration: Any
+    end: Any
+    v2_after: Any
+    apex: Any
+    apex_time: Any
+    impact_loss: Any
+    start_loss: Any
+    leg_loss: Any
+    ending: Any
+    phases: tuple[FlightPhase, ...]
 
 
 ELEMENTS = (

@@ -176,7 +176,7 @@ def rough_root(start: Array, end: Array, h: Array) -> Array:
 
 def step_to_root(jet: Array) -> Array:
     """Householder's step of third order towards a root."""
-    value, rate, curvature, third = jet[:4]
+    value, rate, curvature, third = np.ldexp(jet[:4], -np.frexp(jet[1])[1])  # its cube may overflow
     square = rate * rate
     below = 6.0 * square * rate - 6.0 * value * rate * curvature + value * value * third
     step = value * (6.0 * square - 3.0 * value * curvature) / below

@@ -1,442 +1,370 @@
 # SPDX-License-Identifier: MIT-0
-"""A flight as a chain of phases: the body is ballistic, the actuator returns under the law or at the limit of its
-current.
+"""A flight as a chain of phases: one element falls freely, the one with stops returns under the law or at the limit of
+the current, slips or is held. It ends at the first downward crossing of the ground ahead by the foot.
 
-In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles alone, whose zeros rule 3 of
-docs/explanation/certificate.md has in closed form. Between those of the jerk the foot's acceleration is monotone,
-between the roots of that its rate, between the roots of that the foot itself: each root is bracketed. A leg in which a
-damper acts relaxes as exp(-l t), and the foot with it: (D + l) takes that from the foot's third derivative and leaves a
-motion of the pair. One flight at a time.
+An event function is a quadratic in t, and shares of the way of the element that slips, of its velocity, and of what a
+damper leaves in the leg. Way and velocity are motions of one pair of poles and a constant. A phase ends at the latest
+where that velocity vanishes, within a half turn of the pair, so a motion of the pair alone changes its sign at most
+once in it, at a time that rule 3 of docs/explanation/certificate.md has in closed form. The rate of an event function
+is such a motion, or its third derivative is. Between the roots of a derivative the one before it is monotone: down to
+the function itself each root is bracketed. A leg in which a damper acts relaxes as exp(-l t), and the foot with it:
+(D + l) takes that from the third derivative, and is one link more. One flight at a time.
 """
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hopform_solver import events, formulas
+from hopform_solver import events, formulas, records
+from hopform_solver.elements import CONTACT_AXIS, ELEMENTS, MODES, FlightPhase, FlightSolution
 from hopform_solver.lanes import Array, Numbers, choose, take
 from hopform_solver.ledgers import moments_of, sums_before
-from hopform_solver.limits import FASTEST_LEG, LEG_HAS_DAMPER, NEVER
+from hopform_solver.limits import AXES_OF_MOMENTS, EPS, FASTEST_LEG, LEG_HAS_DAMPER, NEVER
 from hopform_solver.phases import pair_alone, stable_rates_of
-from hopform_solver.records import (
-    FLIGHT_ENDINGS,
-    FLIGHT_EVENTS,
-    Actuator,
-    Basis,
-    Drive,
-    Energy,
-    FlightLedger,
-    FlightRates,
-    FlightWork,
-    Gains,
-    LegState,
-    Poles,
-    Rates,
-    Robot,
-    Way,
-)
+from hopform_solver.records import Basis, Energy, FlightLedger, FlightRates, Gains, LegState, Poles, Real, Robot
 
-Real: TypeAlias = Any
-"""A number in the precision of the flight."""
+ENDING: dict[str, int] = {text: number for number, text in records.FLIGHT_ENDINGS.items()}
+EVENT: dict[str, int] = {text: number for number, text in records.FLIGHT_EVENTS.items()}
+"""The numbers of endings and events."""
 
-_ENDING: dict[str, int] = {text: number for number, text in FLIGHT_ENDINGS.items()}
-_EVENT = {text: number for number, text in FLIGHT_EVENTS.items()} | {"": 0}
-_LARGEST = {np.dtype(np.float32): 1e38, np.dtype(np.float64): 1e300}
-SETTLED_BEFORE, SHORTEST = 0.05, 0.02
-"""[s] how long before the touchdown that is expected a designed return has settled, and the least time it takes."""
+((SLIPS, ELEMENT, POSITION, STOPS),) = [
+    (n, each, each.position, each.stops) for n, each in enumerate(ELEMENTS) if each.position is not None and each.stops
+]
+FALLS = 1 - SLIPS
+VELOCITY, FALL = ELEMENT.velocity, ELEMENTS[FALLS].velocity
+"""The element with stops, the axis of its position, its stops in Robot; the other one; the axes of their velocities."""
+
+REST, STOP, HORIZON, TOUCHDOWN = 2, 3, 4, 5
+"""What ends a phase; else the pull reaches the limit of the current to the side 1 or -1, or leaves it, to 0."""
+ENDS = {HORIZON: "horizon", TOUCHDOWN: "touchdown"}
+
+TIME, PROPAGATOR, WAYS = 0, slice(1, 8), slice(8, None)
+"""Rows of instants of a phase: since it began, the propagator there, how far the element has slipped, and the
+derivatives of that. Steps towards a root of the second derivative, or the third one, take four further ones.
+"""
+MOST_WAYS = 8 + LEG_HAS_DAMPER
 
 
-class FlightPhase(NamedTuple):
-    """Where and when a phase starts, the sign of v_1 (0 if held), that of the pull at its limit (0 under the law), and
-    why.
-    """
-
-    t: Real
-    x1: Real
-    v1: Real
-    acc1: Real
-    side: Real
-    limit: Real
-    event: Real
+def largest_force(robot: Robot) -> Real:
+    """The largest force of the motor, 0 if it has none."""
+    factor = abs(robot.gamma2)
+    return np.fmin(factor * robot.u_max, NEVER[factor.dtype]) if factor > 0.0 else factor
 
 
-@dataclass(frozen=True)
-class FlightSolution:
-    """A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead: how far the foot of a leg that
-    carries nothing is below it.
-
-    ground [m]: height of the ground ahead over that which was left. duration [s], end: the state before the impact,
-    v2_after [m/s] it, apex [m] up to the ending, apex_time [s], impact_loss, start_loss and leg_loss [J] (negative),
-    ending: a key of FLIGHT_ENDINGS, phases.
-    """
-
-    robot: Robot
-    gains: Gains
-    start: LegState
-    ground: Real
-    duration: Real
-    end: LegState
-    v2_after: Real
-    apex: Real
-    apex_time: Real
-    impact_loss: Real
-    start_loss: Real
-    leg_loss: Real
-    ending: int
-    phases: tuple[FlightPhase, ...]
-
-    @property
-    def fall(self) -> Real:
-        return formulas.fall_of(self.robot)
-
-    def times(self, t: ArrayLike) -> Array:
-        """Times in the precision of the flight."""
-        return np.asarray(t, dtype=np.asarray(self.duration).dtype)
+def _lost(robot: Robot, element: int, velocity: Real) -> Real:
+    """What an element loses that is stopped, negative."""
+    return -0.5 * robot[ELEMENTS[element].mass] * velocity * velocity
 
 
 # ---- a phase over time ----
 
 
-def largest_force(robot: Robot) -> Real:
-    """The largest force of the motor, 0 if it has none."""
-    if robot.gamma2 == 0.0:
-        return robot.gamma2 * 0.0
-    return min(abs(robot.gamma2) * robot.u_max, type(robot.gamma2)(_LARGEST[robot.gamma2.dtype]))
-
-
-def _poles(rates: FlightRates, limit: Array) -> Poles:
-    """Of the actuator, under the law or at a limit."""
+def _poles_of(rates: FlightRates, limit: Array) -> Poles:
+    """Of the element that slips, under the law or at a limit."""
     return pair_alone(choose(limit == 0, rates.p_law, rates.p_free), choose(limit == 0, rates.q_law, rates.q_law * 0.0))
 
 
-def _ways(poles: Array, v1: Array, acc1: Array, propagator: Array) -> Array:
-    """How far the actuator has moved since a phase began, and the derivatives of that up to the sixth, or seventh."""
-    numerator = np.array([v1, acc1 + poles[1] * v1, np.zeros_like(v1)])
-    ways = [*events.jets_of(events.EventSet(poles, poles, numerator, np.zeros_like(v1)), propagator)]
-    for _ in range(3 + LEG_HAS_DAMPER):
-        ways.append(events.next_derivative(poles, ways))
+def _ways(poles: Array, velocity: Array, acceleration: Array, propagator: Array) -> Array:
+    """How far the element has slipped since a phase began, and the derivatives of that. What fades with p alone keeps
+    its digits: the velocity without a force, the acceleration without a spring.
+    """
+    (p, q), (W, Wd, Wdd) = poles[1:3], propagator[2:5]
+    force = acceleration + p * velocity
+    ways = [velocity * Wd + force * W, velocity * Wdd + force * Wd, acceleration * Wdd - q * velocity * Wd]
+    while len(ways) < MOST_WAYS:
+        ways.append(-(p * ways[-1] + q * ways[-2]))
     return np.array(ways)
 
 
-def zero_of_pair(poles: Array, motion: Array) -> Real:
-    """When a motion of the pair, which begins with a value and a rate, first vanishes behind the start of the phase;
-    NEVER if it does not.
+def _states(robot: Robot, start: Array, since: Array, position: Array, t: Array, ways: Array) -> Array:
+    """States, in rows, at times of phases; rounding or underflow may have put a position a last digit beyond a stop."""
+    fall, time, state = formulas.fall_of(robot), since + t, np.empty((len(start), *t.shape), t.dtype)
+    rise = (start[FALL] - 0.5 * fall * time) * time
+    state[POSITION] = np.clip(position + ways[0], *(robot[stop] for stop in STOPS))
+    state[VELOCITY], state[FALL] = ways[1], start[FALL] - fall * time
+    state[CONTACT_AXIS] = start[CONTACT_AXIS] - (rise - ((position - start[POSITION]) + ways[0]))
+    return state
+
+
+class _Function(NamedTuple):
+    """An event function: start + rate t + curvature t^2/2, and shares of the way, of its velocity, and of what is left
+    in the leg. Its start is a sum of terms of that size.
     """
-    value, rate = motion * np.sign(motion[0] if motion[0] != 0.0 else motion[1])
-    return events.time_to_rest(Poles(*poles), value[np.newaxis], rate[np.newaxis])[0]
+
+    start: Real
+    size: Real
+    of_way: Real
+    of_velocity: Real = 0.0
+    rate: Real = 0.0
+    curvature: Real = 0.0
+    of_leg: bool = False
+
+    def shares(self, ways: Array) -> Array:
+        """Those of the way and its velocity, and their derivatives."""
+        return np.asarray(self.of_way * ways[:-1] + self.of_velocity * ways[1:])
+
+    def rounding(self, at: Array) -> Array:
+        """What that may have done to its value."""
+        t, (way, velocity, *_) = at[TIME], at[WAYS]
+        terms = self.rate * t, 0.5 * self.curvature * t * t, self.of_way * way, self.of_velocity * velocity
+        return np.asarray(16.0 * EPS[t.dtype] * (self.size + sum(map(np.abs, terms))))
 
 
 # ---- the chain ----
 
-WAY, PULL, FOOT = range(3)
-"""Functions of time in a phase: how far the actuator has moved, what the law asks of the motor, the foot's height."""
-
-
-class _Times(NamedTuple):
-    """Times of a phase, the propagator there, and WAY, PULL and FOOT with their derivatives up to the fifth."""
-
-    t: Array
-    propagator: Array
-    functions: Array
-
 
 @dataclass
 class _Chain:
-    """The chain while it grows."""
+    """The chain while it grows. Compression at its start is over the ground ahead; a damper leaves some in the leg,
+    which relaxes at a rate.
+    """
 
     robot: Robot
     gains: Gains
     rates: FlightRates
     largest: Real
-    start: LegState
     horizon: Real
-    t: Real
-    actuator: Actuator
-    foot: Real
-    side: int
-    limit: int
-    airborne: bool
-    phases: list[FlightPhase]
+    start: Array
     leg: Real
-    """compression that a damper leaves in it, and the rate at which it relaxes"""
     relaxes: Real
+    t: Real
+    position: Real
+    velocity: Real
+    acceleration: Real
+    at_highest: tuple[Real, Array, tuple[FlightPhase, ...]]
+    """when the foot has been highest, in which state, in the last of which phases; until it has been above the ground
+    """
+    highest: Real = -np.inf
+    airborne: bool = False
+    side: int = 0
+    limit: int = 0
+    phases: list[FlightPhase] = field(default_factory=list[FlightPhase])
 
-    def __post_init__(self) -> None:
-        self.highest: tuple[Real, Real, LegState, int] = (-np.inf, self.t, self.start, 0)
-        self.start_loss = self.t * 0.0
-        self.poles_by_limit = [np.array(_poles(self.rates, np.array([limit]))) for limit in (0, 1)]
-        self.eps = np.finfo(self.t.dtype).eps
+    def begin_phase(self, event: int) -> None:
+        """Record a phase, and see where its foot is over the ground: from the take-off, so that nothing adds up."""
+        moves = self.position, self.velocity, self.acceleration
+        self.phases.append(FlightPhase(self.t, *moves, self.side, self.limit, event))
+        fall, zero = formulas.fall_of(self.robot), np.zeros(1, self.t.dtype)
+        rise = (self.start[FALL] - 0.5 * fall * self.t) * self.t
+        height = (self.start[POSITION] - self.position) + rise - self.start[CONTACT_AXIS]
+        rate, size = self.start[FALL] - fall * self.t, abs(height) + abs(self.leg)
+        self.foot = _Function(height, size, -1.0, 0.0, rate, -fall, bool(self.leg))
+        self.poles = np.array(_poles_of(self.rates, np.array([self.limit])))
+        self.first = self.at(zero, events.propagator_of(self.poles, Basis(zero + 1.0, zero, zero, zero, zero)))
 
-    @property
-    def poles(self) -> Array:
-        return self.poles_by_limit[abs(self.limit)]
-
-    @property
-    def fall(self) -> Real:
-        return formulas.fall_of(self.robot)
-
-    def at(self, t: Array, propagator: Array | None = None) -> _Times:
-        (Kp, Kd), g, v2 = self.gains, self.fall, self.start.v2 - self.fall * self.t
+    def at(self, t: Array, propagator: Array | None = None) -> Array:
+        """Instants."""
         poles = self.poles.repeat(t.size, axis=1)
         found = events.propagator_at(poles, t) if propagator is None else propagator
-        way = _ways(poles, self.actuator.v1 + 0.0 * t, self.actuator.acc1 + 0.0 * t, found)
-        pull, foot = Kp * way[:6] + Kd * way[1:7], -way
-        pull[0] += Kp * self.actuator.x1
-        foot[0] += self.foot + (v2 - 0.5 * g * t) * t
-        foot[1] += v2 - g * t
-        foot[2] -= g
-        if self.leg:
-            foot += self.leg_at(t) * (-self.relaxes) ** np.arange(len(foot), dtype=t.dtype)[:, np.newaxis]
-        functions = np.zeros((3, *way.shape), t.dtype)
-        functions[WAY], functions[PULL, :6], functions[FOOT] = way, pull, foot
-        return _Times(t, found, functions)
-
-    def at_start(self) -> _Times:
-        zero = np.zeros(1, self.t.dtype)
-        return self.at(zero, events.propagator_of(self.poles, Basis(zero + 1.0, zero, zero, zero, zero)))
+        return np.vstack((t, found, _ways(poles, self.velocity, self.acceleration, found)))
 
     def leg_at(self, t: Any) -> Any:
         """What is left of the leg's compression."""
         return self.leg * np.exp(-self.relaxes * (self.t + t)) if self.leg else t * 0.0
 
-    def state_at(self, points: _Times, n: int) -> LegState:
-        (moved, v1, *_), _, (foot, *_) = points.functions[..., n]
-        v2, leg = self.start.v2 - self.fall * (self.t + points.t[n]), self.leg_at(points.t[n])
-        return LegState(self.within_stroke(moved), v1, v2, leg - foot)
+    def ended_at(self, at: Array) -> tuple[Real, Array]:
+        """Time since take-off, not behind the horizon by rounding, and state."""
+        t, left = at[TIME], self.horizon - self.t
+        state = _states(self.robot, self.start, self.t, self.position, t, at[WAYS])
+        return min(self.t + t, self.horizon) if t < left else self.horizon, state
 
-    def within_stroke(self, moved: Real) -> Real:
-        """x_1, which rounding or underflow may have put a last digit beyond a stop."""
-        return np.clip(self.actuator.x1 + moved, self.robot.x1_min, self.robot.x1_max)
+    def jets(self, g: _Function, at: Array) -> Array:
+        """An event function and its derivatives."""
+        jets, t = g.shares(at[WAYS]), at[TIME]
+        jets[0] = g.start + ((g.rate + 0.5 * g.curvature * t) * t + jets[0])
+        jets[1] += g.rate + g.curvature * t
+        jets[2] += g.curvature
+        if g.of_leg:
+            jets += self.leg_at(t) * (-self.relaxes) ** np.arange(len(jets), dtype=t.dtype)[:, np.newaxis]
+        return jets
 
-    def time_of(self, t: Real) -> Real:
-        """Time since take-off, not behind the horizon by rounding."""
-        return min(self.t + t, self.horizon)
+    def turn_of(self, g: _Function) -> Real:
+        """Rule 3: when the last of the chain of derivatives of g, a motion of the pair, changes its sign in a phase."""
+        shares, order = g.shares(self.first[WAYS]), 1 + 2 * (g.curvature != 0.0) + g.of_leg
+        motion = shares[order : order + 2] + self.relaxes * g.of_leg * shares[order - 1 : order + 1]
+        value, rate = motion * np.sign(motion[0] if motion[0] != 0.0 else motion[1])
+        return events.time_to_rest(Poles(*self.poles), value, rate)[0]
 
-    def record(self, event: str) -> None:
-        self.phases.append(FlightPhase(self.t, *self.actuator, self.side, self.limit, _EVENT[event]))
-
-    def with_roots(self, which: int, order: int, level: Real, points: _Times) -> _Times:
-        """Times and, among them, the roots of a function, or of its derivative of an order, which is monotone between
-        them.
-        """
-        value = points.functions[which, order] - level
-        places = np.flatnonzero(value[:-1] * value[1:] < 0.0) + 1
+    def with_roots(self, g: _Function, order: int, at: Array) -> Array:
+        """Instants and, among them, the roots of the derivative of g of an order, which is monotone between them."""
+        jets = self.jets(g, at)[order : order + 3]
+        sign = np.sign(jets[0])
+        places = np.flatnonzero(sign[:-1] * sign[1:] < 0.0) + 1
         if not places.size:
-            return points
-        sign, poles = np.sign(value[places - 1]), self.poles.repeat(places.size, axis=1)
+            return at
+        sign, low, high, after = sign[places - 1], at[TIME, places - 1], at[TIME, places], at[PROPAGATOR, places]
 
         def curve(lanes: Numbers, t: Array, propagator: Array) -> Array:
-            jet = self.at(t, propagator).functions[which, order : order + 5]
-            jet[0] -= level
-            if self.leg and which == FOOT:
-                jet[4] = NEVER[t.dtype]  # its rate is no pole: no step is known to land
-            return np.asarray(sign[lanes] * jet)
+            jet = sign[lanes] * self.jets(g, self.at(t, propagator))[order : order + 5]
+            if g.of_leg:
+                jet[4] = NEVER[t.dtype]  # the leg's rate is no pole of the element: no step is known to land
+            return np.asarray(jet)
 
-        every = np.arange(places.size)
-        (low, at_low), (high, at_high) = (take(points[:2], n) for n in (places - 1, places))
-        guess = events.rough_root(curve(every, low, at_low), curve(every, high, at_high), high - low)
-        roots = self.at(*events.root_between(poles, curve, low, high, at_high, low + (high - low) * guess))
-        both = [np.concatenate(pair, axis=-1) for pair in zip(points, roots, strict=True)]
-        return take(_Times(*both), np.argsort(both[0], kind="stable"))
+        share = events.rough_root(sign * jets[:, places - 1], sign * jets[:, places], high - low)
+        poles, guess = self.poles.repeat(places.size, axis=1), low + (high - low) * share
+        both = np.hstack((at, self.at(*events.root_between(poles, curve, low, high, after, guess))))
+        return both[:, both[TIME].argsort(kind="stable")]
 
-    def until(self, which: int, level: Real, points: _Times, n: int) -> _Times:
-        """The times up to the n-th and, as the last one, where a function is at a level then."""
-        found = self.with_roots(which, 0, level, take(points, np.array([n, n + 1])))
-        ends = take(found, np.array([1 if found.t.size > 2 else 0]))
-        before = take(points, np.arange(n + 1))
-        return _Times(*(np.concatenate(pair, axis=-1) for pair in zip(before, ends, strict=True)))
+    def up_to_root(self, g: _Function, at: Array) -> Array:
+        """Instants, between which g is monotone, up to the first one at which it falls below zero; a touch is none."""
+        (value, rate, *_), rounding = self.jets(g, at), g.rounding(at)
+        crossed = (value < 0.0) & ((value < -rounding) | (rate * at[TIME] < -rounding))
+        if not crossed[1:].any():
+            return at
+        n = int(crossed[1:].argmax())
+        return np.hstack((at[:, : n + 1], self.with_roots(g, 0, at[:, n : n + 2])[:, -2:-1]))
 
 
 # ---- the end of a phase ----
 
 
-class _End(NamedTuple):
-    kind: str
-    limit: int = 0
+def _goes(value: Real, level: Real) -> int:
+    """The sign of what is beyond a level."""
+    return int(np.sign(value)) if abs(value) > level else 0
 
 
-def _watch_stop(chain: _Chain, points: _Times, end: _End) -> tuple[_Times, _End]:
-    """x_1 is monotone in a phase: it has met the stop ahead if it is beyond it at the end, or comes to rest at it."""
-    stop = chain.robot.x1_max if chain.side > 0 else chain.robot.x1_min
-    way, moved = stop - chain.actuator.x1, points.functions[WAY, 0]
-    beyond = chain.side * (moved - way)
-    size = abs(stop) + abs(chain.actuator.x1) + abs(moved[-1])
-    if end.kind == "velocity" and np.isfinite(stop) and abs(beyond[-1]) <= 16.0 * chain.eps * size:
-        return points, _End("stop")
-    if np.isfinite(stop) and beyond[-1] > 0.0:
-        return chain.until(WAY, way, points, np.flatnonzero(beyond[1:] > 0.0)[0]), _End("stop")
-    return points, end
-
-
-def _watch_pull(chain: _Chain, points: _Times, end: _End) -> tuple[_Times, _End]:
-    """Where the current reaches its limit or leaves it, on pieces on which the pull is monotone; a touch is none."""
-    (Kp, Kd), largest = chain.gains, chain.largest
-    limits = ((-chain.limit, 0),) if chain.limit else ((1, 1), (-1, -1))
-    for sign, limit in limits if Kp > 0.0 or Kd > 0.0 else ():
-        moved, v1 = np.abs(points.functions[WAY, :2])
-        size = largest + Kp * (abs(chain.actuator.x1) + moved) + Kd * (abs(chain.actuator.v1) + v1)
-        level = (limit or chain.limit) * largest
-        room = sign * (level - points.functions[PULL, 0])
-        beyond = np.flatnonzero(room[1:] < -16.0 * chain.eps * size[1:])
-        if beyond.size:
-            sooner = chain.until(PULL, level, points, beyond[0])
-            points, end = (sooner, _End("pull", limit)) if sooner.t[-1] < points.t[-1] else (points, end)
-    return points, end
-
-
-def _watch_foot(chain: _Chain, points: _Times, end: _End) -> tuple[_Times, _End]:
-    """The foot's first downward crossing of the ground after it has been above it."""
-    for order in (3, 2, 1) if chain.leg else (2, 1):
-        points = chain.with_roots(FOOT, order, 0.0, points)
-    t, (foot, rate, *_), v2 = points.t, points.functions[FOOT], chain.start.v2 - chain.fall * chain.t
-    size = (
-        abs(chain.foot) + np.abs(v2 * t) + 0.5 * chain.fall * t * t + np.abs(points.functions[WAY, 0]) + abs(chain.leg)
-    )
-    noise = 16.0 * chain.eps * size
-    for n in range(1, t.size):
-        falls = foot[n] < foot[n - 1] and foot[n] < 0.0 and (foot[n] < -noise[n] or rate[n] * t[n] < -noise[n])
-        if chain.airborne and falls:
-            return chain.until(FOOT, 0.0, points, n - 1), _End("touchdown")
-        if not chain.airborne:
-            _remember_highest(chain, points, n)
-            chain.airborne = bool(foot[n] > noise[n])
-    return points, end
-
-
-def _remember_highest(chain: _Chain, points: _Times, n: int) -> None:
-    if points.functions[FOOT, 0, n] > chain.highest[0]:
-        time, state = chain.time_of(points.t[n]), chain.state_at(points, n)
-        chain.highest = (points.functions[FOOT, 0, n], time, state, len(chain.phases))
-
-
-def _find_end(chain: _Chain, until: Real) -> tuple[_Times, _End]:
-    """The times of a phase up to its end, and by what it ends."""
-    start, poles = chain.at_start(), chain.poles
-    way, pull, _ = start.functions[..., 0]
-    jerk = way[4:6] + chain.relaxes * way[3:5] if chain.leg else way[3:5]
-    rest, *turns = (zero_of_pair(poles, motion) for motion in (way[1:3], pull[1:3], jerk))
-    if not poles[2] > 0.0 and chain.side * _acceleration(chain, 0.0 * until, chain.side) >= 0.0:
-        rest = NEVER[until.dtype]  # nothing grows with x_1 or would turn it back at rest: its velocity fades
-    end, last = (_End("velocity"), rest) if rest <= until else (_End("limit"), until)
-    points = chain.at(np.array([start.t[0], *sorted(t for t in turns if t < last), last]))
-    if chain.side:
-        points, end = _watch_pull(chain, *_watch_stop(chain, points, end))
-    return _watch_foot(chain, points, end)
-
-
-# ---- what the actuator does ----
-
-
-def _blocked(robot: Robot, x1: Real, side: int) -> bool:
-    locked = not robot.x1_min < robot.x1_max
-    return bool(locked or (side < 0 and x1 <= robot.x1_min) or (side > 0 and x1 >= robot.x1_max))
-
-
-def _acceleration(chain: _Chain, v1: Real, side: int) -> Real:
+def _acceleration(chain: _Chain, velocity: Real, side: int) -> Real:
     """The acceleration under what the motor does now, at a velocity, with the friction of a side."""
     if chain.limit == 0:
-        return formulas.acceleration_under_law(chain.robot, chain.rates, chain.actuator[0], v1, side)
-    return formulas.acceleration_at_limit(chain.robot, chain.rates, v1, side, chain.limit)
+        return formulas.acceleration_under_law(chain.robot, chain.rates, chain.position, velocity, side)
+    return formulas.acceleration_at_limit(chain.robot, chain.rates, velocity, side, chain.limit)
+
+
+def _stop_ahead(chain: _Chain) -> _Function:
+    """How far the stop ahead is."""
+    stop = chain.robot[STOPS[chain.side > 0]]
+    return _Function(chain.side * (stop - chain.position), abs(stop) + abs(chain.position), -chain.side)
+
+
+def _rooms(chain: _Chain) -> Iterator[tuple[_Function, int]]:
+    """How far the pull is from the limit of the current, or from leaving it; to what it changes then."""
+    (Kp, Kd), limit = chain.gains, chain.limit
+    pull = Kp * chain.position
+    size = chain.largest + abs(pull) + Kd * abs(chain.velocity)
+    for side in ((limit,) if limit else (1, -1)) if Kp > 0.0 or Kd > 0.0 else ():
+        sign = limit or -side
+        yield _Function(sign * (pull - side * chain.largest), size, sign * Kp, sign * Kd), 0 if limit else side
+
+
+def _time_of_rest(chain: _Chain) -> Real:
+    """When the element comes to rest. Where nothing grows with its position, and nothing would turn it back at rest,
+    its velocity fades and never vanishes.
+    """
+    if not chain.poles[2] > 0.0 and chain.side * _acceleration(chain, chain.t * 0.0, chain.side) >= 0.0:
+        return NEVER[chain.t.dtype]
+    return events.time_to_rest(Poles(*chain.poles), *(chain.side * chain.first[WAYS][1:3]))[0]
+
+
+def _look_at_foot(chain: _Chain, at: Array) -> None:
+    """Before the foot has been above the ground: whether it is, and whether it is higher than before."""
+    height = chain.jets(chain.foot, at[:, np.newaxis])[0, 0]
+    if height > chain.highest:
+        chain.highest, chain.at_highest = height, (*chain.ended_at(at), tuple(chain.phases))
+    chain.airborne = bool(height > chain.foot.rounding(at))
+
+
+def _find_end(chain: _Chain) -> tuple[Array, int]:
+    """The instant at which a phase ends, and by what."""
+    until, foot, gap = chain.horizon - chain.t, chain.foot, _stop_ahead(chain)
+    rooms, rest = ([*_rooms(chain)], _time_of_rest(chain)) if chain.side else ([], NEVER[until.dtype])
+    last, end = (rest, REST) if rest <= until else (until, HORIZON)
+    turns = sorted(chain.turn_of(g) for g in (foot, *(room for room, _ in rooms[:1])))
+    at = chain.at(np.array([until * 0.0, *(t for t in turns if t < last), last]))
+    for g, by in [(gap, STOP), *rooms] if chain.side else ():
+        met = chain.up_to_root(g, at)
+        at, end = (met, by) if met[TIME, -1] < at[TIME, -1] else (at, end)
+    if end == REST and chain.jets(gap, at)[0, -1] < gap.rounding(at)[-1]:
+        end = STOP
+    for order in range(2 + foot.of_leg, 0, -1):
+        at = chain.with_roots(foot, order, at)
+    while not chain.airborne and at.shape[1] > 1:
+        at = at[:, 1:]
+        _look_at_foot(chain, at[:, 0])
+    met = chain.up_to_root(foot, at) if chain.airborne else at
+    return met[:, -1], end if met is at else TOUCHDOWN
+
+
+# ---- what the element does ----
 
 
 def _choose_limit(chain: _Chain) -> None:
     """Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides."""
-    x1, v1, _ = chain.actuator
-    pull = chain.gains.Kp * x1 + chain.gains.Kd * v1
-    chain.limit = int(np.sign(pull)) if abs(pull) > chain.largest else 0
+    Kp, Kd = chain.gains
+    pull = Kp * chain.position + Kd * chain.velocity
+    chain.limit = _goes(pull, chain.largest)
     if abs(pull) == chain.largest and chain.side:
-        rate = chain.gains.Kp * v1 + chain.gains.Kd * _acceleration(chain, chain.actuator[1], chain.side)
-        chain.limit = int(np.sign(pull)) if rate * pull > 0.0 else 0
+        rate = Kp * chain.velocity + Kd * _acceleration(chain, chain.velocity, chain.side)
+        chain.limit = _goes(pull, 0.0) if rate * pull > 0.0 else 0
 
 
-def _settle(chain: _Chain, known: Real | None = None) -> None:
-    """An actuator at rest: held while the free acceleration is within the friction; `known` if there is no friction."""
-    free = _acceleration(chain, chain.actuator[1], 0) if known is None else known
-    side = int(np.sign(free)) if abs(free) > formulas.friction_of(chain.robot).level_1 else 0
-    chain.side = 0 if _blocked(chain.robot, chain.actuator.x1, side) else side
-    acc1 = _acceleration(chain, chain.actuator[1], chain.side) if known is None else known
-    chain.actuator = chain.actuator._replace(acc1=acc1 if chain.side else acc1 * 0.0)
+def _settle(chain: _Chain, free: Real) -> None:
+    """At rest: held while the free acceleration is within the friction, or behind a stop."""
+    friction = formulas.friction_of(chain.robot)[SLIPS]
+    chain.side = _goes(free, friction)
+    chain.side *= bool(_stop_ahead(chain).start > 0.0)
+    chain.acceleration = free - friction * chain.side if chain.side else friction * 0.0
 
 
-def _rest(chain: _Chain, hits: bool) -> None:
-    """The actuator has come to rest. Without dry friction its acceleration goes on as it was."""
-    before, (x1, _, acc1), robot = chain.side, chain.actuator, chain.robot
-    stop, zero = robot.x1_max if before > 0 else robot.x1_min, abs(acc1) * 0.0
-    chain.actuator = Actuator(stop if hits else x1, zero, zero)
-    if hits:
-        _choose_limit(chain)
-    _settle(chain, None if hits or formulas.friction_of(robot).level_1 > 0.0 else acc1)
-    turned = "x1_sticks" if chain.side == 0 else "x1_reverses" if chain.side != before else ""
-    chain.record("x1_hits_stop" if hits else turned)
-
-
-def _begin(chain: _Chain) -> None:
-    """What the actuator does at the start; no event."""
-    v1 = chain.actuator.v1
-    chain.side = int(np.sign(v1))
-    if chain.side and _blocked(chain.robot, chain.actuator.x1, chain.side):
-        chain.start_loss = -0.5 * chain.robot.m_eff * v1 * v1
-        chain.actuator, chain.side = chain.actuator._replace(v1=v1 * 0.0), 0
+def _begin(chain: _Chain) -> Real:
+    """What the element does at the start; the energy that it loses at a stop."""
+    velocity, chain.side = chain.velocity, _goes(chain.velocity, 0.0)
+    if strikes := chain.side != 0 and not _stop_ahead(chain).start > 0.0:
+        chain.velocity, chain.side = velocity * 0.0, 0
     _choose_limit(chain)
+    chain.acceleration = _acceleration(chain, chain.velocity, chain.side)
     if chain.side == 0:
-        _settle(chain)
-    else:
-        chain.actuator = chain.actuator._replace(acc1=_acceleration(chain, chain.actuator[1], chain.side))
-    chain.record("")
+        _settle(chain, chain.acceleration)
+    return _lost(chain.robot, SLIPS, velocity) if strikes else velocity * 0.0
+
+
+def _rest(chain: _Chain, hits: bool) -> int:
+    """The element has come to rest, or hits a stop; the event. Without dry friction its acceleration goes on."""
+    before, free, sticks = chain.side, chain.acceleration, formulas.friction_of(chain.robot)[SLIPS] > 0.0
+    chain.velocity *= 0.0
+    if hits:
+        chain.position = chain.robot[STOPS[before > 0]]
+        _choose_limit(chain)
+    _settle(chain, _acceleration(chain, chain.velocity, 0) if hits or sticks else free)
+    turned = ELEMENT.sticks if chain.side == 0 else ELEMENT.reverses if chain.side != before else 0
+    return ELEMENT.hits_stop if hits else turned
 
 
 def _too_low(chain: _Chain) -> bool:
-    """The foot cannot come as high again as it was: the body falls, and is too low for the shortest leg."""
-    shortest = chain.actuator.x1 - chain.robot.x1_min
-    falls = chain.start.v2 < chain.fall * chain.t and np.isfinite(shortest)
-    leg = np.maximum(chain.leg_at(chain.t * 0.0), 0.0)
-    return bool(not chain.airborne and falls and chain.foot + shortest + leg < chain.highest[0])
+    """The foot cannot come as high again as it was: it falls, and is too low for the shortest leg."""
+    shortest = chain.position - chain.robot[STOPS[0]] + np.maximum(chain.leg_at(chain.t * 0.0), 0.0)
+    falls = not chain.airborne and chain.foot.rate < 0.0
+    return bool(falls and np.isfinite(shortest) and chain.foot.start + shortest < chain.highest)
 
 
-def _trip(chain: _Chain) -> tuple[str, LegState]:
-    _, chain.t, state, count = chain.highest
-    del chain.phases[count:]
-    return "tripped", state
-
-
-def _run(chain: _Chain, max_phases: int) -> tuple[str, LegState]:
-    _begin(chain)
-    _remember_highest(chain, chain.at_start(), 0)
-    while True:
-        if _too_low(chain):
-            return _trip(chain)
-        points, end = _find_end(chain, chain.horizon - chain.t)
-        state, acc1 = chain.state_at(points, -1), points.functions[WAY, 2, -1]
-        chain.t = chain.horizon if end.kind == "limit" else chain.time_of(points.t[-1])
-        if end.kind == "touchdown":
-            return "touchdown", state._replace(y=chain.leg_at(chain.t * 0.0))
-        if end.kind == "limit":
-            return ("horizon", state) if chain.airborne else _trip(chain)
-        chain.actuator = Actuator(state.x1, state.v1, acc1)
-        if end.kind == "pull":
-            chain.limit = end.limit
-            chain.record("u_saturates" if end.limit else "u_desaturates")
-        else:
-            _rest(chain, end.kind == "stop")
-        if len(chain.phases) > max_phases:
-            chain.phases.pop()
-            return "too_many_phases", state
-        rise = (chain.start.v2 - 0.5 * chain.fall * chain.t) * chain.t
-        chain.foot = chain.start.x1 - chain.start.y - chain.actuator.x1 + rise
+def _run(chain: _Chain, max_phases: int) -> tuple[str, Real, Array, tuple[FlightPhase, ...]]:
+    """Ending, when, in which state, and the phases."""
+    chain.begin_phase(0)
+    _look_at_foot(chain, chain.first[:, 0])
+    chain.airborne = chain.highest > 0.0
+    while not _too_low(chain):
+        at, end = _find_end(chain)
+        if end == HORIZON and not chain.airborne:
+            break
+        t, state = chain.ended_at(at)
+        chain.t, chain.position, chain.velocity, chain.acceleration = t, state[POSITION], state[VELOCITY], at[WAYS][2]
+        if end == TOUCHDOWN:
+            state[CONTACT_AXIS] = chain.leg_at(t * 0.0)
+        if end in ENDS or len(chain.phases) == max_phases:
+            return ENDS.get(end, "too_many_phases"), t, state, tuple(chain.phases)
+        if end in (REST, STOP):
+            chain.begin_phase(_rest(chain, end == STOP))
+        else:  # the pull is at its limit exactly, the position but for its rounding
+            chain.limit = chain.limit or end
+            chain.acceleration, chain.limit = _acceleration(chain, chain.velocity, chain.side), end
+            chain.begin_phase(EVENT["u_saturates" if end else "u_desaturates"])
+    chain.t = chain.at_highest[0]
+    return "tripped", *chain.at_highest
 
 
 # ---- what users call ----
-
-
-def expected_time(robot: Robot, start: LegState) -> Real:
-    """The time in which a designed return settles: 50 ms before the touchdown on the ground that was left, 20 ms at
-    least.
-    """
-    square = start.v2 * start.v2 + 2.0 * formulas.fall_of(robot) * start.x1
-    fall = formulas.time_of_fall(robot, start.v2, start.x1) if square > 0.0 else 0.0
-    return type(start.v2)(max(fall - SETTLED_BEFORE, SHORTEST))
 
 
 @np.errstate(all="ignore")
@@ -451,105 +379,100 @@ def solve_flight(
 ) -> FlightSolution:
     """Solve one flight.
 
-    start: the state at take-off. ground [m]: height of the ground ahead over that which is left. gains: of the law
-    gamma2 u = Kp x1 + Kd v1, designed if left out. horizon [s]: the longest time.
+    start: the state at take-off. ground [m]: height of the ground ahead over that which is left. gains: of the law; if
+    left out, of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least.
+    horizon [s]: the longest time.
     An unstable robot is a ValueError; no other input is checked here: hopform does that.
     """
-    one = Robot(*(dtype(field) for field in robot))
+    one, given, zero = Robot(*(dtype(each) for each in robot)), LegState(*(dtype(each) for each in start)), dtype(0.0)
     stable_rates_of(one)
-    given = LegState(*(dtype(field) for field in start))
-    zero = dtype(0.0)
-    rest = formulas.compression_at_takeoff(one, zero, zero)
-    first = given._replace(y=dtype((given.y - rest) + dtype(ground)))
-    time = formulas.leg_time(one) if LEG_HAS_DAMPER else zero
-    relaxes = time > FASTEST_LEG[np.dtype(dtype)]
-    leg, rate = (dtype(given.y - rest), dtype(1.0 / time)) if relaxes else (zero, zero)
-    largest = largest_force(one)
-    law = Gains(dtype(0.0), dtype(0.0))
-    if largest > 0.0:
-        wanted = formulas.critical_gains(one, expected_time(one, first)) if gains is None else gains
+    rest, time = formulas.compression_at_takeoff(one, zero, zero), formulas.leg_time(one) if LEG_HAS_DAMPER else zero
+    left, first, law = dtype(given[CONTACT_AXIS] - rest), np.array(given), Gains(zero, zero)
+    first[CONTACT_AXIS] = left + dtype(ground)
+    leg, relaxes = (left, dtype(1.0 / time)) if time > FASTEST_LEG[first.dtype] else (zero, zero)
+    if (largest := largest_force(one)) > 0.0:
+        falls = formulas.time_of_fall(one, first[FALL], first[POSITION])  # NaN where it does not rise that high
+        wanted = formulas.critical_gains(one, np.fmax(falls - 0.05, 0.02)) if gains is None else gains
         law = Gains(*(dtype(gain) for gain in wanted))
     chain = _Chain(
-        one, law, formulas.flight_rates_of(one, law, largest), largest, first, dtype(horizon), zero,
-        Actuator(first.x1, first.v1, zero), -first.y, 0, 0, bool(first.y < leg), [], leg, rate,
+        one, law, formulas.flight_rates_of(one, law, largest), largest, dtype(horizon), first, leg, relaxes,
+        zero, first[POSITION], first[VELOCITY], zero, (zero, first, ()),
     )  # fmt: skip
-    ending, end = _run(chain, max_phases)
-    top, lands = np.clip(first.v2 / chain.fall, zero, chain.t), ending == "touchdown"
-    left = chain.leg_at(zero)
+    start_loss = _begin(chain)
+    ending, duration, end, phases = _run(chain, max_phases)
+    fall, lands = formulas.fall_of(one), ending == "touchdown"
+    top = np.clip(first[FALL] / fall, zero, duration)
     return FlightSolution(
-        one, law, given, dtype(ground), chain.t, end._replace(y=dtype(end.y + rest)),
-        formulas.velocity_after_impact(one, end.v2) if lands else end.v2,
-        first.x1 - first.y + (first.v2 - 0.5 * chain.fall * top) * top, top,
-        -0.5 * one.m_s * end.v2**2 * one.impact_loss if lands else zero,
-        chain.start_loss, formulas.leg_energy(one, left) - formulas.leg_energy(one, leg), _ENDING[ending],
-        tuple(chain.phases),
+        one, law, given, dtype(ground), duration, LegState(*(end + rest * (np.arange(len(end)) == CONTACT_AXIS))),
+        formulas.velocity_after_impact(one, end[FALL]) if lands else end[FALL],
+        first[POSITION] - first[CONTACT_AXIS] + (first[FALL] - 0.5 * fall * top) * top, top,
+        _lost(one, FALLS, end[FALL]) * one.impact_loss if lands else zero, start_loss,
+        formulas.leg_energy(one, chain.leg_at(zero)) - formulas.leg_energy(one, leg), ENDING[ending], phases,
     )  # fmt: skip
 
 
-def _phases_of(flight: FlightSolution) -> FlightPhase:
-    """The phases, each field an array of numbers."""
-    return FlightPhase(*np.array(flight.phases, np.asarray(flight.duration).dtype).T)
+# ---- a solved flight over time ----
 
 
-def _phase_at(phases: FlightPhase, t: Array) -> Numbers:
-    """The phase that each time falls into."""
-    return np.asarray(np.searchsorted(phases.t, t, side="right") - 1)
+def _read(flight: FlightSolution, t: ArrayLike) -> tuple[Array, FlightPhase, Numbers]:
+    """Times in one dimension, in the precision of the flight; its phases, each field an array; that of each time."""
+    dtype = np.asarray(flight.duration).dtype
+    times, phases = np.asarray(t, dtype).reshape(-1), FlightPhase(*np.array(flight.phases, dtype).T)
+    return times, phases, np.asarray(np.searchsorted(phases[0], times, side="right") - 1)
 
 
-def _in_phases(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Poles, Array]:
-    """The poles of phases; how far the actuator has moved at times since they began, and the derivatives of that."""
-    rates = formulas.flight_rates_of(flight.robot, flight.gains, largest_force(flight.robot))
-    poles = _poles(rates, phase.limit)
-    return poles, _ways(np.array(poles), phase.v1, phase.acc1, events.propagator_at(np.array(poles), t))
+def _motion_in(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Poles, Array]:
+    """The poles of phases; how far the element has slipped at times since they began, and the derivatives of that."""
+    _, _, velocity, acceleration, _, limit, _ = phase
+    poles = _poles_of(formulas.flight_rates_of(flight.robot, flight.gains, largest_force(flight.robot)), limit)
+    rows = np.array(poles)
+    return poles, _ways(rows, velocity, acceleration, events.propagator_at(rows, t))
 
 
 def flight_at(flight: FlightSolution, t: ArrayLike) -> LegState:
     """States at times t [s], 0 <= t <= duration, in t's shape."""
-    times, phases, robot = flight.times(t), _phases_of(flight), flight.robot
-    since = times.reshape(-1)
-    phase = take(phases, _phase_at(phases, since))
-    moved, v1, *_ = _in_phases(flight, phase, since - phase.t)[1]
-    start, v2 = flight.start, flight.start.v2 - flight.fall * since
-    rise = (start.v2 - 0.5 * flight.fall * since) * since
-    x1 = np.clip(phase.x1 + moved, robot.x1_min, robot.x1_max)
-    columns = x1, v1, v2, (start.y + flight.ground) - (rise - ((phase.x1 - start.x1) + moved))
-    return LegState(*(column.reshape(times.shape) for column in columns))
-
-
-# ---- energy ----
+    times, phases, index = _read(flight, t)
+    phase, start = take(phases, index), np.array(flight.start)
+    start[CONTACT_AXIS] += flight.ground
+    since, position, *_ = phase
+    ways = _motion_in(flight, phase, times - since)[1]
+    states = _states(flight.robot, start, since, position, times - since, ways)
+    return LegState(*(row.reshape(np.shape(t)) for row in states))
 
 
 def _work_in(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Array, Array]:
-    """The entries of the ledger over the first t of phases, and v_1 then.
+    """The entries of the ledger over the first t of phases, and the element's velocity then.
 
-    In a phase the actuator moves as beside a body that is held, on a spring of the law.
+    In a phase it moves as in a stance in which the other one is held, on a spring of the law.
     """
-    poles, way = _in_phases(flight, phase, t)
-    zero = np.zeros_like(t)
-    rates = Rates(*np.zeros((len(Rates._fields), t.size), t.dtype))
-    rates = rates._replace(a1_y=-poles.q, a1_v1=-poles.p, p_1=poles.p, q_1=poles.q)
-    drive, start = Drive(phase.acc1 + poles.p * phase.v1, zero), LegState(zero, phase.v1, zero, zero)
-    squares = moments_of(rates, poles, drive, start, np.array([phase.side, zero]), t).int_v1v1
-    over = Way(way[0], squares, (flight.start.v2 - flight.fall * (phase.t + 0.5 * t)) * t)
-    largest = largest_force(flight.robot)
-    work = formulas.flight_ledger_of(flight.robot, flight.gains, largest, phase.x1, phase.side, phase.limit, over)
-    return np.array([zero + entry for entry in work]), way[1]
+    since, position, velocity, acceleration, side, limit, _ = phase
+    (poles, ways), zero, robot = _motion_in(flight, phase, t), np.zeros_like(t), flight.robot
+    (alone,) = (mode for mode in MODES if mode.slips[SLIPS] and not mode.slips[FALLS])
+    rates, drive, start, sides = (np.zeros((n, t.size), t.dtype) for n in (len(records.Rates._fields), 2, 4, 2))
+    rates[[ELEMENT.per_compression, ELEMENT.per_velocity, *alone.polynomial]] = -poles.q, -poles.p, poles.p, poles.q
+    start[VELOCITY], drive[SLIPS], sides[SLIPS] = velocity, acceleration + poles.p * velocity, side
+    moments = moments_of(records.Rates(*rates), poles, records.Drive(*drive), LegState(*start), sides, t)
+    rise = (flight.start[FALL] - formulas.fall_of(robot) * (since + 0.5 * t)) * t
+    over = records.Way(ways[0], moments[AXES_OF_MOMENTS.index([VELOCITY, VELOCITY])], rise)
+    work = formulas.flight_ledger_of(robot, flight.gains, largest_force(robot), position, side, limit, over)
+    return np.array([zero + entry for entry in work]), ways[1]
 
 
 def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> FlightLedger:
     """The ledger from take-off to times t [s], in t's shape."""
-    times, phases = flight.times(t), _phases_of(flight)
-    since, index = times.reshape(-1), _phase_at(phases, times.reshape(-1))
-    whole, v1 = _work_in(flight, phases, np.append(np.diff(phases.t), phases.t[:1]))
-    hits = np.append(phases.event[1:] == _EVENT["x1_hits_stop"], False)
-    lost = choose(hits, -0.5 * flight.robot.m_eff * v1 * v1, 0.0)
+    times, phases, index = _read(flight, t)
+    since, *_, event = phases
+    whole, velocity = _work_in(flight, phases, np.append(np.diff(since), since[:1]))
+    hits = np.append(event[1:] == ELEMENT.hits_stop, False)
+    lost = choose(hits, _lost(flight.robot, SLIPS, velocity), 0.0)
     sums = sums_before([*whole, lost], flight.start_loss)[:, index]
-    sums[:-1] += _work_in(flight, take(phases, index), since - phases.t[index])[0]
-    *work, stop_loss = (row.reshape(times.shape) for row in sums)
-    return FlightLedger(**FlightWork(*work)._asdict(), stop_loss=stop_loss)
+    sums[:-1] += _work_in(flight, take(phases, index), times - since[index])[0]
+    *work, stop_loss = (row.reshape(np.shape(t)) for row in sums)
+    return FlightLedger(**records.FlightWork(*work)._asdict(), stop_loss=stop_loss)
 
 
 def flight_energy_at(flight: FlightSolution, t: ArrayLike) -> Energy:
     """Energies at times t [s], in t's shape."""
     state = flight_at(flight, t)
-    return formulas.flight_energies(flight.robot, state.v1, state.v2, state.x1 - state.y)
+    height = state[POSITION] - state[CONTACT_AXIS]
+    return formulas.flight_energies(flight.robot, state[VELOCITY], state[FALL], height)

@@ -259,7 +259,8 @@ def _meet_stops(guards: _Guards, on: events.Interval, certified: Flags) -> Numbe
         beyond = np.flatnonzero(short[0] < -_grazing_tolerance(of.start, of.numerator * at_high[3::-1]))
         if beyond.size:
             lanes, of, short, high, at_high = take((lanes, of, short, high, at_high), beyond)
-            guess = high - events.step_to_root(short)
+            soon = np.sqrt(of.start / (of.start - short[0]))  # of the interval, under a huge force: each step takes 3/4
+            guess = choose(soon < EPS[high.dtype], soon * high, high - events.step_to_root(short))
             on.high[lanes], on.propagator[:, lanes] = events.root_between(
                 of.poles, events.curve_of(of), np.zeros_like(high), high, at_high, guess
             )
