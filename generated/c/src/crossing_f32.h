@@ -29,7 +29,7 @@ static inline void hopform_cross_f32(float change[HOPFORM_AXES], const float bef
         change[i] += (before[i] - after[i]) * late;
     }
     change[axis] = wanted;
-    change[velocity] = -after[velocity] * late;
+    change[velocity] = 0.0f - after[velocity] * late;
 }
 
 #endif

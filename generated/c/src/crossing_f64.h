@@ -29,7 +29,7 @@ static inline void hopform_cross_f64(double change[HOPFORM_AXES], const double b
         change[i] += (before[i] - after[i]) * late;
     }
     change[axis] = wanted;
-    change[velocity] = -after[velocity] * late;
+    change[velocity] = 0.0 - after[velocity] * late;
 }
 
 #endif
