@@ -179,7 +179,7 @@ static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_
 }
 
 /* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
- * leg that leaves at once does so under every current. */
+ * take-off at once comes under every current. */
 static inline void hopform_lift_f32(const hopform_tally_f32 *tally, const hopform_state_f32 *end)
 {
     const hopform_robot_f32 *robot = &tally->plan->robot;

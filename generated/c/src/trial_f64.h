@@ -179,7 +179,7 @@ static inline void hopform_tally_up_f64(hopform_tally_f64 *tally, const hopform_
 }
 
 /* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
- * leg that leaves at once does so under every current. */
+ * take-off at once comes under every current. */
 static inline void hopform_lift_f64(const hopform_tally_f64 *tally, const hopform_state_f64 *end)
 {
     const hopform_robot_f64 *robot = &tally->plan->robot;

@@ -179,7 +179,7 @@ static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopfor
 }
 
 /* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
- * leg that leaves at once does so under every current. */
+ * take-off at once comes under every current. */
 static inline void hopform_lift_real(const hopform_tally_real *tally, const hopform_state_real *end)
 {
     const hopform_robot_real *robot = &tally->plan->robot;
