@@ -94,6 +94,13 @@ def apex_change(model: Model) -> Steps:
     yield from (replace(step, value=step.value.subs(change_of(up), change)) for step in steps)
 
 
+@function(takes=(ROBOT, STATE, STATE_CHANGE), returns=APEX_CHANGE)
+def apex_slope(model: Model) -> Steps:
+    """Change of the apex with the state at take-off alone."""
+    unchanged = dict.fromkeys(map(change_of, model.robot.symbols), 0)
+    yield from (replace(step, value=step.value.subs(unchanged)) for step in apex_change(model))
+
+
 @function(takes=(ROBOT_CHANGE, STATE_CHANGE), returns=HEIGHT_CHANGE)
 def height_change(model: Model) -> Steps:
     """Change of the body's height with the robot and the state."""

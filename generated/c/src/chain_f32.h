@@ -696,17 +696,8 @@ static inline void show_phase_f32(const stance_chain_f32 *chain, const hopform_s
                                    const hopform_basis_f32 *end)
 {
     if (chain->follow != NULL) {
-        const hopform_passage_f32 passage = {
-            hopform_poles_of_f32(chain->plan, chain->side[0], chain->side[1]),
-            &chain->motion.named,
-            end,
-            length,
-            start->named,
-            chain->at.named,
-            chain->side[0],
-            chain->side[1],
-            chain->event,
-        };
+        const hopform_passage_f32 passage = {&chain->motion, end,         length,      start,
+                                              &chain->at,     chain->side, chain->event};
         chain->follow(chain->tally, &passage);
     }
 }

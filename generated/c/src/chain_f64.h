@@ -696,17 +696,8 @@ static inline void show_phase_f64(const stance_chain_f64 *chain, const hopform_s
                                    const hopform_basis_f64 *end)
 {
     if (chain->follow != NULL) {
-        const hopform_passage_f64 passage = {
-            hopform_poles_of_f64(chain->plan, chain->side[0], chain->side[1]),
-            &chain->motion.named,
-            end,
-            length,
-            start->named,
-            chain->at.named,
-            chain->side[0],
-            chain->side[1],
-            chain->event,
-        };
+        const hopform_passage_f64 passage = {&chain->motion, end,         length,      start,
+                                              &chain->at,     chain->side, chain->event};
         chain->follow(chain->tally, &passage);
     }
 }

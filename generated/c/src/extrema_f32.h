@@ -73,13 +73,17 @@ static inline int hopform_most_turns_f32(const hopform_node_f32 *node, const jet
     return decided ? variations - variations_then + (d * d_then < 0.0f ? 1 : 0) : 3;
 }
 
-/* The minima of an event function inside a phase that ends at `end`. Where more than one is possible its
- * rate is evaluated at times that double until they are a quarter of half a period of the pair apart, at about `most`
- * of them at most, and between three evaluations where it comes near zero and goes back. */
+/* The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
+ * Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a period
+ * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
+ * back. */
 static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f32 *poles,
-                                                            const hopform_node_f32 *node, const event_function_f32 *g,
+                                                            const hopform_node_f32 *node,
+                                                            const hopform_numerator_f32 *h, float value,
                                                             const propagator_f32 *end, float most)
 {
+    const event_function_f32 function = {h->H3, h->H2, h->H1, 0.0f, value, 0, 0, MAY_TURN_f32};
+    const event_function_f32 *g = &function;
     const jet_f32 from = jet_at_start_f32(poles, g);
     const jet_f32 to = jet_at_f32(poles, g, end);
     hopform_least_f32 least = {0.0f, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0};

@@ -73,13 +73,17 @@ static inline int hopform_most_turns_f64(const hopform_node_f64 *node, const jet
     return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
 }
 
-/* The minima of an event function inside a phase that ends at `end`. Where more than one is possible its
- * rate is evaluated at times that double until they are a quarter of half a period of the pair apart, at about `most`
- * of them at most, and between three evaluations where it comes near zero and goes back. */
+/* The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
+ * Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a period
+ * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
+ * back. */
 static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f64 *poles,
-                                                            const hopform_node_f64 *node, const event_function_f64 *g,
+                                                            const hopform_node_f64 *node,
+                                                            const hopform_numerator_f64 *h, double value,
                                                             const propagator_f64 *end, double most)
 {
+    const event_function_f64 function = {h->H3, h->H2, h->H1, 0.0, value, 0, 0, MAY_TURN_f64};
+    const event_function_f64 *g = &function;
     const jet_f64 from = jet_at_start_f64(poles, g);
     const jet_f64 to = jet_at_f64(poles, g, end);
     hopform_least_f64 least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};

@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "55d6156faf76b168"
+#define HOPFORM_SOURCE "233f3d51a54f4c80"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -30,14 +30,6 @@
 #define HOPFORM_STOPPED_ELEMENT 0
 #define HOPFORM_LOWER_STOP x1_min
 #define HOPFORM_UPPER_STOP x1_max
-/* Members of records by what they are: of the element that has stops, the velocity of what falls freely in flight, and
- * the compression. */
-#define HOPFORM_POSITION x1
-#define HOPFORM_VELOCITY v1
-#define HOPFORM_ACCELERATION acc1
-#define HOPFORM_FALLING v2
-#define HOPFORM_FALLING_AFTER v2_after
-#define HOPFORM_COMPRESSION y
 #define HOPFORM_COMPRESSION_MAY_FALL(side) ((side)[0] < 0 || (side)[1] > 0)
 #define HOPFORM_IS_COUPLED 0
 #define HOPFORM_IS_FIXED(element) (HOPFORM_BODY_IS_FIXED && (element) == 1)
@@ -62,6 +54,24 @@
 /* The axes whose product each of the ledger's moments integrates, X(axis, axis), axis 0 counted from where the phase
  * starts. */
 #define HOPFORM_AXES_OF_MOMENTS(X) X(1, 4) X(2, 4) X(1, 1) X(2, 2) X(0, 2)
+/* For the controller: the element that the current drives and its acceleration per A in the rates; whether the
+ * compression may rise and may turn while each element keeps its side, and whether it falls where nothing moves yet. */
+#define HOPFORM_DRIVEN_ELEMENT 0
+#define HOPFORM_PER_AMPERE a1_u
+#define HOPFORM_COMPRESSION_MAY_RISE(side) ((side)[0] > 0 || (side)[1] < 0)
+#define HOPFORM_COMPRESSION_MAY_TURN(side) (HOPFORM_COMPRESSION_MAY_FALL(side) && HOPFORM_COMPRESSION_MAY_RISE(side))
+#define HOPFORM_COMPRESSION_FALLS_FROM_REST(side) \
+    (HOPFORM_COMPRESSION_MAY_FALL(side) && !HOPFORM_COMPRESSION_MAY_RISE(side))
+/* Members of records by what they are: of the element that has stops, in a trial its largest position and the slope of
+ * that; the velocity of what falls freely in flight, and that after an impact; the compression. */
+#define HOPFORM_POSITION x1
+#define HOPFORM_VELOCITY v1
+#define HOPFORM_ACCELERATION acc1
+#define HOPFORM_LARGEST_POSITION largest_x1
+#define HOPFORM_LARGEST_POSITION_SLOPE largest_x1_u
+#define HOPFORM_FALLING v2
+#define HOPFORM_FALLING_AFTER v2_after
+#define HOPFORM_COMPRESSION y
 
 
 /* What the hopper is made of. */

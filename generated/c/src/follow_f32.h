@@ -10,15 +10,13 @@
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const hopform_poles_f32 *poles;
-    const hopform_motion_f32 *motion;
+    const hopform_numerators_f32 *motion;
     const hopform_basis_f32 *end; /* the propagator where it ends */
     float length;
-    hopform_state_f32 start;
-    hopform_state_f32 arrived;
-    int side_1;
-    int side_2;
-    int event; /* with which it began */
+    const hopform_state_by_axis_f32 *start;
+    const hopform_state_by_axis_f32 *arrived;
+    const int *side; /* of each element */
+    int event;       /* with which it began */
 } hopform_passage_f32;
 
 typedef struct hopform_tally_f32 hopform_tally_f32;

@@ -10,15 +10,13 @@
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const hopform_poles_f64 *poles;
-    const hopform_motion_f64 *motion;
+    const hopform_numerators_f64 *motion;
     const hopform_basis_f64 *end; /* the propagator where it ends */
     double length;
-    hopform_state_f64 start;
-    hopform_state_f64 arrived;
-    int side_1;
-    int side_2;
-    int event; /* with which it began */
+    const hopform_state_by_axis_f64 *start;
+    const hopform_state_by_axis_f64 *arrived;
+    const int *side; /* of each element */
+    int event;       /* with which it began */
 } hopform_passage_f64;
 
 typedef struct hopform_tally_f64 hopform_tally_f64;

@@ -1013,6 +1013,19 @@ static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot,
     return d_apex;
 }
 
+/* Change of the apex with the state at take-off alone. */
+static inline float hopform_apex_slope_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    const hopform_state_change_f32 *state_change)
+{
+    const float g = robot->g;
+    const float v2 = state->v2;
+    const float d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
+    const float v_up = 0.5f*fabs_f32(v2) + 0.5f*v2;  /* max(v_2, 0) */
+    const float d_apex = d_x1 + d_v2*v_up/g - d_y;  /* change of apex of the ballistic flight */
+    return d_apex;
+}
+
 /* Change of the body's height with the robot and the state. */
 static inline float hopform_height_change_f32(const hopform_robot_change_f32 *robot_change,
     const hopform_state_change_f32 *state_change)

@@ -1013,6 +1013,19 @@ static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot,
     return d_apex;
 }
 
+/* Change of the apex with the state at take-off alone. */
+static inline double hopform_apex_slope_f64(const hopform_robot_f64 *robot,
+    const hopform_state_f64 *state,
+    const hopform_state_change_f64 *state_change)
+{
+    const double g = robot->g;
+    const double v2 = state->v2;
+    const double d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
+    const double v_up = 0.5*fabs_f64(v2) + 0.5*v2;  /* max(v_2, 0) */
+    const double d_apex = d_x1 + d_v2*v_up/g - d_y;  /* change of apex of the ballistic flight */
+    return d_apex;
+}
+
 /* Change of the body's height with the robot and the state. */
 static inline double hopform_height_change_f64(const hopform_robot_change_f64 *robot_change,
     const hopform_state_change_f64 *state_change)

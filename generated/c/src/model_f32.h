@@ -42,6 +42,7 @@ typedef union {
         hopform_numerator_f32 compression;
         hopform_numerator_f32 position;
     } of;
+    hopform_numerator_f32 core[HOPFORM_CORE]; /* by the axes of the core */
 } hopform_numerators_f32;
 
 /* A state as a batch shows it, with the height of the body in place of the compression. */

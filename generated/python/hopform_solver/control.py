@@ -12,11 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hopform_solver.lanes import Array, Flags, Numbers, take
+from hopform_solver.elements import LARGEST_POSITION, Trials
+from hopform_solver.lanes import Array, Flags, take
 from hopform_solver.lanes import choose as either
 from hopform_solver.limits import NEAR_WITHIN, REACHED_WITHIN
 from hopform_solver.records import COMMANDS, LegState, Robot
-from hopform_solver.trial import Trials, try_currents
+from hopform_solver.stance import LIMITED
+from hopform_solver.trial import POSITION, try_currents
 
 REACHED, NEAREST, NO_TAKEOFF = COMMANDS
 
@@ -30,7 +32,7 @@ CLUSTER = (-(2.0**-5), -(2.0**-12), 0.0, 2.0**-12, 2.0**-5)
 """Where currents are tried around a predicted one, as shares of the cell."""
 WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.42, 0.0625, 1.0 / 256.0, 1.0 / 64.0
 """How wide a cell may be, as a share of u_max, to be judged by its ends: where the events are the same at both, where
-not, where neither takes off, where one does, and where x_1 turns and meets its limit.
+not, where neither takes off, where one does, and where the position turns and meets its limit.
 """
 LEAN, BEND, KINK = 0.75, 0.03125, 1.5
 """How far functions may be off what the ends foretell, as in the C library."""
@@ -51,12 +53,13 @@ class _Search:
 
     def __post_init__(self) -> None:
         self.eps = float(np.finfo(self.dtype).eps)
-        self.movable = self.robot.x1_min < self.robot.x1_max
-        self.limit = self.robot.x1_max - self.stop_margin - 16.0 * self.eps if self.movable else np.inf
+        lower, upper = (self.robot[stop] for stop in LIMITED[0][2])
+        self.movable = lower < upper
+        self.limit = upper - self.stop_margin - 16.0 * self.eps if self.movable else np.inf
         self.reach, self.near = REACHED_WITHIN[self.dtype], NEAR_WITHIN[self.dtype]
 
     def admits(self, trials: Trials) -> Flags:
-        return np.asarray(trials.takes_off & (trials.largest_x1 < self.limit))
+        return np.asarray(trials.takes_off & (getattr(trials, LARGEST_POSITION) < self.limit))
 
     def attempt(self, u: Array) -> Trials:
         trials = try_currents(self.robot, self.start, u.astype(self.dtype), self.horizon, self.max_phases)
@@ -65,10 +68,9 @@ class _Search:
         if lanes.size:
             score = np.maximum(np.abs(trials.apex[lanes] - self.dtype.type(self.wanted)), self.reach)
             best = lanes[np.lexsort((np.abs(trials.u[lanes]), score))[0]]
-            new = float(trials.apex[best]) - self.wanted
-            key = max(abs(new), self.reach), abs(float(trials.u[best]))
-            if key < (max(abs(self.gap), self.reach), abs(self.u)):
-                self.u, self.gap = float(trials.u[best]), new
+            u_best, gap = float(trials.u[best]), float(trials.apex[best]) - self.wanted
+            if (max(abs(gap), self.reach), abs(u_best)) < (max(abs(self.gap), self.reach), abs(self.u)):
+                self.u, self.gap = u_best, gap
         return trials
 
 
@@ -119,15 +121,26 @@ class _Curve(NamedTuple):
 
 @dataclass
 class _Cells:
-    """Neighbouring currents; what their trials say of the range between them."""
+    """Neighbouring currents; what their trials say of the range between them.
+
+    gap: how far the apex is off what is wanted, positive where a cell begins; an end that reaches it is no root. peak:
+    the largest position less its limit.
+    """
 
     search: _Search
     from_: Trials
     to: Trials
 
     def __post_init__(self) -> None:
-        self.width = self.to.u - self.from_.u
-        self.smooth = (self.from_.events == self.to.events) & self.from_.smooth & self.to.smooth
+        from_, to, search = self.from_, self.to, self.search
+        self.width = to.u - from_.u
+        self.smooth = (from_.events == to.events) & from_.smooth & to.smooth
+        wanted, limit, reach = map(self.width.dtype.type, (search.wanted, search.limit, search.reach))
+        low, high = (np.abs(end.apex - wanted) <= reach for end in (from_, to))
+        side = np.where(np.where(low, to.apex, from_.apex) > wanted, 1.0, -1.0).astype(wanted.dtype)
+        gap = self.curve("apex", wanted, side)
+        self.gap = gap._replace(from_=np.where(low, reach, gap.from_), to=np.where(high, reach, gap.to))
+        self.peak = self.curve(LARGEST_POSITION, limit)
 
     def curve(self, name: str, level: Any = 0.0, sign: Any = 1.0) -> _Curve:
         """What the trials say of a quantity, counted from a level."""
@@ -136,56 +149,40 @@ class _Cells:
         return _Curve(sign * (values[0] - level), rises[0], sign * (values[1] - level), rises[1], self.smooth)
 
     @property
-    def gap(self) -> _Curve:
-        """How far the apex is off what is wanted, positive where a cell begins; an end that reaches it is no root."""
-        wanted, reach = self.width.dtype.type(self.search.wanted), self.width.dtype.type(self.search.reach)
-        low, high = (np.abs(end.apex - wanted) <= reach for end in (self.from_, self.to))
-        side = np.where(low, self.to.apex, self.from_.apex) > wanted
-        gap = self.curve("apex", wanted, np.where(side, 1.0, -1.0).astype(wanted.dtype))
-        return gap._replace(from_=np.where(low, reach, gap.from_), to=np.where(high, reach, gap.to))
-
-    @property
-    def largest_x1(self) -> _Curve:
-        return self.curve("largest_x1", self.width.dtype.type(self.search.limit))
-
-    @property
     def quiet(self) -> Flags:
         """No rebound takes off that does not do so at the ends: the least contact force of each stays above zero."""
-        in_from, in_to = np.isfinite(self.from_.least_contact), np.isfinite(self.to.least_contact)
-        least = self.curve("least_contact")
+        in_from, in_to, least = self.from_.minima > 0, self.to.minima > 0, self.curve("least_contact")
         from_, to = least.from_ > np.abs(least.from_rise), least.to > np.abs(least.to_rise)
         return np.where(in_from & in_to, least.least > 0.0, (~in_from | from_) & (~in_to | to))
 
     @property
     def _at_jump(self) -> Array:
-        """What no gap falls below in a narrow cell in which the apex ends, or jumps: on either side like a square root,
-        where the leg takes off.
+        """What no gap falls below in a narrow cell in which the apex ends, or jumps: on either side of a take-off like
+        a square root.
         """
-        gap, largest, least = self.gap, self.largest_x1, np.full_like(self.width, np.inf)
-        for trials, off, off_rise, x1, x1_rise in (
-            (self.from_, gap.from_, gap.from_rise, largest.from_, largest.from_rise),
-            (self.to, gap.to, gap.to_rise, largest.to, largest.to_rise),
-        ):
-            near = trials.takes_off & (x1 - 2.0 * np.abs(x1_rise) < 0.0)
-            least = np.where(near, np.minimum(least, np.abs(off) - 3.0 * np.abs(off_rise)), least)
-        return least
+        least = np.full_like(self.width, np.inf)
+        for n, trials in enumerate((self.from_, self.to)):
+            (gap, gap_rise), (peak, peak_rise) = (curve[2 * n : 2 * n + 2] for curve in (self.gap, self.peak))
+            near = trials.takes_off & (peak - 2.0 * np.abs(peak_rise) < 0.0)
+            least = np.where(near, np.minimum(least, np.abs(gap) - 3.0 * np.abs(gap_rise)), least)
+        return np.asarray(least)
 
     @property
     def promise(self) -> Array:
         """What no admissible current in the cell comes nearer than, as far as its ends tell; inf if there is none in
         it.
         """
-        search, from_, to, gap, largest = self.search, self.from_, self.to, self.gap, self.largest_x1
+        search, from_, to, gap, peak = self.search, self.from_, self.to, self.gap, self.peak
         range_, starts, whole = search.robot.u_max, search.admits(from_), gap.least_of_halves
-        rise = np.abs(either(starts, largest.from_rise, largest.to_rise))
+        rise = np.abs(either(starts, peak.from_rise, peak.to_rise))
         weight = 2.0 * (np.abs(gap.from_rise) + np.abs(gap.to_rise)) / rise  # the multiplier of the limit
-        sums = (of_gap + weight * of_x1 for of_gap, of_x1 in zip(gap[:4], largest[:4], strict=True))
+        sums = (one + weight * other for one, other in zip(gap[:4], peak[:4], strict=True))
         both = _Curve._make([*sums, self.smooth])
-        turns = largest.least < np.minimum(largest.from_, largest.to)
+        turns = peak.least < np.minimum(peak.from_, peak.to)
         alike = (starts == search.admits(to)) | (turns & (self.width > EDGE * range_))
         judged = np.where(alike, whole, np.fmax(whole, both.least_of_halves))
         none, unlike = ~from_.takes_off & ~to.takes_off, from_.takes_off != to.takes_off
-        judged = np.where(none | (largest.least >= 0.0), np.inf, judged)
+        judged = np.where(none | (peak.least >= 0.0), np.inf, judged)
         narrow = self.width <= np.where(none, np.sqrt(search.eps), STEP) * range_
         judged = np.where(unlike | ~self.quiet, np.where(narrow, self._at_jump, 0.0), judged)
         wide = self.width > np.where(none, DOWN, np.where(self.smooth, WIDE, COARSE)) * range_
@@ -200,12 +197,12 @@ class _Cells:
             return np.asarray((promise >= search.reach) | (least_u >= abs(search.u)))
         return np.asarray((promise > max(abs(search.gap) - 2.0 * search.near, 0.0)) | np.isinf(promise))
 
-    def split(self) -> tuple[Array, Numbers]:
-        """Currents to try, and the cell that each is in; in order."""
+    def split(self) -> "_Cells":
+        """The cells between the ends and the currents that are tried inside, in order."""
         number = min(max(LANES // self.width.size, 1), 31)
         even = np.arange(1, number + 1) / (number + 1.0)
         root = self.gap.to < 0.0
-        near = np.where(root, self.gap.share_of_root, self.largest_x1.share_of_root)
+        near = np.where(root, self.gap.share_of_root, self.peak.share_of_root)
         evenly, around = np.tile(even, (self.width.size, 1)), near[:, None] + np.array(CLUSTER)
         shares = np.concatenate([evenly, around], axis=1)
         shares[self.smooth & root, :number] = 0.5
@@ -213,7 +210,13 @@ class _Cells:
         inside = (u > self.from_.u[:, None]) & (u < self.to.u[:, None])
         inside[:, 1:] &= u[:, 1:] > u[:, :-1]
         cell, place = np.nonzero(inside)
-        return u[cell, place], cell
+        every = np.arange(self.width.size)
+        tried = self.from_, self.search.attempt(u[cell, place]), self.to
+        nodes, of = Trials(*map(np.concatenate, zip(*tried, strict=True))), np.concatenate([every, cell, every])
+        order = np.lexsort((nodes.u, of))
+        first, second = order[:-1], order[1:]
+        pairs = of[first] == of[second]
+        return _Cells(self.search, take(nodes, first[pairs]), take(nodes, second[pairs]))
 
 
 @np.errstate(all="ignore")
@@ -227,7 +230,7 @@ def choose(
     """
     h_des, datum, stop_margin, horizon = target
     search = _Search(robot, start, h_des + datum, stop_margin, horizon, max_phases, np.dtype(dtype))
-    if robot.u_max > 0.0 and search.movable and start.x1 < search.limit:
+    if robot.u_max > 0.0 and search.movable and start[POSITION] < search.limit:
         _search(search)
     else:
         search.attempt(np.zeros(1))
@@ -244,18 +247,4 @@ def _search(search: _Search) -> None:
         left = np.flatnonzero(~cells.done())
         if not left.size:
             return
-        cells = _split(_Cells(search, take(cells.from_, left), take(cells.to, left)))
-
-
-def _split(cells: _Cells) -> _Cells:
-    """The cells between the ends and the currents that are tried inside."""
-    u, cell = cells.split()
-    every = np.arange(cells.width.size)
-    tried = [cells.from_, cells.search.attempt(u), cells.to]
-    columns: list[Any] = [np.concatenate(parts) for parts in zip(*tried, strict=True)]
-    of = np.concatenate([every, cell, every])
-    order = np.lexsort((columns[0], of))
-    first, second = order[:-1], order[1:]
-    pairs = of[first] == of[second]
-    nodes = Trials(*columns)
-    return _Cells(cells.search, take(nodes, first[pairs]), take(nodes, second[pairs]))
+        cells = _Cells(search, take(cells.from_, left), take(cells.to, left)).split()

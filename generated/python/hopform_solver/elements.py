@@ -95,6 +95,23 @@ class FlightSolution(NamedTuple):
     phases: tuple[FlightPhase, ...]
 
 
+class Trials(NamedTuple):
+    """A current that was tried, and what its stance does."""
+
+    u: NDArray[Any]
+    apex: NDArray[Any]
+    apex_u: NDArray[Any]
+    largest_x1: NDArray[Any]
+    largest_x1_u: NDArray[Any]
+    least_contact: NDArray[Any]
+    least_contact_u: NDArray[Any]
+    events: NDArray[Any]
+    minima: NDArray[Any]
+    takes_off: NDArray[Any]
+    held: NDArray[Any]
+    smooth: NDArray[Any]
+
+
 ELEMENTS = (
     Element(1, 0, (11, 12), 0, 1, 0, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
     Element(2, None, None, 1, 7, 5, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
@@ -114,3 +131,9 @@ NUMERATORS = (9, 0, 3, 6)
 
 CONTACT_AXIS = 3
 """The axis of the state that the contact force over k is, where CONTACT_IS_COMPRESSION."""
+
+DRIVEN, PER_AMPERE = 0, 3
+"""The element that the current drives, and its acceleration per A, in Rates."""
+
+LARGEST_POSITION = "largest_x1"
+"""The member of Trials that holds the largest position that has stops; its slope has the name with _u behind."""

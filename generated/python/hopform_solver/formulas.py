@@ -764,6 +764,19 @@ def apex_change(robot: Robot, state: LegState, robot_change: RobotChange, state_
     return d_apex
 
 
+def apex_slope(robot: Robot, state: LegState, state_change: StateChange) -> Real:
+    """Change of the apex with the state at take-off alone.
+
+    Returns d_apex [m], change of the hop height of the apex.
+    """
+    g = robot.g
+    v2 = state.v2
+    d_x1, d_v2, d_y = state_change.d_x1, state_change.d_v2, state_change.d_y
+    v_up = 0.5*fabs(v2) + 0.5*v2       # max(v_2, 0)
+    d_apex = d_x1 + d_v2*v_up/g - d_y  # change of apex of the ballistic flight
+    return d_apex
+
+
 def height_change(robot_change: RobotChange, state_change: StateChange) -> Real:
     """Change of the body's height with the robot and the state.
 

@@ -696,17 +696,8 @@ static inline void show_phase_real(const stance_chain_real *chain, const hopform
                                    const hopform_basis_real *end)
 {
     if (chain->follow != NULL) {
-        const hopform_passage_real passage = {
-            hopform_poles_of_real(chain->plan, chain->side[0], chain->side[1]),
-            &chain->motion.named,
-            end,
-            length,
-            start->named,
-            chain->at.named,
-            chain->side[0],
-            chain->side[1],
-            chain->event,
-        };
+        const hopform_passage_real passage = {&chain->motion, end,         length,      start,
+                                              &chain->at,     chain->side, chain->event};
         chain->follow(chain->tally, &passage);
     }
 }

@@ -73,13 +73,17 @@ static inline int hopform_most_turns_real(const hopform_node_real *node, const j
     return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
 }
 
-/* The minima of an event function inside a phase that ends at `end`. Where more than one is possible its
- * rate is evaluated at times that double until they are a quarter of half a period of the pair apart, at about `most`
- * of them at most, and between three evaluations where it comes near zero and goes back. */
+/* The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
+ * Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a period
+ * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
+ * back. */
 static inline hopform_least_real hopform_least_minimum_real(const hopform_poles_real *poles,
-                                                            const hopform_node_real *node, const event_function_real *g,
+                                                            const hopform_node_real *node,
+                                                            const hopform_numerator_real *h, real value,
                                                             const propagator_real *end, real most)
 {
+    const event_function_real function = {h->H3, h->H2, h->H1, 0.0, value, 0, 0, MAY_TURN_real};
+    const event_function_real *g = &function;
     const jet_real from = jet_at_start_real(poles, g);
     const jet_real to = jet_at_real(poles, g, end);
     hopform_least_real least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};

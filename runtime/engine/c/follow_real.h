@@ -10,15 +10,13 @@
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const hopform_poles_real *poles;
-    const hopform_motion_real *motion;
+    const hopform_numerators_real *motion;
     const hopform_basis_real *end; /* the propagator where it ends */
     real length;
-    hopform_state_real start;
-    hopform_state_real arrived;
-    int side_1;
-    int side_2;
-    int event; /* with which it began */
+    const hopform_state_by_axis_real *start;
+    const hopform_state_by_axis_real *arrived;
+    const int *side; /* of each element */
+    int event;       /* with which it began */
 } hopform_passage_real;
 
 typedef struct hopform_tally_real hopform_tally_real;

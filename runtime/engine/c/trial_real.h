@@ -1,43 +1,43 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * One candidate current, followed while its stance is solved: the apex, the largest x_1, by how little the upper stop
- * is hit, the least minimum of the contact force, and how each of them changes with the current, through the events.
+ * One candidate current, followed while its stance is solved: the apex, the largest position, by how little the upper
+ * stop is hit, the least minimum of the contact force, and how each of them changes with the current, through the
+ * events.
  *
- * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset,
- * under the acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau, as in
- * sensitivity_real.inc. Extrema of x_1 and of the contact force move to first order as if their time stood still;
- * where they jump, at a stop, the time counts.
+ * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under
+ * the acceleration that 1 A gives. Extrema of the position and of the contact force move to first order as if their
+ * time stood still; where they jump, at a stop, the time counts.
  */
 #ifndef HOPFORM_TRIAL_H_real
 #define HOPFORM_TRIAL_H_real
 
+#include <string.h>
+
+#include "crossing_real.h"
 #include "extrema_real.h"
-#include "facts.h"
 #include "follow_real.h"
 
 /* What is gathered along the phases of a stance. */
 struct hopform_tally_real {
     const hopform_plan_real *plan;
     hopform_trial_real *trial;
-    hopform_state_real change;  /* of x_1, v_1, v_2, y at a fixed time, per A */
-    hopform_state_real arrived; /* at the end of the last phase, before its event */
-    hopform_state_real speed;   /* x_1, v_1, v_2, y per time there */
-    int side_1;                 /* of the last phase */
-    int side_2;
-    bool begun;
-    bool moves; /* the actuator has */
+    hopform_state_by_axis_real change;  /* of the state at a fixed time, per A */
+    hopform_state_by_axis_real arrived; /* at the end of the last phase, before its event */
+    hopform_state_by_axis_real speed;   /* z' there */
+    int side[HOPFORM_ELEMENTS];         /* in the last phase */
+    bool moves;                         /* the element that the current drives has */
 };
 
-/* A maximum of x_1: where the actuator starts, reverses, sticks, stops or lifts off. */
-static inline void hopform_note_largest_real(hopform_trial_real *trial, real x1, real change)
+/* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
+static inline void hopform_note_largest_real(hopform_trial_real *trial, real position, real change)
 {
-    if (x1 > trial->largest_x1) {
-        trial->largest_x1 = x1;
-        trial->largest_x1_u = change;
+    if (position > trial->HOPFORM_LARGEST_POSITION) {
+        trial->HOPFORM_LARGEST_POSITION = position;
+        trial->HOPFORM_LARGEST_POSITION_SLOPE = change;
     }
 }
 
-/* A minimum of the contact force before the ending, where the leg would have taken off with a little less of it. */
+/* A minimum of the contact force before the ending, where a little less of it would have been a take-off. */
 static inline void hopform_note_minimum_real(hopform_trial_real *trial, real contact, real change, uint32_t count)
 {
     if (contact < trial->least_contact) {
@@ -47,76 +47,83 @@ static inline void hopform_note_minimum_real(hopform_trial_real *trial, real con
     trial->minima = (uint8_t)(trial->minima + count < 255 ? trial->minima + count : 255);
 }
 
-/* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the
- * leg takes off before, its contact force being zero: the lesser of that and of the height from which a mass falls as
- * fast; smooth, as x_1 at rest is. `met` is the change of the state at the event, whose time moves. */
-static inline void hopform_note_hit_real(const hopform_tally_real *tally, const hopform_state_real *met)
+/* The change of the state at an event that comes `late`r. */
+static inline hopform_state_by_axis_real hopform_change_at_event_real(const hopform_state_by_axis_real *change,
+                                                                      const hopform_state_by_axis_real *speed,
+                                                                      real late)
 {
-    const hopform_robot_real *robot = &tally->plan->robot;
-    const hopform_state_real *at = &tally->arrived;
-    const real height = 0.5 * at->v1 * at->v1 / hopform_fall_of_real(robot);
-    const real contact = hopform_contact_of_real(robot, at);
-    const bool slow = height < contact;
-    const real change = slow ? at->v1 * met->v1 / hopform_fall_of_real(robot) : hopform_contact_slope_real(robot, met);
-    hopform_note_largest_real(tally->trial, at->x1 + (slow ? height : contact), change);
+    hopform_state_by_axis_real met;
+    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+        met.of[axis] = change->of[axis] + speed->of[axis] * late;
+    }
+    return met;
 }
 
-/* Whether the contact force, which fell before the event between two phases, falls no more after it. Where both masses
- * stand still at the event, what they do before and after decides, and not what rounding leaves of their velocities. */
+/* The upper stop is hit: how far the position is from staying off it. It does where its velocity there vanishes, or
+ * where the take-off comes before, the contact force being zero: the lesser of that and of the height from which a mass
+ * falls as fast; smooth, as the position at rest is. `met` is the change of the state at the event, whose time moves.
+ */
+static inline void hopform_note_hit_real(const hopform_tally_real *tally, const hopform_state_by_axis_real *met)
+{
+    const hopform_robot_real *robot = &tally->plan->robot;
+    const real *at = tally->arrived.of;
+    const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
+    const real height = 0.5 * at[velocity] * at[velocity] / hopform_fall_of_real(robot);
+    const real contact = hopform_contact_of_real(robot, &tally->arrived.named);
+    const bool slow = height < contact;
+    const real change = slow ? at[velocity] * met->of[velocity] / hopform_fall_of_real(robot)
+                             : hopform_contact_slope_real(robot, &met->named);
+    hopform_note_largest_real(tally->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
+}
+
+/* Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
+ * moves at the event, the sides before and after decide, and not what rounding leaves of the velocities. */
 static inline bool hopform_turns_up_real(const hopform_tally_real *tally, const hopform_passage_real *now,
                                          real rate_after)
 {
-    const hopform_state_real *at = &now->start;
-    const real rate = hopform_contact_slope_real(&tally->plan->robot, &tally->speed);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION || fabs_real(at->v1) > 0.0 || fabs_real(at->v2) > 0.0) {
-        const bool jumps = !HOPFORM_CONTACT_IS_COMPRESSION && now->event == HOPFORM_EVENT_X1_HITS_STOP;
-        return (rate < 0.0 || jumps) && !(rate_after < 0.0);
+    const real rate = hopform_contact_slope_real(&tally->plan->robot, &tally->speed.named);
+    const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP(HOPFORM_STOPPED_ELEMENT);
+    bool moves = !HOPFORM_CONTACT_IS_COMPRESSION;
+    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        moves = moves || fabs_real(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0;
     }
-    return tally->side_1 < tally->side_2 && now->side_1 >= now->side_2;
+    if (moves) {
+        return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0);
+    }
+    return HOPFORM_COMPRESSION_FALLS_FROM_REST(tally->side) && !HOPFORM_COMPRESSION_FALLS_FROM_REST(now->side);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
  * proportion to u where the rate that vanishes is 0. */
-static inline void hopform_cross_real(hopform_tally_real *tally, const hopform_passage_real *now,
-                                      const hopform_state_real *after)
+static inline void hopform_pass_event_real(hopform_tally_real *tally, const hopform_passage_real *now)
 {
     const hopform_robot_real *robot = &tally->plan->robot;
-    const hopform_state_real *before = &tally->speed;
-    hopform_state_real *change = &tally->change;
-    const bool stops = now->event == HOPFORM_EVENT_X1_HITS_STOP;
-    const bool rests_1 = now->event == HOPFORM_EVENT_X1_REVERSES || now->event == HOPFORM_EVENT_X1_STICKS;
-    const bool rests_2 = now->event == HOPFORM_EVENT_X2_REVERSES || now->event == HOPFORM_EVENT_X2_STICKS;
-    const real rate = stops ? before->x1 : (rests_1 ? before->v1 : before->v2);
-    const real off = stops ? change->x1 : (rests_1 ? change->v1 : change->v2);
+    const hopform_state_by_axis_real *before = &tally->speed;
+    hopform_state_by_axis_real after; /* z' right after it, where W'' is 1, and W', W are 0 */
+    hopform_state_by_axis_real *change = &tally->change;
+    const int axis = hopform_axis_of_event_real(now->event);
     real late = 0.0;
-    if (stops || rests_1 || rests_2) {
-        if (fabs_real(rate) > 0.0) {
-            late = -off / rate;
+    after.of[HOPFORM_POSITION_AXIS] = now->start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+    for (int i = 1; i < HOPFORM_AXES; i++) {
+        after.of[i] = now->motion->core[i - 1].H3;
+    }
+    if (axis >= 0) {
+        if (fabs_real(before->of[axis]) > 0.0) {
+            late = -change->of[axis] / before->of[axis];
         } else {
             tally->trial->smooth = false;
         }
-        if (stops && rate > 0.0) {
-            const hopform_state_real met = {change->x1 + before->x1 * late, change->v1 + before->v1 * late,
-                                            change->v2 + before->v2 * late, change->y + before->y * late};
+        if (axis == HOPFORM_POSITION_AXIS && before->of[axis] > 0.0) {
+            const hopform_state_by_axis_real met = hopform_change_at_event_real(change, before, late);
             hopform_note_hit_real(tally, &met);
         }
-        if (stops) { /* the only event at which more jumps than the acceleration of the mass that comes to rest */
-            change->x1 = 0.0;
-            change->v2 += (before->v2 - after->v2) * late;
-            change->y += (before->y - after->y) * late;
-        }
-        if (rests_2) {
-            change->v2 = -after->v2 * late;
-        } else {
-            change->v1 = -after->v1 * late;
-        }
+        hopform_cross_real(change->of, before->of, after.of, axis, 0.0, late);
     }
-    hopform_note_largest_real(tally->trial, now->start.x1, change->x1);
-    if (hopform_turns_up_real(tally, now, hopform_contact_slope_real(robot, after))) {
-        const hopform_state_real met = {0.0, change->v1 + after->v1 * late, change->v2 + after->v2 * late,
-                                        change->y + after->y * late};
-        hopform_note_minimum_real(tally->trial, hopform_contact_of_real(robot, &now->start),
-                                  hopform_contact_slope_real(robot, &met), 1);
+    hopform_note_largest_real(tally->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
+    if (hopform_turns_up_real(tally, now, hopform_contact_slope_real(robot, &after.named))) {
+        const hopform_state_by_axis_real met = hopform_change_at_event_real(change, &after, late);
+        hopform_note_minimum_real(tally->trial, hopform_contact_of_real(robot, &now->start->named),
+                                  hopform_contact_slope_real(robot, &met.named), 1);
     }
 }
 
@@ -125,101 +132,91 @@ static inline void hopform_look_for_minimum_real(hopform_tally_real *tally, cons
                                                  const hopform_motion_real *by_u)
 {
     const hopform_robot_real *robot = &tally->plan->robot;
-    const hopform_node_real *node = hopform_node_of_real(tally->plan, passage->side_1, passage->side_2);
-    const hopform_numerator_real leg = hopform_contact_numerator_real(robot, passage->motion);
-    const event_function_real contact = {
-        leg.H3, leg.H2, leg.H1, 0.0, hopform_contact_of_real(robot, &passage->start), 0, 0, MAY_TURN_real};
-    const propagator_real end = propagator_of_real(passage->poles, passage->length, passage->end);
-    const hopform_least_real least = hopform_least_minimum_real(passage->poles, node, &contact, &end, 64.0);
+    const int *side = passage->side;
+    const hopform_poles_real *poles = hopform_poles_of_real(tally->plan, side[0], side[1]);
+    const hopform_numerator_real contact = hopform_contact_numerator_real(robot, &passage->motion->named);
+    const propagator_real end = propagator_of_real(poles, passage->length, passage->end);
+    const hopform_least_real least =
+        hopform_least_minimum_real(poles, hopform_node_of_real(tally->plan, side[0], side[1]), &contact,
+                                   hopform_contact_of_real(robot, &passage->start->named), &end, 64.0);
     if (least.count > 0) {
         const hopform_state_real there =
-            hopform_arrive_real(&tally->change, by_u, &least.basis, passage->side_1, passage->side_2);
+            hopform_arrive_real(&tally->change.named, by_u, &least.basis, side[0], side[1]);
         hopform_note_minimum_real(tally->trial, least.value, hopform_contact_slope_real(robot, &there), least.count);
     }
 }
 
 /* Follow the change through a phase, and through the event with which it began. The contact force has no minimum inside
- * where it is y and not both masses move in the same direction: y' keeps its sign. An actuator that has never moved
- * leaves nothing to follow. */
+ * where it is the compression and that keeps the sign of its rate. Before the driven element has ever moved there is
+ * nothing to follow. */
 static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopform_passage_real *passage)
 {
     const hopform_plan_real *plan = tally->plan;
-    const hopform_motion_real *motion = passage->motion;
+    const int *side = passage->side;
     const hopform_basis_real *w = passage->end;
-    const int side_1 = passage->side_1;
-    const int side_2 = passage->side_2;
-    if (tally->begun) {
-        const hopform_state_real after = {passage->start.v1, motion->H3_1, motion->H3_2, motion->H3_y};
-        hopform_cross_real(tally, passage, &after);
+    if (passage->event != HOPFORM_EVENT_NONE) {
+        hopform_pass_event_real(tally, passage);
     }
-    tally->moves = tally->moves || side_1 != 0;
-    const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || (side_1 != 0 && side_1 == side_2);
+    tally->moves = tally->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
+    const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
     if (tally->moves || turns) {
-        const hopform_drive_real per_ampere = {plan->rates.a1_u, 0.0};
+        hopform_drive_by_element_real per_ampere = {{0.0, 0.0}};
+        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.HOPFORM_PER_AMPERE;
         const hopform_motion_real by_u =
-            hopform_motion_under_real(&plan->rates, &per_ampere, &tally->change, side_1, side_2);
+            hopform_motion_under_real(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
         if (turns) {
             hopform_look_for_minimum_real(tally, passage, &by_u);
         }
-        tally->change = hopform_arrive_real(&tally->change, &by_u, w, side_1, side_2);
+        tally->change.named = hopform_arrive_real(&tally->change.named, &by_u, w, side[0], side[1]);
     }
-    tally->arrived = passage->arrived;
-    tally->speed.x1 = passage->arrived.v1;
-    tally->speed.v1 = motion->H3_1 * w->Wdd + motion->H2_1 * w->Wd + motion->H1_1 * w->W;
-    tally->speed.v2 = motion->H3_2 * w->Wdd + motion->H2_2 * w->Wd + motion->H1_2 * w->W;
-    tally->speed.y = motion->H3_y * w->Wdd + motion->H2_y * w->Wd + motion->H1_y * w->W;
-    tally->side_1 = side_1;
-    tally->side_2 = side_2;
-    tally->begun = true;
+    tally->arrived = *passage->arrived;
+    tally->speed.of[HOPFORM_POSITION_AXIS] = passage->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+        const hopform_numerator_real *h = &passage->motion->core[axis - 1];
+        tally->speed.of[axis] = h->H3 * w->Wdd + h->H2 * w->Wd + h->H1 * w->W;
+    }
+    (void)memcpy(tally->side, side, sizeof tally->side);
 }
 
 /* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
- * leg that leaves at once does so under every current. */
-static inline void hopform_lift_real(hopform_tally_real *tally, const hopform_state_real *end)
+ * take-off at once comes under every current. */
+static inline void hopform_lift_real(const hopform_tally_real *tally, const hopform_state_real *end)
 {
     const hopform_robot_real *robot = &tally->plan->robot;
-    const hopform_state_real *speed = &tally->speed;
-    const hopform_state_real *change = &tally->change;
-    hopform_trial_real *trial = tally->trial;
-    const real rate = hopform_contact_slope_real(robot, speed);
+    const real rate = hopform_contact_slope_real(robot, &tally->speed.named);
     if (!(fabs_real(rate) > 0.0)) {
-        trial->smooth = false;
+        tally->trial->smooth = false;
         return;
     }
-    const real late = -hopform_contact_slope_real(robot, change) / rate;
-    const real x1_u = change->x1 + speed->x1 * late;
-    const real y_u = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : change->y + speed->y * late;
-    const real v2_u = change->v2 + speed->v2 * late;
-    trial->apex_u = (x1_u - y_u) + hopform_greater_real(end->v2, 0.0) * v2_u / hopform_fall_of_real(robot);
-    hopform_note_largest_real(trial, end->x1, x1_u);
-}
-
-/* The order of modes and events as a number, which differs where they do. */
-static inline uint32_t hopform_fingerprint_real(const hopform_phase_real *phases, int32_t count)
-{
-    uint32_t mark = 2166136261u;
-    for (int32_t n = 0; n < count; n++) {
-        mark = (mark ^ (uint32_t)(phases[n].mode + 16 * phases[n].event)) * 16777619u;
+    const real late = -hopform_contact_slope_real(robot, &tally->change.named) / rate;
+    hopform_state_by_axis_real met = hopform_change_at_event_real(&tally->change, &tally->speed, late);
+    hopform_state_change_real change;
+    if (HOPFORM_CONTACT_IS_COMPRESSION) {
+        met.of[HOPFORM_COMPRESSION_AXIS] = 0.0;
     }
-    return mark;
+    (void)memcpy(&change, &met, sizeof change);
+    tally->trial->apex_u = hopform_apex_slope_real(robot, end, &change);
+    hopform_note_largest_real(tally->trial, end->HOPFORM_POSITION, met.of[HOPFORM_POSITION_AXIS]);
 }
 
-/* What a stance says of its current, all of whose phases are at hand, and whose changes have been followed. */
-static inline void hopform_close_trial_real(hopform_tally_real *tally, const hopform_phase_real *phases,
+/* What a stance says of its current, all of whose phases are at hand, and whose changes have been followed. `events` is
+ * a hash (Fowler, Noll and Vo) of the order of modes and events, which differs where they do. */
+static inline void hopform_close_trial_real(const hopform_tally_real *tally, const hopform_phase_real *phases,
                                             const hopform_stance_real *stance)
 {
     hopform_trial_real *trial = tally->trial;
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
-    trial->events = hopform_fingerprint_real(phases, stance->phases_kept);
+    trial->events = 2166136261u;
     trial->held = true;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
+        trial->events = (trial->events ^ (uint32_t)(phases[n].mode + 16 * phases[n].event)) * 16777619u;
         trial->held = trial->held && hopform_side_1_real(&phases[n]) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
         hopform_lift_real(tally, &stance->end);
     } else {
-        hopform_note_largest_real(trial, stance->end.x1, tally->change.x1);
+        hopform_note_largest_real(trial, stance->end.HOPFORM_POSITION, tally->change.of[HOPFORM_POSITION_AXIS]);
     }
 }
 

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: MIT-0
-"""Minima inside phases: of the contact force, for the controller; of -y, for the largest compression."""
+"""Minima inside phases: of the contact force, for the controller; of the extension, for the largest compression."""
 
 import numpy as np
 
+from hopform_solver.elements import CONTACT_AXIS, NUMERATORS
 from hopform_solver.events import EventSet, Node, jets_at_start, jets_of, node_of, propagator_at, turn_between
 from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array, Numbers, choose, take
+from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import EPS
 from hopform_solver.phases import arrive, motion_of, poles_of
 from hopform_solver.records import Basis, Numerator, Poles
-from hopform_solver.stance import Solution
+from hopform_solver.stance import CONTACT_FOLLOWS, Solution
 
 LOOKS = 32
 """How often at least a rate is evaluated within a phase in which it might vanish, evenly."""
@@ -73,21 +74,25 @@ def _looks(poles: Poles, numerator: Numerator, length: Array, phases: Numbers) -
     return phase[turns], t[turns], t[turns + 1]
 
 
-def compressions(solution: Solution) -> Array:
-    """The largest compression [m] of the spring in each stance, flat.
+def turns(side: Array) -> Flags:
+    """Whether the rate of the compression may change its sign in phases in which elements go to these sides."""
+    return np.asarray(side.any(axis=0) & ((CONTACT_FOLLOWS * side).sum(axis=0) == 0.0))
 
-    Where a phase starts, where the stance ends, or inside a phase in which both masses move in the same direction: y'
-    keeps its sign in the others.
+
+def compressions(solution: Solution) -> Array:
+    """The largest compression [m] of the spring in each stance, flat: where a phase starts, where the stance ends, or
+    inside a phase in which its rate may change its sign.
     """
     phases = solution.phases
-    most: Array = np.maximum(solution.end.y.reshape(-1), 0.0)
-    np.maximum.at(most, phases.lane, phases.y)
+    most: Array = np.maximum(solution.end[CONTACT_AXIS].reshape(-1), 0.0)
     every, lengths = solution.phase(np.arange(phases.t.size)), solution.lengths
-    index = np.flatnonzero((every.side[0] != 0.0) & (every.side[0] == every.side[1]) & (lengths > 0.0))
+    np.maximum.at(most, phases.lane, every.start[CONTACT_AXIS])
+    index = np.flatnonzero(turns(every.side) & (lengths > 0.0))
     phase = take(every, index)
     motion, poles = motion_of(phase), poles_of(phase.plan, phase.side)
-    found, t = minima(poles, Numerator(*(-row for row in motion[6:9])), lengths[index])
+    extension = -np.array(motion)[NUMERATORS[CONTACT_AXIS] :][:3]
+    found, t = minima(poles, Numerator(*extension), lengths[index])
     motion, poles, phase = take((motion, poles, phase), found)
     there = arrive(phase.start, motion, basis_at(poles, t), phase.side)
-    np.maximum.at(most, phases.lane[index[found]], there.y)
+    np.maximum.at(most, phases.lane[index[found]], there[CONTACT_AXIS])
     return most
