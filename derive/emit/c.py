@@ -105,6 +105,30 @@ def braced(numbers: int | Iterable[Any]) -> str:
     return str(numbers) if isinstance(numbers, int) else f"{{{', '.join(map(braced, numbers))}}}"
 
 
+def by_element(numbers: Iterable[int]) -> str:
+    """The numbers of elements, which are evenly apart, by their index `element`."""
+    first, second, *others = map(int, numbers)
+    step = second - first
+    if others != [second + n * step for n, _ in enumerate(others, 1)]:
+        raise ValueError(f"{first}, {second}, {others} are not evenly apart")
+    return f"((element) + {first})" if step == 1 else f"({first} + {step} * (element))"
+
+
+def some_against(signs: Iterable[int]) -> str:
+    """The condition that one of the elements goes to the side against its sign."""
+    ways = ((n, "<" if sign > 0 else ">") for n, sign in enumerate(signs) if sign)
+    return f"({' || '.join(f'(side)[{n}] {against} 0' for n, against in ways)})"
+
+
+def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
+    """X(mode) by the sides of the elements, of which those that a mode holds are 0."""
+    spelled = ""
+    for mode in modes:
+        held = " && ".join(f"({element.side}) == 0" for element in mode["held"])
+        spelled = f"{held} ? X({mode['name']}) : {spelled}" if held else f"X({mode['name']})"
+    return f"({spelled})"
+
+
 def values(record: Record, known: Mapping[str, float]) -> str:
     """An initialiser of a record with some numbers known and the others 0."""
     return "{" + ", ".join(repr(float(known.get(q.name, 0.0))) for q in record.quantities) + "}"

@@ -305,9 +305,10 @@ static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopfo
         return 0.0f;
     }
     hopform_state_by_axis_f32 steady = {{0.0f, 0.0f, 0.0f, 0.0f}};
-    const hopform_motion_f32 from_slack = hopform_motion_of_f32(
-        chain->plan, &steady.named, current_of_chain_f32(chain), chain->side[0], chain->side[1]);
-    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_y_f32(poles, from_slack.H2_y, from_slack.H1_y);
+    hopform_numerators_f32 from_slack;
+    from_slack.named = hopform_motion_of_f32(chain->plan, &steady.named, current_of_chain_f32(chain), chain->side[0],
+                                              chain->side[1]);
+    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_f32(poles, &from_slack.of.compression);
     const float settled = hopform_contact_of_f32(&chain->plan->robot, &steady.named);
     return steady_state_correction_f32(poles, leg, settled, basis, t);
 }
@@ -486,9 +487,14 @@ static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_sea
 static inline hopform_phase_f32 phase_of_chain_f32(const stance_chain_f32 *chain, int event)
 {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
-    const float *at = chain->at.of;
-    const hopform_phase_f32 phase = {chain->t, at[0],        at[1],         at[2],
-                                      at[3],    (int8_t)mode, (int8_t)event, (uint16_t)chain->step};
+    hopform_phase_f32 phase;
+#define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
+    HOPFORM_STATE_MEMBERS(PUT_MEMBER)
+#undef PUT_MEMBER
+    phase.t = chain->t;
+    phase.mode = (int8_t)mode;
+    phase.event = (int8_t)event;
+    phase.step = (uint16_t)chain->step;
     return phase;
 }
 
@@ -522,7 +528,7 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
     if (stops && after != before) {
-        stance_record_f32(chain, HOPFORM_EVENT_HITS_STOP(element));
+        stance_record_f32(chain, HOPFORM_EVENT_HITS_STOP);
     } else {
         stance_record_f32(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
     }
@@ -577,10 +583,10 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
         return;
     }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        const hopform_numerator_f32 *h = &chain->motion.of.velocity[element];
         chain->alone = element;
-        chain->free = hopform_free_after_motion_f32(
-            (float)chain->side[element], level_of_f32(&chain->plan->robot, element), h->H3, h->H2, &end->in.high.basis);
+        chain->free =
+            hopform_free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
+                                           &chain->motion.of.velocity[element], &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
         keep_faint_acceleration_f32(chain, &end->in.high.basis);
     }
@@ -590,15 +596,15 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
  * it is. */
 static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis)
 {
-    hopform_state_by_axis_f32 from_zero = chain->at;
-    from_zero.of[HOPFORM_POSITION_AXIS] = 0.0f;
-    hopform_state_by_axis_f32 moved;
-    moved.named = hopform_arrive_f32(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
-    const float way = moved.of[HOPFORM_POSITION_AXIS];
-    moved.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_POSITION_AXIS] + way;
+    float *position = &chain->at.of[HOPFORM_POSITION_AXIS];
+    const float before = *position;
+    *position = 0.0f;
+    chain->at.named =
+        hopform_arrive_f32(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    const float way = *position;
+    *position = before + way;
     chain->from_lower += way;
     chain->from_upper += way;
-    chain->at = moved;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
@@ -610,7 +616,7 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain)
                                                     chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const float level = (float)chain->side[element] * level_of_f32(&chain->plan->robot, element);
-        hopform_go_on_f32(&chain->motion.named, element + 1, chain->side[1 - element] == 0, chain->free - level);
+        hopform_go_on_f32(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
     }
 }
 
@@ -823,10 +829,9 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
 {
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const hopform_state_f32 *end = &chain->at.named;
-    const hopform_at_f32 at = {chain->at.of[0], chain->at.of[1], chain->at.of[2], chain->at.of[3]};
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_f32(robot, start, &at);
+    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_f32(robot, start, &chain->at.later);
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;

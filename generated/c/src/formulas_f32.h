@@ -1050,6 +1050,19 @@ static inline float hopform_contact_slope_f32(const hopform_robot_f32 *robot, co
     return contact;
 }
 
+/* Numerator of the contact force over k. */
+static inline hopform_numerator_f32 hopform_contact_numerator_f32(const hopform_robot_f32 *robot,
+    const hopform_motion_f32 *motion)
+{
+    (void)robot;
+    const float H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
+    const float H3 = H3_y;  /* what the leg carries */
+    const float H2 = H2_y;  /* what the leg carries */
+    const float H1 = H1_y;  /* what the leg carries */
+    const hopform_numerator_f32 result = {H3, H2, H1};
+    return result;
+}
+
 /* Change of the contact force over k with the robot and the state. */
 static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,

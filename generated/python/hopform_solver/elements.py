@@ -25,7 +25,7 @@ class Element(NamedTuple):
 
     velocity: int
     position: int | None
-    stops: tuple[int, int] | None
+    stops: tuple[int, ...]
     mass: int
     per_velocity: int
     per_compression: int
@@ -66,7 +66,7 @@ class Phases(NamedTuple):
 
 ELEMENTS = (
     Element(1, 0, (11, 12), 0, 1, 0, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
-    Element(2, None, None, 1, 7, 5, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
+    Element(2, None, (), 1, 7, 5, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
 )
 
 MODES = (
@@ -81,5 +81,16 @@ FOLLOWS = ((1, 0), (1, 0), (0, 1), (1, -1))
 NUMERATORS = (9, 0, 3, 6)
 """Of each axis of the state the first of its three terms in Motion."""
 
-CONTACT_AXIS = 3
-"""The axis of the state that the contact force over k is, where CONTACT_IS_COMPRESSION."""
+COMPRESSION_AXIS = 3
+
+STOPPED = 0
+"""The element whose position has stops."""
+
+AXIS_OF_EVENT = (-1, 1, 1, -1, 0, 2, 2, -1)
+"""By the number of an event, the axis that is at a value then; -1 where nothing jumps."""
+
+INPUTS = ("x1", "v1", "y", "v2", "u",)
+"""What stances are differentiated by: the state at the start, the current; the robot's parameters come behind."""
+
+COLUMN_OF_AXIS = (0, 1, 3, 2)
+"""Of each axis of the state the one of these that it starts with."""

@@ -798,6 +798,17 @@ def contact_slope(robot: Robot, state: LegState) -> Real:
     return contact
 
 
+def contact_numerator(robot: Robot, motion: Motion) -> Numerator:
+    """Numerator of the contact force over k.
+
+    """
+    H3_y, H2_y, H1_y = motion.H3_y, motion.H2_y, motion.H1_y
+    H3 = H3_y  # what the leg carries
+    H2 = H2_y  # what the leg carries
+    H1 = H1_y  # what the leg carries
+    return Numerator(H3, H2, H1)
+
+
 def contact_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
     """Change of the contact force over k with the robot and the state.
 

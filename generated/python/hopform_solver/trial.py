@@ -17,7 +17,7 @@ from hopform_solver.extrema import minima, rate_of
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, put, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
-from hopform_solver.phases import Phase, arrive, contact_numerator, motion_of, motion_under, poles_of
+from hopform_solver.phases import Phase, arrive, motion_of, motion_under, poles_of
 from hopform_solver.records import Basis, Drive, LegState, Motion, Poles, Robot
 from hopform_solver.sensitivity import cross, speeds_of
 from hopform_solver.stance import ENDING, Solution, solve
@@ -86,7 +86,7 @@ def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_ph
         at_end = moving.at(basis)
         put(arrived, lanes, at_end[0])
         put(change, lanes, at_end[1])
-        rate[lanes] = rate_of(contact_numerator(phase.plan.robot, moving.motion), basis)
+        rate[lanes] = rate_of(formulas.contact_numerator(phase.plan.robot, moving.motion), basis)
     _lift(solution, trials, change, first + count - 1)
     return trials
 
@@ -108,7 +108,7 @@ def _find_minima(trials: Trials, lanes: Numbers, moving: _Moving, length: Array)
     side = moving.phase.side
     may = np.flatnonzero(((side[0] != 0.0) & (side[0] == side[1])) | (not CONTACT_IS_COMPRESSION))
     some = take(moving, may)
-    row, t = minima(some.poles, contact_numerator(some.phase.plan.robot, some.motion), length[may])
+    row, t = minima(some.poles, formulas.contact_numerator(some.phase.plan.robot, some.motion), length[may])
     found = take(some, row)
     state, change = found.at(basis_at(found.poles, t))
     least = formulas.contact_of(found.phase.plan.robot, state)

@@ -305,9 +305,10 @@ static inline real later_takeoff_real(const stance_chain_real *chain, const hopf
         return 0.0;
     }
     hopform_state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
-    const hopform_motion_real from_slack = hopform_motion_of_real(
-        chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0], chain->side[1]);
-    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_y_real(poles, from_slack.H2_y, from_slack.H1_y);
+    hopform_numerators_real from_slack;
+    from_slack.named = hopform_motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0],
+                                              chain->side[1]);
+    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_real(poles, &from_slack.of.compression);
     const real settled = hopform_contact_of_real(&chain->plan->robot, &steady.named);
     return steady_state_correction_real(poles, leg, settled, basis, t);
 }
@@ -486,9 +487,14 @@ static inline void stance_find_end_real(const stance_chain_real *chain, stance_s
 static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *chain, int event)
 {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
-    const real *at = chain->at.of;
-    const hopform_phase_real phase = {chain->t, at[0],        at[1],         at[2],
-                                      at[3],    (int8_t)mode, (int8_t)event, (uint16_t)chain->step};
+    hopform_phase_real phase;
+#define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
+    HOPFORM_STATE_MEMBERS(PUT_MEMBER)
+#undef PUT_MEMBER
+    phase.t = chain->t;
+    phase.mode = (int8_t)mode;
+    phase.event = (int8_t)event;
+    phase.step = (uint16_t)chain->step;
     return phase;
 }
 
@@ -522,7 +528,7 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
     if (stops && after != before) {
-        stance_record_real(chain, HOPFORM_EVENT_HITS_STOP(element));
+        stance_record_real(chain, HOPFORM_EVENT_HITS_STOP);
     } else {
         stance_record_real(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
     }
@@ -577,10 +583,10 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
         return;
     }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        const hopform_numerator_real *h = &chain->motion.of.velocity[element];
         chain->alone = element;
-        chain->free = hopform_free_after_motion_real(
-            (real)chain->side[element], level_of_real(&chain->plan->robot, element), h->H3, h->H2, &end->in.high.basis);
+        chain->free =
+            hopform_free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
+                                           &chain->motion.of.velocity[element], &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
         keep_faint_acceleration_real(chain, &end->in.high.basis);
     }
@@ -590,15 +596,15 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
  * it is. */
 static inline void stance_arrive_real(stance_chain_real *chain, const hopform_basis_real *basis)
 {
-    hopform_state_by_axis_real from_zero = chain->at;
-    from_zero.of[HOPFORM_POSITION_AXIS] = 0.0;
-    hopform_state_by_axis_real moved;
-    moved.named = hopform_arrive_real(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
-    const real way = moved.of[HOPFORM_POSITION_AXIS];
-    moved.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_POSITION_AXIS] + way;
+    real *position = &chain->at.of[HOPFORM_POSITION_AXIS];
+    const real before = *position;
+    *position = 0.0;
+    chain->at.named =
+        hopform_arrive_real(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    const real way = *position;
+    *position = before + way;
     chain->from_lower += way;
     chain->from_upper += way;
-    chain->at = moved;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
@@ -610,7 +616,7 @@ static inline void stance_begin_phase_real(stance_chain_real *chain)
                                                     chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
-        hopform_go_on_real(&chain->motion.named, element + 1, chain->side[1 - element] == 0, chain->free - level);
+        hopform_go_on_real(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
     }
 }
 
@@ -823,10 +829,9 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
 {
     const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_state_real *end = &chain->at.named;
-    const hopform_at_real at = {chain->at.of[0], chain->at.of[1], chain->at.of[2], chain->at.of[3]};
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_real(robot, start, &at);
+    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_real(robot, start, &chain->at.later);
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;

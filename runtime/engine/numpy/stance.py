@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import events, formulas
-from hopform_solver.elements import CONTACT_AXIS, ELEMENTS, FOLLOWS, MODES, NUMERATORS, Phases
+from hopform_solver.elements import COMPRESSION_AXIS, ELEMENTS, FOLLOWS, MODES, NUMERATORS, Phases
 from hopform_solver.lanes import Array, Flags, Numbers, choose, lanes_in, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
-from hopform_solver.phases import Phase, Plan, arrive, contact_numerator, motion_of, plan_of, poles_of, state_in_phase
+from hopform_solver.phases import Phase, Plan, arrive, motion_of, plan_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, At, LegState, Motion, Poles, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
@@ -28,7 +28,7 @@ TERMS = np.array([[NUMERATORS[axis] + n for n in range(3)] for axis in VELOCITIE
 """Of each element the axis of its velocity, and its terms in Motion."""
 LIMITED = [(n, one.position, one.stops) for n, one in enumerate(ELEMENTS) if one.position is not None and one.stops]
 """The elements with stops: number, axis of the position, stops in Robot."""
-CONTACT_FOLLOWS = np.array(FOLLOWS[CONTACT_AXIS], np.int8)[:, np.newaxis]
+CONTACT_FOLLOWS = np.array(FOLLOWS[COMPRESSION_AXIS], np.int8)[:, np.newaxis]
 FIXED = np.array([[each.is_fixed] for each in ELEMENTS])
 REVERSES, STICKS, SLIPS, HITS_STOP = (
     np.array([[getattr(each, what)] for each in ELEMENTS], np.int8)
@@ -191,10 +191,10 @@ def _put_guards(chain: _Chain, poles: Poles, motion: Motion) -> _Guards:
     numerator, start, kind = np.zeros((3, *shape), dtype), np.ones(shape, dtype), np.full(shape, LIMIT)  # not active
     towards, free = np.zeros(shape, dtype), _free_accelerations(phase)
     rest_time, rests, rings = _closed_forms(chain, poles, terms)
-    contact, falls = state[CONTACT_AXIS], (CONTACT_FOLLOWS * side < 0.0).any(axis=0)
+    contact, falls = state[COMPRESSION_AXIS], (CONTACT_FOLLOWS * side < 0.0).any(axis=0)
     leg = (falls | (contact < 0.0) | (not CONTACT_IS_COMPRESSION)) & ~rings & (side != 0.0).any(axis=0)  # else it rises
     lanes = np.flatnonzero(leg & (not FOOT_IS_FIXED))
-    numerator[:, 0, lanes] = take(np.array(contact_numerator(robot, motion)), lanes)
+    numerator[:, 0, lanes] = take(np.array(formulas.contact_numerator(robot, motion)), lanes)
     start[0, lanes], kind[0, lanes] = formulas.contact_of(robot, phase.start)[lanes], TAKEOFF
     for mode in MODES:
         here = lanes_in(mode.slips, side)
@@ -236,7 +236,10 @@ def _closed_forms(chain: _Chain, poles: Poles, terms: Array) -> tuple[Array, Num
         rows = side * state[VELOCITIES], side * terms[TERMS[:, 0]], VELOCITY
         speed, rate, rests[lanes] = ((alone * each).sum(axis=0)[lanes] for each in rows)
         rest_time[lanes] = events.time_to_rest(take(poles, lanes), speed, rate)
-    drive, contact = np.array([*formulas.drive_of(plan.robot, plan.rates, chain.phase.u, *side)]), state[CONTACT_AXIS]
+    drive, contact = (
+        np.array([*formulas.drive_of(plan.robot, plan.rates, chain.phase.u, *side)]),
+        state[COMPRESSION_AXIS],
+    )
     rings = (alone & (drive == 0.0)).any(axis=0) & (contact >= 0.0) & CONTACT_IS_COMPRESSION
     if rings.any():
         lift = events.time_to_rest(poles, contact, (CONTACT_FOLLOWS * state[VELOCITIES]).sum(axis=0))
@@ -297,9 +300,9 @@ def _sharpen_takeoff(chain: _Chain, on: events.Interval, certified: Flags) -> Fl
         return later
     of, slack = on.of.at(0, lanes), np.zeros((len(chain.state), lanes.size), on.high.dtype)
     phase, poles = take(chain.phase, on.lane[lanes])._replace(start=LegState(*slack)), Poles(*of.poles)
-    motion, slow = np.array(motion_of(phase))[NUMERATORS[CONTACT_AXIS] :], poles.s_3 > 0.0
-    draws = choose(slow, poles.s_3, poles.s_2)  # 0: nothing that is left of k draws y
-    slack[CONTACT_AXIS] = choose(draws > 0.0, choose(slow, motion[2], motion[1]) / draws, NEVER[draws.dtype])
+    motion, slow = np.array(motion_of(phase))[NUMERATORS[COMPRESSION_AXIS] :], poles.s_3 > 0.0
+    draws = choose(slow, poles.s_3, poles.s_2)  # 0: nothing that is left of k draws it
+    slack[COMPRESSION_AXIS] = choose(draws > 0.0, choose(slow, motion[2], motion[1]) / draws, NEVER[draws.dtype])
     settled = formulas.contact_of(phase.plan.robot, LegState(*slack))
     before = on.high[lanes]
     for _ in range(4):
@@ -379,7 +382,7 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:
     stops = ((end.kind == VELOCITY) | (end.kind == STOP)) & (slip == len(ELEMENTS)) & (friction <= 0.0)
     for element, *_ in LIMITED if stops.any() else ():
         own, free = ELEMENTS[element], _free_accelerations(chain.phase)[element]
-        cancel = np.abs(free) < 64.0 * eps * np.abs(rates[own.per_compression] * chain.state[CONTACT_AXIS])
+        cancel = np.abs(free) < 64.0 * eps * np.abs(rates[own.per_compression] * chain.state[COMPRESSION_AXIS])
         faded = np.abs(rate[element]) > 16.0 * eps * np.abs(terms[element]).sum(axis=0)
         kept = stops[element] & (rates[own.per_velocity] == 0.0) & cancel & faded
         chain.is_known[element, kept], chain.free[element, kept] = True, rate[element, kept]
@@ -392,7 +395,7 @@ def _motion_from(chain: _Chain) -> Motion:
         lanes = np.flatnonzero(chain.is_known[element] & (chain.side[element] != 0.0))
         motion[first, lanes] = start = (chain.free - chain.side * chain.friction)[element, lanes]
         alone = (chain.side[:, lanes] != 0.0).sum(axis=0) == 1
-        motion[NUMERATORS[CONTACT_AXIS] + 1, lanes[alone]] = CONTACT_FOLLOWS[element] * start[alone]
+        motion[NUMERATORS[COMPRESSION_AXIS] + 1, lanes[alone]] = CONTACT_FOLLOWS[element] * start[alone]
         if (position := ELEMENTS[element].position) is not None:
             motion[NUMERATORS[position], lanes] = start  # its velocity is 0
     return Motion(*motion)
@@ -448,7 +451,7 @@ def _leaves_at_once(chain: _Chain) -> Flags:
     is negative.
     """
     contact = formulas.contact_of(chain.plan.robot, LegState(*chain.state))
-    leg = contact_numerator(chain.plan.robot, motion_of(chain.phase))
+    leg = formulas.contact_numerator(chain.plan.robot, motion_of(chain.phase))
     first = choose(leg.H3 != 0.0, leg.H3, choose(leg.H2 != 0.0, leg.H2, leg.H1))
     return np.asarray((not FOOT_IS_FIXED) & ((contact < 0.0) | ((contact == 0.0) & (first < 0.0))))
 
@@ -489,7 +492,7 @@ def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) ->
         lifts, failed = end.kind == TAKEOFF, end.kind == UNCERTIFIED
         expired = (end.kind == LIMIT) & ~(until < chain.horizon)
         if CONTACT_IS_COMPRESSION:
-            chain.state[CONTACT_AXIS, lifts] = 0.0
+            chain.state[COMPRESSION_AXIS, lifts] = 0.0
         for lanes, ending in (lifts, "takeoff"), (failed, "uncertified"), (expired, "horizon"):
             close(lanes, ending)
         end.kind[expired] = TAKEOFF
