@@ -77,15 +77,19 @@ def fixed(model: Model) -> tuple[bool, ...]:
     return tuple(element.name in model.fixed for element in ELEMENTS)
 
 
+def stops(model: Model) -> tuple[int, ...]:
+    """The lower and the upper stop in Robot."""
+    return tuple(map(model.robot.symbols.index, STOPPED.stops))
+
+
 def numbers_of(element: Element, model: Model) -> tuple[object, ...]:
-    """Axes of the velocity and the position, stops and mass in Robot, what its acceleration has per velocity and per
-    compression in Rates, whether it is fixed, and its events.
+    """The axis of the velocity, mass in Robot, what its acceleration has per velocity and per compression in Rates,
+    whether it is fixed, and its events.
     """
-    mass, *stops = (model.robot.symbols.index(each) for each in (element.mass, *element.stops))
+    mass = model.robot.symbols.index(element.mass)
     per_velocity, per_compression = (RATES.symbols.index(MATRIX[element.number, n]) for n in (element.number, 0))
-    position = None if element.position is None else AXES.index(element.position)
-    fixed, events = element.name in model.fixed, element.events.values()
-    return AXES.index(element.velocity), position, tuple(stops), mass, per_velocity, per_compression, fixed, *events
+    own = AXES.index(element.velocity), mass, per_velocity, per_compression, element.name in model.fixed
+    return *own, *element.events.values()
 
 
 def follows_of(axis: sp.Symbol) -> tuple[int, ...]:
@@ -123,7 +127,7 @@ def column_of_axis() -> tuple[int, ...]:
 
 def column_of_stop(model: Model) -> tuple[int, ...]:
     """The columns of the lower and of the upper stop."""
-    return tuple(len(INPUTS) + model.robot.symbols.index(stop) for stop in STOPPED.stops)
+    return tuple(len(INPUTS) + stop for stop in stops(model))
 
 
 def modes() -> Iterator[dict[str, object]]:

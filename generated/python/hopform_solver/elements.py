@@ -18,14 +18,12 @@ from hopform_solver.records import Drive, LegState, Motion, Numerator, Rates
 class Element(NamedTuple):
     """The numbers of what belongs to an element.
 
-    velocity, position: axes of the state; one without position has no stops. stops: the lower and the upper one, mass:
-    its inertia, in Robot. per_velocity, per_compression: of its acceleration, in Rates. reverses, sticks, slips,
-    hits_stop: the events. free_numerator: that of its free acceleration while it is held.
+    velocity: an axis of the state. mass: its inertia, in Robot. per_velocity, per_compression: of its acceleration, in
+    Rates. reverses, sticks, slips, hits_stop: the events. free_numerator: that of its free acceleration while it is
+    held.
     """
 
     velocity: int
-    position: int | None
-    stops: tuple[int, ...]
     mass: int
     per_velocity: int
     per_compression: int
@@ -65,8 +63,8 @@ class Phases(NamedTuple):
 
 
 ELEMENTS = (
-    Element(1, 0, (11, 12), 0, 1, 0, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
-    Element(2, None, (), 1, 7, 5, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
+    Element(1, 0, 1, 0, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
+    Element(2, 1, 7, 5, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
 )
 
 MODES = (
@@ -81,10 +79,12 @@ FOLLOWS = ((1, 0), (1, 0), (0, 1), (1, -1))
 NUMERATORS = (9, 0, 3, 6)
 """Of each axis of the state the first of its three terms in Motion."""
 
-COMPRESSION_AXIS = 3
+COMPRESSION = 3
 
 STOPPED = 0
-"""The element whose position has stops."""
+POSITION = 0
+STOPS = (11, 12)
+"""The element whose position has stops, the axis of this, and the lower and the upper stop in Robot."""
 
 AXIS_OF_EVENT = (-1, 1, 1, -1, 0, 2, 2, -1)
 """By the number of an event, the axis that is at a value then; -1 where nothing jumps."""

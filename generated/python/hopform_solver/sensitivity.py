@@ -16,7 +16,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hopform_solver import formulas
-from hopform_solver.elements import AXIS_OF_EVENT, COLUMN_OF_AXIS, COMPRESSION_AXIS, ELEMENTS, INPUTS, STOPPED
+from hopform_solver.elements import (
+    AXIS_OF_EVENT,
+    COLUMN_OF_AXIS,
+    COMPRESSION,
+    ELEMENTS,
+    INPUTS,
+    POSITION,
+    STOPPED,
+    STOPS,
+)
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
@@ -33,7 +42,8 @@ COLUMNS = (*INPUTS, *Robot._fields)
 
 CHUNK = 4096
 """Phases that are computed at a time: one takes 4 kB."""
-LIMITED = ELEMENTS[STOPPED]
+VELOCITY = ELEMENTS[STOPPED].velocity
+"""The axis of the velocity that is lost at a stop."""
 _ECHOES = 7
 
 
@@ -145,8 +155,8 @@ def cross(solution: Solution, now: Numbers, met: Array, change: Array, bound: Ar
     """
     old, new = solution.phase(now - 1), solution.phase(now)
     each, row, start = np.arange(now.size), np.take(AXIS_OF_EVENT, solution.phases.event[now]), np.array(new.start)
-    hits = row == LIMITED.position
-    start[LIMITED.velocity] = choose(hits, met, start[LIMITED.velocity])
+    hits = row == POSITION
+    start[VELOCITY] = choose(hits, met, start[VELOCITY])
     arriving = old._replace(start=LegState(*start))
     before, after = (speeds_of(phase)[:, : change.shape[1]] for phase in (arriving, new))
     # Without friction nothing jumps, however little of a velocity is left.
@@ -157,7 +167,7 @@ def cross(solution: Solution, now: Numbers, met: Array, change: Array, bound: Ar
     passed = change + (before - after)[:, :, np.newaxis] * late[:, np.newaxis]
     jumps = np.flatnonzero(row >= 0)
     passed[jumps, row[jumps]] = (bound - speed_after * late)[jumps]
-    passed[hits, LIMITED.velocity] = -after[hits, LIMITED.velocity, np.newaxis] * late[hits]
+    passed[hits, VELOCITY] = -after[hits, VELOCITY, np.newaxis] * late[hits]
     return Crossing(hits, before, after, speed[:, 0], late, passed)
 
 
@@ -168,18 +178,18 @@ def _begin(solution: Solution, lanes: Numbers) -> Array:
     change[:, np.arange(ONE), COLUMN_OF_AXIS] = 1.0
     for element, slips in zip(ELEMENTS, side != 0.0, strict=True):
         change[~slips, element.velocity] = 0.0
-    change[solution.start_loss.reshape(-1)[lanes] < 0.0, LIMITED.velocity] = 0.0
+    change[solution.start_loss.reshape(-1)[lanes] < 0.0, VELOCITY] = 0.0
     return change
 
 
 def _pass(solution: Solution, now: Numbers, lengths: Array, change: Array) -> Array:
     """Changes right after the events between phases and the ones before, NaN where one grazes."""
     old = solution.phase(now - 1)
-    stop = len(INPUTS) + np.where(old.side[STOPPED] > 0.0, LIMITED.stops[1], LIMITED.stops[0])
+    stop = len(INPUTS) + np.where(old.side[STOPPED] > 0.0, STOPS[1], STOPS[0])
     bound = np.zeros((now.size, len(COLUMNS)), change.dtype)
-    hits = np.flatnonzero(solution.phases.event[now] == LIMITED.hits_stop)
+    hits = np.flatnonzero(solution.phases.event[now] == ELEMENTS[STOPPED].hits_stop)
     bound[hits, stop[hits]] = 1.0
-    return cross(solution, now, state_in_phase(old, lengths)[LIMITED.velocity], change, bound, np.nan).change
+    return cross(solution, now, state_in_phase(old, lengths)[VELOCITY], change, bound, np.nan).change
 
 
 def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
@@ -195,7 +205,7 @@ def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
     late = -formulas.contact_change(robot, end, by, at_rest) / rate
     moved = np.moveaxis(change[:, :ONE] + speed * late[:, np.newaxis], 1, 0)
     if CONTACT_IS_COMPRESSION:
-        moved[COMPRESSION_AXIS] = 0.0
+        moved[COMPRESSION] = 0.0
     at_end, at_start = StateChange(*moved), StateChange(*unit[COLUMN_OF_AXIS, np.newaxis])
     before = formulas.body_energy_change(robot, begin, by, at_start)
     aed = formulas.body_energy_change(robot, end, by, at_end) - before
