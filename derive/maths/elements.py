@@ -53,7 +53,8 @@ def _elements() -> Iterator[Element]:
     events = {word.text: word.number for word in EVENTS.words}
     for number, (name, (mass, _, side)) in enumerate(MASSES.items(), 1):
         own = {what: events.get(f"x{number}_{what}", 0) for what in WHATS}
-        yield Element(number, name, mass, side, START[number], *POSITIONS.get(name, (None, ())), own)
+        position, stops = POSITIONS.get(name, (None, ()))
+        yield Element(number, name, mass, side, START[number], position, stops, own)
 
 
 ELEMENTS = tuple(_elements())
@@ -72,9 +73,9 @@ def events() -> Iterator[dict[str, object]]:
             yield {"what": what, "numbers": numbers}
 
 
-def fixed(model: Model) -> tuple[bool, ...]:
+def fixed(model: Model) -> list[bool]:
     """Whether each element is bolted to the ground."""
-    return tuple(element.name in model.fixed for element in ELEMENTS)
+    return [element.name in model.fixed for element in ELEMENTS]
 
 
 def stops(model: Model) -> tuple[int, ...]:
@@ -113,7 +114,7 @@ def axis_of_event() -> tuple[int, ...]:
     """By the number of an event, the axis that is at a value then: a velocity at 0, a position at a stop; -1 where
     nothing jumps.
     """
-    axes = {}
+    axes: dict[int, sp.Symbol] = {}
     for element in ELEMENTS:
         at = {"reverses": element.velocity, "sticks": element.velocity, "hits_stop": element.position}
         axes |= {element.events[what]: axis for what, axis in at.items()}

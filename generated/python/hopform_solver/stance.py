@@ -402,7 +402,7 @@ def _advance(chain: _Chain, motion: Motion, end: _End) -> Flags:
     bound = _grazing_tolerance(chain.gap_ahead, terms)
     chain.gap[...] += choose(chain.side[STOPPED] == 0.0, 0.0, terms[::-1].sum(axis=0))
     near = np.isfinite(bound) & (np.abs(chain.gap_ahead) <= bound)
-    touches = near & (end.kind == VELOCITY[STOPPED])
+    touches: Flags = near & (end.kind == VELOCITY[STOPPED])
     basis = events.basis_of(end.propagator)
     chain.state[...] = arrive(LegState(*chain.state), motion, basis, chain.side)
     return touches
