@@ -95,8 +95,8 @@ def body(function: Function) -> Iterator[str]:
         yield f"return {function.returns.symbol};"
 
 
-def calls(rows: Iterable[Iterable[int]]) -> str:
-    """X(...) for each row of whole numbers."""
+def calls(rows: Iterable[Iterable[Any]]) -> str:
+    """X(...) for each row of numbers or names."""
     return " ".join(f"X({', '.join(map(str, row))})" for row in rows)
 
 
@@ -124,7 +124,7 @@ def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
     """X(mode) by the sides of the elements, of which those that a mode holds are 0."""
     spelled = ""
     for mode in modes:
-        held = " && ".join(f"({element.side}) == 0" for element in mode["held"])
+        held = " && ".join(f"({side}) == 0" for side in mode["held"])
         spelled = f"{held} ? X({mode['name']}) : {spelled}" if held else f"X({mode['name']})"
     return f"({spelled})"
 

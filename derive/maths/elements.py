@@ -64,6 +64,8 @@ VELOCITIES = tuple(AXES.index(element.velocity) for element in ELEMENTS)
 STOPPED = next(element for element in ELEMENTS if element.stops)
 """The one whose position has stops."""
 LOWER_STOP, UPPER_STOP = STOPPED.stops
+PER_COMPRESSION, PER_VELOCITY = MATRIX[STOPPED.number, 0], MATRIX[STOPPED.number, STOPPED.number]
+"""Its acceleration per compression and per velocity."""
 
 
 def events() -> Iterator[dict[str, object]]:
@@ -84,12 +86,8 @@ def stops(model: Model) -> tuple[int, ...]:
 
 
 def numbers_of(element: Element, model: Model) -> tuple[object, ...]:
-    """The axis of the velocity, mass in Robot, what its acceleration has per velocity and per compression in Rates,
-    whether it is fixed, and its events.
-    """
-    mass = model.robot.symbols.index(element.mass)
-    per_velocity, per_compression = (RATES.symbols.index(MATRIX[element.number, n]) for n in (element.number, 0))
-    own = AXES.index(element.velocity), mass, per_velocity, per_compression, element.name in model.fixed
+    """The axis of the velocity, mass in Robot, whether it is fixed, and its events."""
+    own = AXES.index(element.velocity), model.robot.symbols.index(element.mass), element.name in model.fixed
     return *own, *element.events.values()
 
 
@@ -132,9 +130,9 @@ def column_of_stop(model: Model) -> tuple[int, ...]:
 
 
 def modes() -> Iterator[dict[str, object]]:
-    """Of each mode in which something slips: its name, the elements that are held; and by numbers which slip, the
-    coefficients of its denominator in Rates, and its event functions, of each its element, and to which side of its
-    friction the free acceleration goes, 0 for a velocity.
+    """Of each mode in which something slips: its name, the sides of the elements that are held; and by numbers which
+    slip, the coefficients of its denominator in Rates, and its event functions, of each its element, and to which side
+    of its friction the free acceleration goes, 0 for a velocity.
     """
     for moving in MODES:
         slips = tuple(element.number in moving for element in ELEMENTS)
@@ -143,4 +141,9 @@ def modes() -> Iterator[dict[str, object]]:
         name = "both" if all(slips) else ELEMENTS[moving[0] - 1].name
         polynomial = tuple(map(RATES.symbols.index, POLYNOMIALS[moving]))
         numbers = slips, polynomial, (*velocities, *product(held, (-1, 1)))
-        yield {"name": name, "held": [ELEMENTS[number] for number in held], "numbers": numbers}
+        yield {"name": name, "held": [SIDES[each] for each in held], "numbers": numbers}
+
+
+def modes_of_one() -> list[tuple[object, ...]]:
+    """Of each mode in which one element slips: its name, p and q."""
+    return [(element.name, *POLYNOMIALS[element.number,]) for element in ELEMENTS]

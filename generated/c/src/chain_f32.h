@@ -205,20 +205,15 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
     }
 }
 
-/* How far the position is from the stop ahead. */
-static inline float gap_ahead_f32(const stance_chain_f32 *chain)
-{
-    return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
-}
-
 /* How far the position is from the stop ahead, if there is one. */
 static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *set)
 {
-    const float gap = gap_ahead_f32(chain);
-    if (chain->side[HOPFORM_STOPPED_ELEMENT] == 0 || !hopform_is_finite_f32(gap)) {
+    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+    const float gap = side > 0 ? -chain->from_upper : chain->from_lower;
+    if (side == 0 || !hopform_is_finite_f32(gap)) {
         return;
     }
-    const float away = -(float)chain->side[HOPFORM_STOPPED_ELEMENT];
+    const float away = -(float)side;
     const hopform_numerator_f32 *h = &chain->motion.of.position;
     const hopform_numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f32 *stop =
@@ -247,8 +242,8 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
                        && !(fabs_f32(chain->drive.of[slips]) > 0.0f);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0f; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_f32(set, &leg, hopform_contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
+        const hopform_numerator_f32 h = hopform_contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
+        (void)add_event_function_f32(set, &h, hopform_contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
                                       CONTACT_f32, shape);
     }
     add_stop_f32(chain, set);
@@ -299,7 +294,7 @@ static inline bool is_late_f32(const hopform_basis_f32 *basis)
 
 /* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
 static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
-                                      const event_function_f32 *leg, const hopform_basis_f32 *basis, float t)
+                                      const event_function_f32 *contact, const hopform_basis_f32 *basis, float t)
 {
     if (!is_late_f32(basis)) {
         return 0.0f;
@@ -310,7 +305,7 @@ static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopfo
                                               chain->side[1]);
     steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_f32(poles, &from_slack.of.compression);
     const float settled = hopform_contact_of_f32(&chain->plan->robot, &steady.named);
-    return steady_state_correction_f32(poles, leg, settled, basis, t);
+    return steady_state_correction_f32(poles, contact, settled, basis, t);
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
@@ -557,11 +552,11 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ho
 {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f32 *rates = &chain->plan->rates;
-    if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) {
+    if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->HOPFORM_PER_VELOCITY) > 0.0f) {
         return;
     }
     const hopform_free_by_element_f32 at_rest = free_of_f32(chain, &chain->at.named);
-    const float by_spring = rates->a1_y * chain->at.of[HOPFORM_COMPRESSION_AXIS];
+    const float by_spring = rates->HOPFORM_PER_COMPRESSION * chain->at.of[HOPFORM_COMPRESSION_AXIS];
     if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * fabs_f32(by_spring))) {
         return;
     }
@@ -646,7 +641,7 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
     }
 }
 
-/* The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+/* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain)
 {
@@ -659,9 +654,9 @@ static inline bool leaves_at_once_f32(const stance_chain_f32 *chain)
         return contact < 0.0f;
     }
     const hopform_numerators_f32 motion = numerators_f32(chain, chain->side);
-    const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &motion.named);
-    const float first = fabs_f32(leg.H3) > 0.0f ? leg.H3 : leg.H2;
-    return fabs_f32(first) > 0.0f ? first < 0.0f : leg.H1 < 0.0f;
+    const hopform_numerator_f32 h = hopform_contact_numerator_f32(&chain->plan->robot, &motion.named);
+    const float first = fabs_f32(h.H3) > 0.0f ? h.H3 : h.H2;
+    return fabs_f32(first) > 0.0f ? first < 0.0f : h.H1 < 0.0f;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */

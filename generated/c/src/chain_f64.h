@@ -205,20 +205,15 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
     }
 }
 
-/* How far the position is from the stop ahead. */
-static inline double gap_ahead_f64(const stance_chain_f64 *chain)
-{
-    return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
-}
-
 /* How far the position is from the stop ahead, if there is one. */
 static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *set)
 {
-    const double gap = gap_ahead_f64(chain);
-    if (chain->side[HOPFORM_STOPPED_ELEMENT] == 0 || !hopform_is_finite_f64(gap)) {
+    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+    const double gap = side > 0 ? -chain->from_upper : chain->from_lower;
+    if (side == 0 || !hopform_is_finite_f64(gap)) {
         return;
     }
-    const double away = -(double)chain->side[HOPFORM_STOPPED_ELEMENT];
+    const double away = -(double)side;
     const hopform_numerator_f64 *h = &chain->motion.of.position;
     const hopform_numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f64 *stop =
@@ -247,8 +242,8 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
                        && !(fabs_f64(chain->drive.of[slips]) > 0.0);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_f64(set, &leg, hopform_contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0,
+        const hopform_numerator_f64 h = hopform_contact_numerator_f64(&chain->plan->robot, &chain->motion.named);
+        (void)add_event_function_f64(set, &h, hopform_contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0,
                                       CONTACT_f64, shape);
     }
     add_stop_f64(chain, set);
@@ -299,7 +294,7 @@ static inline bool is_late_f64(const hopform_basis_f64 *basis)
 
 /* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
 static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
-                                      const event_function_f64 *leg, const hopform_basis_f64 *basis, double t)
+                                      const event_function_f64 *contact, const hopform_basis_f64 *basis, double t)
 {
     if (!is_late_f64(basis)) {
         return 0.0;
@@ -310,7 +305,7 @@ static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopf
                                               chain->side[1]);
     steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_f64(poles, &from_slack.of.compression);
     const double settled = hopform_contact_of_f64(&chain->plan->robot, &steady.named);
-    return steady_state_correction_f64(poles, leg, settled, basis, t);
+    return steady_state_correction_f64(poles, contact, settled, basis, t);
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
@@ -557,11 +552,11 @@ static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const ho
 {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f64 *rates = &chain->plan->rates;
-    if (level_of_f64(&chain->plan->robot, element) > 0.0 || fabs_f64(rates->a1_v1) > 0.0) {
+    if (level_of_f64(&chain->plan->robot, element) > 0.0 || fabs_f64(rates->HOPFORM_PER_VELOCITY) > 0.0) {
         return;
     }
     const hopform_free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
-    const double by_spring = rates->a1_y * chain->at.of[HOPFORM_COMPRESSION_AXIS];
+    const double by_spring = rates->HOPFORM_PER_COMPRESSION * chain->at.of[HOPFORM_COMPRESSION_AXIS];
     if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * fabs_f64(by_spring))) {
         return;
     }
@@ -646,7 +641,7 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     }
 }
 
-/* The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+/* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_f64(const stance_chain_f64 *chain)
 {
@@ -659,9 +654,9 @@ static inline bool leaves_at_once_f64(const stance_chain_f64 *chain)
         return contact < 0.0;
     }
     const hopform_numerators_f64 motion = numerators_f64(chain, chain->side);
-    const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &motion.named);
-    const double first = fabs_f64(leg.H3) > 0.0 ? leg.H3 : leg.H2;
-    return fabs_f64(first) > 0.0 ? first < 0.0 : leg.H1 < 0.0;
+    const hopform_numerator_f64 h = hopform_contact_numerator_f64(&chain->plan->robot, &motion.named);
+    const double first = fabs_f64(h.H3) > 0.0 ? h.H3 : h.H2;
+    return fabs_f64(first) > 0.0 ? first < 0.0 : h.H1 < 0.0;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */

@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "1a1a08e6c3dcc103"
+#define HOPFORM_SOURCE "742f06bea2ed880a"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -36,15 +36,20 @@
 #define HOPFORM_EVENT_REVERSES(element) (1 + 4 * (element))
 #define HOPFORM_EVENT_STICKS(element) (2 + 4 * (element))
 #define HOPFORM_EVENT_SLIPS(element) (3 + 4 * (element))
-/* The element whose position has stops: this member of a state, its axis, the event, and these members of Robot. */
+/* The element whose position has stops: this member of a state, its axis, the event, these members of Robot, and of
+ * Rates its acceleration per compression and per velocity. */
 #define HOPFORM_STOPPED_ELEMENT 0
 #define HOPFORM_POSITION x1
 #define HOPFORM_POSITION_AXIS 0
 #define HOPFORM_EVENT_HITS_STOP 4
 #define HOPFORM_LOWER_STOP x1_min
 #define HOPFORM_UPPER_STOP x1_max
+#define HOPFORM_PER_COMPRESSION a1_y
+#define HOPFORM_PER_VELOCITY a1_v1
 /* X(mode) of the mode in which the elements have these sides, 0 if held; of the last one where all are. */
 #define HOPFORM_OF_MODE(X, side_1, side_2) ((side_1) == 0 ? X(body) : (side_2) == 0 ? X(actuator) : X(both))
+/* X(mode, p, q) of each mode in which one element slips alone, its denominator being s^2 + p s + q. */
+#define HOPFORM_MODES_OF_ONE(X) X(actuator, p_1, q_1) X(body, p_2, q_2)
 /* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
 #define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1}
 /* Columns of derivatives: those of the axes, of the lower and the upper stop, of the current, of the robot's first

@@ -18,15 +18,12 @@ from hopform_solver.records import Drive, LegState, Motion, Numerator, Rates
 class Element(NamedTuple):
     """The numbers of what belongs to an element.
 
-    velocity: an axis of the state. mass: its inertia, in Robot. per_velocity, per_compression: of its acceleration, in
-    Rates. reverses, sticks, slips, hits_stop: the events. free_numerator: that of its free acceleration while it is
-    held.
+    velocity: an axis of the state. mass: its inertia, in Robot. reverses, sticks, slips, hits_stop: the events.
+    free_numerator: that of its free acceleration while it is held.
     """
 
     velocity: int
     mass: int
-    per_velocity: int
-    per_compression: int
     is_fixed: bool
     reverses: int
     sticks: int
@@ -63,8 +60,8 @@ class Phases(NamedTuple):
 
 
 ELEMENTS = (
-    Element(1, 0, 1, 0, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
-    Element(2, 1, 7, 5, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
+    Element(1, 0, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
+    Element(2, 1, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
 )
 
 MODES = (
@@ -84,7 +81,11 @@ COMPRESSION = 3
 STOPPED = 0
 POSITION = 0
 STOPS = (11, 12)
-"""The element whose position has stops, the axis of this, and the lower and the upper stop in Robot."""
+PER_COMPRESSION = 0
+PER_VELOCITY = 1
+"""The element whose position has stops, the axis of this, the lower and the upper stop in Robot, and its acceleration
+per compression and per velocity in Rates.
+"""
 
 AXIS_OF_EVENT = (-1, 1, 1, -1, 0, 2, 2, -1)
 """By the number of an event, the axis that is at a value then; -1 where nothing jumps."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform_solver import events, formulas
+from hopform_solver import elements, events, formulas
 from hopform_solver.elements import COMPRESSION, ELEMENTS, FOLLOWS, MODES, NUMERATORS, POSITION, STOPPED, STOPS, Phases
 from hopform_solver.lanes import Array, Flags, Numbers, choose, lanes_in, take
 from hopform_solver.ledgers import ledger_over
@@ -376,10 +376,11 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:
         ((end.kind == VELOCITY) | (end.kind == STOP))[STOPPED] & (slip == len(ELEMENTS)) & (friction[STOPPED] <= 0.0)
     )
     if stops.any():
-        own, free = ELEMENTS[STOPPED], _free_accelerations(chain.phase)[STOPPED]
-        cancel = np.abs(free) < 64.0 * eps * np.abs(rates[own.per_compression] * chain.state[COMPRESSION])
+        free = _free_accelerations(chain.phase)[STOPPED]
+        by_spring = rates[elements.PER_COMPRESSION] * chain.state[COMPRESSION]
+        cancel = np.abs(free) < 64.0 * eps * np.abs(by_spring)
         faded = np.abs(rate[STOPPED]) > 16.0 * eps * np.abs(terms[STOPPED]).sum(axis=0)
-        kept = stops & (rates[own.per_velocity] == 0.0) & cancel & faded
+        kept = stops & (rates[elements.PER_VELOCITY] == 0.0) & cancel & faded
         chain.is_known[STOPPED, kept], chain.free[STOPPED, kept] = True, rate[STOPPED, kept]
 
 

@@ -205,20 +205,15 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
     }
 }
 
-/* How far the position is from the stop ahead. */
-static inline real gap_ahead_real(const stance_chain_real *chain)
-{
-    return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
-}
-
 /* How far the position is from the stop ahead, if there is one. */
 static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set)
 {
-    const real gap = gap_ahead_real(chain);
-    if (chain->side[HOPFORM_STOPPED_ELEMENT] == 0 || !hopform_is_finite_real(gap)) {
+    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+    const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
+    if (side == 0 || !hopform_is_finite_real(gap)) {
         return;
     }
-    const real away = -(real)chain->side[HOPFORM_STOPPED_ELEMENT];
+    const real away = -(real)side;
     const hopform_numerator_real *h = &chain->motion.of.position;
     const hopform_numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_real *stop =
@@ -247,8 +242,8 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
                        && !(fabs_real(chain->drive.of[slips]) > 0.0);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_real(set, &leg, hopform_contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
+        const hopform_numerator_real h = hopform_contact_numerator_real(&chain->plan->robot, &chain->motion.named);
+        (void)add_event_function_real(set, &h, hopform_contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
                                       CONTACT_real, shape);
     }
     add_stop_real(chain, set);
@@ -299,7 +294,7 @@ static inline bool is_late_real(const hopform_basis_real *basis)
 
 /* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
 static inline real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
-                                      const event_function_real *leg, const hopform_basis_real *basis, real t)
+                                      const event_function_real *contact, const hopform_basis_real *basis, real t)
 {
     if (!is_late_real(basis)) {
         return 0.0;
@@ -310,7 +305,7 @@ static inline real later_takeoff_real(const stance_chain_real *chain, const hopf
                                               chain->side[1]);
     steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_real(poles, &from_slack.of.compression);
     const real settled = hopform_contact_of_real(&chain->plan->robot, &steady.named);
-    return steady_state_correction_real(poles, leg, settled, basis, t);
+    return steady_state_correction_real(poles, contact, settled, basis, t);
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
@@ -557,11 +552,11 @@ static inline void keep_faint_acceleration_real(stance_chain_real *chain, const 
 {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = &chain->plan->rates;
-    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->a1_v1) > 0.0) {
+    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->HOPFORM_PER_VELOCITY) > 0.0) {
         return;
     }
     const hopform_free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
-    const real by_spring = rates->a1_y * chain->at.of[HOPFORM_COMPRESSION_AXIS];
+    const real by_spring = rates->HOPFORM_PER_COMPRESSION * chain->at.of[HOPFORM_COMPRESSION_AXIS];
     if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * fabs_real(by_spring))) {
         return;
     }
@@ -646,7 +641,7 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     }
 }
 
-/* The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+/* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_real(const stance_chain_real *chain)
 {
@@ -659,9 +654,9 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain)
         return contact < 0.0;
     }
     const hopform_numerators_real motion = numerators_real(chain, chain->side);
-    const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &motion.named);
-    const real first = fabs_real(leg.H3) > 0.0 ? leg.H3 : leg.H2;
-    return fabs_real(first) > 0.0 ? first < 0.0 : leg.H1 < 0.0;
+    const hopform_numerator_real h = hopform_contact_numerator_real(&chain->plan->robot, &motion.named);
+    const real first = fabs_real(h.H3) > 0.0 ? h.H3 : h.H2;
+    return fabs_real(first) > 0.0 ? first < 0.0 : h.H1 < 0.0;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
