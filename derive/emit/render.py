@@ -53,16 +53,11 @@ PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "Flig
 WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Motion", "Basis")
 
 
-# Records that the engine goes through as arrays, by what counts them, and further ones of the same places.
-BY_INDEX = {
-    ("State", "Axis"): (ir.Member("later", "At"), ir.Member("rates", "Speeds"), ir.Member("change", "StateChange")),
-    ("Drive", "Element"): (),
-    ("Free", "Element"): (),
-    ("Friction", "Element"): (),
-    ("Slopes", "Share"): (),
-    ("RobotChange", "Field"): (),
-    ("Basis", "Order"): (),
-}
+# Records that the engine goes through as arrays, and what counts them; further ones of the axes of a state.
+BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction"), "Element") | {
+    "State": "Axis", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
+}  # fmt: skip
+BY_AXIS = ir.Member("later", "At"), ir.Member("rates", "Speeds"), ir.Member("change", "StateChange")
 
 
 @dataclass(frozen=True)
@@ -230,8 +225,8 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "model": options.model,
         "contact_is_compression": int(contact.is_compression(options.model)),
         "by_index": [
-            {"record": made.record(name), "name": f"{name}By{by}", "views": views}
-            for (name, by), views in BY_INDEX.items()
+            {"record": made.record(name), "name": f"{name}By{by}", "views": BY_AXIS if by == "Axis" else ()}
+            for name, by in BY_INDEX.items()
         ],
         "is_coupled": int(modes.is_coupled(options.model)),
         "leg_has_damper": int(contact.has_damper(options.model)),

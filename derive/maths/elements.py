@@ -41,7 +41,6 @@ class Element:
 
     number: int
     name: str
-    mass: sp.Symbol
     side: sp.Symbol
     velocity: sp.Symbol
     position: sp.Symbol | None
@@ -51,10 +50,10 @@ class Element:
 
 def _elements() -> Iterator[Element]:
     events = {word.text: word.number for word in EVENTS.words}
-    for number, (name, (mass, _, side)) in enumerate(MASSES.items(), 1):
+    for number, (name, (*_, side)) in enumerate(MASSES.items(), 1):
         own = {what: events.get(f"x{number}_{what}", 0) for what in WHATS}
         position, stops = POSITIONS.get(name, (None, ()))
-        yield Element(number, name, mass, side, START[number], position, stops, own)
+        yield Element(number, name, side, START[number], position, stops, own)
 
 
 ELEMENTS = tuple(_elements())
@@ -86,9 +85,8 @@ def stops(model: Model) -> tuple[int, ...]:
 
 
 def numbers_of(element: Element, model: Model) -> tuple[object, ...]:
-    """The axis of the velocity, mass in Robot, whether it is fixed, and its events."""
-    own = AXES.index(element.velocity), model.robot.symbols.index(element.mass), element.name in model.fixed
-    return *own, *element.events.values()
+    """The axis of the velocity, whether it is fixed, and its events."""
+    return AXES.index(element.velocity), element.name in model.fixed, *element.events.values()
 
 
 def follows_of(axis: sp.Symbol) -> tuple[int, ...]:

@@ -9,15 +9,6 @@
 #include "formulas_f32.h"
 
 
-/* The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
-typedef union {
-    hopform_state_f32 named;
-    hopform_at_f32 later;
-    hopform_speeds_f32 rates;
-    hopform_state_change_f32 change;
-    float of[4];
-} hopform_state_by_axis_f32;
-
 /* Constant accelerations of a phase: current, gravity, offset and Coulomb friction. */
 typedef union {
     hopform_drive_f32 named;
@@ -35,6 +26,15 @@ typedef union {
     hopform_friction_f32 named;
     float of[2];
 } hopform_friction_by_element_f32;
+
+/* The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+typedef union {
+    hopform_state_f32 named;
+    hopform_at_f32 later;
+    hopform_speeds_f32 rates;
+    hopform_state_change_f32 change;
+    float of[4];
+} hopform_state_by_axis_f32;
 
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef union {

@@ -9,15 +9,6 @@
 #include "formulas_f64.h"
 
 
-/* The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
-typedef union {
-    hopform_state_f64 named;
-    hopform_at_f64 later;
-    hopform_speeds_f64 rates;
-    hopform_state_change_f64 change;
-    double of[4];
-} hopform_state_by_axis_f64;
-
 /* Constant accelerations of a phase: current, gravity, offset and Coulomb friction. */
 typedef union {
     hopform_drive_f64 named;
@@ -35,6 +26,15 @@ typedef union {
     hopform_friction_f64 named;
     double of[2];
 } hopform_friction_by_element_f64;
+
+/* The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+typedef union {
+    hopform_state_f64 named;
+    hopform_at_f64 later;
+    hopform_speeds_f64 rates;
+    hopform_state_change_f64 change;
+    double of[4];
+} hopform_state_by_axis_f64;
 
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef union {

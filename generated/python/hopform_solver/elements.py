@@ -18,12 +18,11 @@ from hopform_solver.records import Drive, LegState, Motion, Numerator, Rates
 class Element(NamedTuple):
     """The numbers of what belongs to an element.
 
-    velocity: an axis of the state. mass: its inertia, in Robot. reverses, sticks, slips, hits_stop: the events.
-    free_numerator: that of its free acceleration while it is held.
+    velocity: an axis of the state. reverses, sticks, slips, hits_stop: the events. free_numerator: that of its free
+    acceleration while it is held.
     """
 
     velocity: int
-    mass: int
     is_fixed: bool
     reverses: int
     sticks: int
@@ -60,8 +59,8 @@ class Phases(NamedTuple):
 
 
 ELEMENTS = (
-    Element(1, 0, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
-    Element(2, 1, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
+    Element(1, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
+    Element(2, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
 )
 
 MODES = (

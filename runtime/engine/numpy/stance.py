@@ -16,11 +16,10 @@ from hopform_solver.lanes import Array, Flags, Numbers, choose, lanes_in, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
 from hopform_solver.phases import Phase, Plan, arrive, motion_of, plan_of, poles_of, state_in_phase
-from hopform_solver.records import ENDINGS, EVENTS, At, LegState, Motion, Poles, Robot
+from hopform_solver.records import ENDINGS, At, LegState, Motion, Poles, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
-EVENT: dict[str, int] = {text: number for number, text in EVENTS.items()}
-"""The numbers of endings and events."""
+"""The numbers of endings."""
 
 ELEMENT = np.arange(len(ELEMENTS))[:, np.newaxis]
 VELOCITIES = [each.velocity for each in ELEMENTS]
@@ -453,12 +452,12 @@ def _begin(chain: _Chain, log: Log) -> Array:
     """What each element does at the start, no event; returns the energy lost at stops."""
     velocity = chain.state[VELOCITIES]
     struck = (velocity != 0.0) & _blocked(chain, velocity)
+    loss = choose(struck[STOPPED], formulas.loss_at_stop(chain.plan.robot, LegState(*chain.state)), 0.0)
     chain.state[VELOCITIES] = choose(struck, 0.0, velocity)
     chain.side[...] = np.sign(chain.state[VELOCITIES])
     _settle(chain, chain.side == 0.0)
     _record(log, chain, np.ones(chain.t.shape, np.bool_), np.zeros(chain.t.shape, np.int8))
-    masses = np.array([chain.plan.robot[each.mass] for each in ELEMENTS])
-    return np.asarray(choose(struck, -0.5 * masses * velocity * velocity, 0.0).sum(axis=0))
+    return loss
 
 
 def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) -> None:
