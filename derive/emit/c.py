@@ -95,14 +95,38 @@ def body(function: Function) -> Iterator[str]:
         yield f"return {function.returns.symbol};"
 
 
-def calls(rows: Iterable[Iterable[int]]) -> str:
-    """X(...) for each row of whole numbers."""
+def calls(rows: Iterable[Iterable[Any]]) -> str:
+    """X(...) for each row of numbers or names."""
     return " ".join(f"X({', '.join(map(str, row))})" for row in rows)
 
 
 def braced(numbers: int | Iterable[Any]) -> str:
     """The initialiser of an array of whole numbers, or of arrays of such."""
     return str(numbers) if isinstance(numbers, int) else f"{{{', '.join(map(braced, numbers))}}}"
+
+
+def by_element(numbers: Iterable[int]) -> str:
+    """The numbers of elements, which are evenly apart, by their index `element`."""
+    first, second, *others = map(int, numbers)
+    step = second - first
+    if others != [second + n * step for n, _ in enumerate(others, 1)]:
+        raise ValueError(f"{first}, {second}, {others} are not evenly apart")
+    return f"((element) + {first})" if step == 1 else f"({first} + {step} * (element))"
+
+
+def some_against(signs: Iterable[int]) -> str:
+    """The condition that one of the elements goes to the side against its sign."""
+    ways = ((n, "<" if sign > 0 else ">") for n, sign in enumerate(signs) if sign)
+    return f"({' || '.join(f'(side)[{n}] {against} 0' for n, against in ways)})"
+
+
+def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
+    """X(mode) by the sides of the elements, of which those that a mode holds are 0."""
+    spelled = ""
+    for mode in modes:
+        held = " && ".join(f"({side}) == 0" for side in mode["held"])
+        spelled = f"{held} ? X({mode['name']}) : {spelled}" if held else f"X({mode['name']})"
+    return f"({spelled})"
 
 
 def values(record: Record, known: Mapping[str, float]) -> str:

@@ -53,6 +53,13 @@ PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "Flig
 WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Motion", "Basis")
 
 
+# Records that the engine goes through as arrays, and what counts them; further ones of the axes of a state.
+BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction"), "Element") | {
+    "State": "Axis", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
+}  # fmt: skip
+BY_AXIS = ir.Member("later", "At"), ir.Member("rates", "Speeds"), ir.Member("change", "StateChange")
+
+
 @dataclass(frozen=True)
 class Options:
     """The model to render, the prefix of every public name, the precisions of the C library."""
@@ -218,8 +225,8 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "model": options.model,
         "contact_is_compression": int(contact.is_compression(options.model)),
         "by_index": [
-            {"record": made.record(name), "name": f"{name}By{by}"}
-            for name, by in (("State", "Axis"), ("Drive", "Element"), ("Free", "Element"), ("Friction", "Element"))
+            {"record": made.record(name), "name": f"{name}By{by}", "views": BY_AXIS if by == "Axis" else ()}
+            for name, by in BY_INDEX.items()
         ],
         "is_coupled": int(modes.is_coupled(options.model)),
         "leg_has_damper": int(contact.has_damper(options.model)),

@@ -10,6 +10,7 @@ from ..emit.ir import Quantity, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from . import sensitivity
+from .laplace import NAMES, START
 
 CONTACT = scalar("contact", "m", "contact force of the leg over k")
 REST = scalar("rest", "m", "compression at which the leg carries nothing")
@@ -40,6 +41,14 @@ def contact_slope(model: Model) -> Steps:
     """Change of the contact force over k with a change of the state, or with its rate."""
     slope = sum((model.contact.diff(symbol) * symbol for symbol in (y, v1, v2)), sp.S.Zero)
     yield Step(contact, sp.expand(slope), "what the leg carries")
+
+
+@function(takes=(ROBOT, MOTION), returns=NUMERATOR)
+def contact_numerator(model: Model) -> Steps:
+    """Numerator of the contact force over k."""
+    slopes = [model.contact.diff(symbol) for symbol in START]
+    for name, terms in zip(NUMERATOR.symbols, zip(*NAMES.values(), strict=True), strict=True):
+        yield Step(name, sp.expand(sum(map(sp.Mul, slopes, terms), sp.S.Zero)), "what the leg carries")
 
 
 @function(

@@ -1,12 +1,15 @@
-"""The elements of the model, and the modes that they make, as the engine goes through them by number.
+"""What the engine knows of a state and of the elements that move it, by numbers: the one source of both back ends.
 
-An element has a velocity and dry friction, and perhaps a position between two stops: it slips or is held. Elements
-stand in the order in which they win a tie. In a mode some slip and the others are held; its event functions are the
-velocities of those that slip beside others, and, of each that is held while another slips, how far its free
-acceleration is below its friction to either side. The one that slips alone comes to rest in closed form.
+The axes of a state are its members in their order. Axis 0 is the integral of axis 1 and nothing depends on it; the
+others are the core of a mode, `linear.py`. An element has a velocity and dry friction, and perhaps a position between
+two stops: it slips or is held. Elements stand in the order in which they win a tie. In a mode some slip and the others
+are held; its event functions are the velocities of those that slip beside others, and, of each that is held while
+another slips, how far its free acceleration is below its friction to either side. The one that slips alone comes to
+rest in closed form.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import product
 
 import sympy as sp
@@ -16,62 +19,129 @@ from ..model.kinds import EVENTS
 from ..model.quantities import *
 from .laplace import MATRIX, MODES, NAMES, START, WHOLE
 
+AXES = STATE.symbols
 POSITIONS = {"actuator": (x1, (x1_min, x1_max))}
 """Positions that are coordinates of the state, and their stops."""
 POLYNOMIALS = {(1, 2): (s_1, s_2, s_3), (1,): (p_1, q_1), (2,): (p_2, q_2)}
 """The coefficients of the denominator of each mode, by the masses that slip."""
 NUMERATORS = {x1: WHOLE, v1: NAMES[1], v2: NAMES[2], y: NAMES[0]}
-"""Of each coordinate of the state the terms of its motion."""
+"""Of each axis the terms of its motion."""
+INPUTS = (x1, v1, y, v2, u)
+"""What stances are differentiated by, in the order of the columns; the parameters of the robot come behind."""
 WHATS = "reverses", "sticks", "slips", "hits_stop"
 """What an element does, as its events have it."""
 
 
-def _numbers(symbols: tuple[sp.Symbol, ...], some: tuple[sp.Symbol, ...]) -> tuple[int, ...]:
-    return tuple(symbols.index(each) for each in some)
+@dataclass(frozen=True)
+class Element:
+    """What belongs to an element, which is mass `number` of the equations.
 
-
-def elements(model: Model) -> Iterator[dict[str, object]]:
-    """Name and numbers of each element: axes of the velocity and the position in the state, stops and mass in Robot,
-    what its acceleration has per velocity and per compression in Rates, whether it is fixed, and its events.
+    position, stops: none where the position has no stops. events: their numbers, by WHATS, 0 for one that it has not.
     """
+
+    number: int
+    name: str
+    side: sp.Symbol
+    velocity: sp.Symbol
+    position: sp.Symbol | None
+    stops: tuple[sp.Symbol, ...]
+    events: dict[str, int]
+
+
+def _elements() -> Iterator[Element]:
     events = {word.text: word.number for word in EVENTS.words}
-    for number, (name, (mass, *_)) in enumerate(MASSES.items(), 1):
-        position, stops = POSITIONS.get(name, (None, None))
-        numbers = (
-            STATE.symbols.index(START[number]),
-            None if position is None else STATE.symbols.index(position),
-            None if stops is None else _numbers(model.robot.symbols, stops),
-            model.robot.symbols.index(mass),
-            *_numbers(RATES.symbols, (MATRIX[number, number], MATRIX[number, 0])),
-            name in model.fixed,
-            *(events.get(f"x{number}_{what}", 0) for what in WHATS),
-        )
-        yield {"name": name, "numbers": numbers}
+    for number, (name, (*_, side)) in enumerate(MASSES.items(), 1):
+        own = {what: events.get(f"x{number}_{what}", 0) for what in WHATS}
+        position, stops = POSITIONS.get(name, (None, ()))
+        yield Element(number, name, side, START[number], position, stops, own)
+
+
+ELEMENTS = tuple(_elements())
+SIDES = tuple(element.side for element in ELEMENTS)
+VELOCITIES = tuple(AXES.index(element.velocity) for element in ELEMENTS)
+"""The axes of their velocities."""
+STOPPED = next(element for element in ELEMENTS if element.stops)
+"""The one whose position has stops."""
+LOWER_STOP, UPPER_STOP = STOPPED.stops
+PER_COMPRESSION, PER_VELOCITY = MATRIX[STOPPED.number, 0], MATRIX[STOPPED.number, STOPPED.number]
+"""Its acceleration per compression and per velocity."""
+
+
+def events() -> Iterator[dict[str, object]]:
+    """What every element does, and the event of each in which it does."""
+    for what in WHATS:
+        if all(numbers := [element.events[what] for element in ELEMENTS]):
+            yield {"what": what, "numbers": numbers}
+
+
+def fixed(model: Model) -> list[bool]:
+    """Whether each element is bolted to the ground."""
+    return [element.name in model.fixed for element in ELEMENTS]
+
+
+def stops(model: Model) -> tuple[int, ...]:
+    """The lower and the upper stop in Robot."""
+    return tuple(map(model.robot.symbols.index, STOPPED.stops))
+
+
+def numbers_of(element: Element, model: Model) -> tuple[object, ...]:
+    """The axis of the velocity, whether it is fixed, and its events."""
+    return AXES.index(element.velocity), element.name in model.fixed, *element.events.values()
+
+
+def follows_of(axis: sp.Symbol) -> tuple[int, ...]:
+    """How an axis changes with the motion of each element: 1, -1, or 0 if it does not."""
+    if axis == y:
+        return tuple(map(int, MATRIX[0, 1:]))
+    return tuple(int(axis in (element.velocity, element.position)) for element in ELEMENTS)
 
 
 def follows() -> tuple[tuple[int, ...], ...]:
-    """Of each coordinate of the state how it changes with the motion of each element: 1, -1, or 0 if it does not."""
-    rows = {y: tuple(MATRIX[0, 1:])}
-    for number, name in enumerate(MASSES, 1):
-        own = tuple(int(other == name) for other in MASSES)
-        rows |= dict.fromkeys((START[number], *POSITIONS.get(name, ())[:1]), own)
-    return tuple(tuple(int(each) for each in rows[symbol]) for symbol in STATE.symbols)
+    """The same of each axis."""
+    return tuple(map(follows_of, AXES))
 
 
 def numerators() -> tuple[int, ...]:
-    """Of each coordinate of the state the first of its terms in Motion."""
-    return _numbers(MOTION.symbols, tuple(NUMERATORS[symbol][0] for symbol in STATE.symbols))
+    """Of each axis the first of its terms in Motion."""
+    return tuple(MOTION.symbols.index(NUMERATORS[axis][0]) for axis in AXES)
+
+
+def axis_of_event() -> tuple[int, ...]:
+    """By the number of an event, the axis that is at a value then: a velocity at 0, a position at a stop; -1 where
+    nothing jumps.
+    """
+    axes: dict[int, sp.Symbol] = {}
+    for element in ELEMENTS:
+        at = {"reverses": element.velocity, "sticks": element.velocity, "hits_stop": element.position}
+        axes |= {element.events[what]: axis for what, axis in at.items()}
+    return (-1, *(AXES.index(axes[word.number]) if word.number in axes else -1 for word in EVENTS.words))
+
+
+def column_of_axis() -> tuple[int, ...]:
+    """The column of derivatives that belongs to each axis."""
+    return tuple(map(INPUTS.index, AXES))
+
+
+def column_of_stop(model: Model) -> tuple[int, ...]:
+    """The columns of the lower and of the upper stop."""
+    return tuple(len(INPUTS) + stop for stop in stops(model))
 
 
 def modes() -> Iterator[dict[str, object]]:
-    """Of each mode in which something slips: its name, which elements do, the coefficients of its denominator in Rates,
-    and its event functions, of each its element, and to which side of its friction the free acceleration goes, 0 for a
-    velocity.
+    """Of each mode in which something slips: its name, the sides of the elements that are held; and by numbers which
+    slip, the coefficients of its denominator in Rates, and its event functions, of each its element, and to which side
+    of its friction the free acceleration goes, 0 for a velocity.
     """
     for moving in MODES:
-        slips = tuple(number in moving for number, _ in enumerate(MASSES, 1))
+        slips = tuple(element.number in moving for element in ELEMENTS)
         velocities = [(number, 0) for number, each in enumerate(slips) if each and len(moving) > 1]
         held = [number for number, each in enumerate(slips) if not each]
-        name = "both" if all(slips) else tuple(MASSES)[moving[0] - 1]
-        numbers = slips, _numbers(RATES.symbols, POLYNOMIALS[moving]), (*velocities, *product(held, (-1, 1)))
-        yield {"name": name, "numbers": numbers}
+        name = "both" if all(slips) else ELEMENTS[moving[0] - 1].name
+        polynomial = tuple(map(RATES.symbols.index, POLYNOMIALS[moving]))
+        numbers = slips, polynomial, (*velocities, *product(held, (-1, 1)))
+        yield {"name": name, "held": [SIDES[each] for each in held], "numbers": numbers}
+
+
+def modes_of_one() -> list[tuple[object, ...]]:
+    """Of each mode in which one element slips: its name, p and q."""
+    return [(element.name, *POLYNOMIALS[element.number,]) for element in ELEMENTS]

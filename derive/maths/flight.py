@@ -78,6 +78,7 @@ WAY_OF_FLIGHT = Record(
 )
 FALL = scalar("fall", "m/s^2", "acceleration with which the body falls in flight")
 TOUCHDOWN_TIME = scalar("touchdown_time", "s", "time of the touchdown")
+LOSS_AT_IMPACT = scalar("loss_at_impact", "J", "what the body loses at the impact, negative")
 V2_AFTER = scalar("v2_after", "m/s", "velocity of the body after the impact")
 rise = WAY_OF_FLIGHT.symbols[2]
 hop_height, drop, touchdown_time, v2_after = (
@@ -210,6 +211,12 @@ def time_of_fall(model: Model) -> Steps:
 def velocity_after_impact() -> Steps:
     """Velocity of the body after the impact."""
     yield Step(v2_after, v2 * sp.sqrt(1 - impact_loss), "impact loss")
+
+
+@function(takes=(ROBOT, STATE.quantities[2]), returns=LOSS_AT_IMPACT)
+def loss_at_impact() -> Steps:
+    """What the body loses at the impact."""
+    yield Step(LOSS_AT_IMPACT.symbol, -impact_loss * m_s * v2**2 / 2, "a share of its kinetic energy")
 
 
 @function(takes=(ROBOT, *STATE.quantities[1:3], HOP_HEIGHT), returns=ENERGY)

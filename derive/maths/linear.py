@@ -1,17 +1,13 @@
 """A mode as a linear system: the members z of a state, in their order, obey z' = M (z_1, z_2, z_3, 1) within a phase.
 
 The first of them is the integral of the second, and nothing depends on it; the others are the core (v_1, v_2, y), for
-which (s - M)^-1 is adj(s - M)/P. A mass that is held has a row of zeros. The engine knows a state by its axes, the
-places of its members, alone: what it goes by is in the tables here.
+which (s - M)^-1 is adj(s - M)/P. A mass that is held has a row of zeros.
 """
 
 import sympy as sp
 
 from ..emit.ir import Quantity, Record, Step, Steps, function
-from ..model.equations import Model
-from ..model.kinds import EVENTS
 from ..model.quantities import *
-from . import contact
 
 CORE = STATE.quantities[1:]
 COLUMNS_OF_CORE = (*(quantity.name for quantity in CORE), "1")
@@ -65,40 +61,3 @@ def speeds_of() -> Steps:
     yield from _rows()
     values = (v1, A11 * v1 + A12 * v2 + A1y * y + D1, A21 * v1 + A22 * v2 + A2y * y + D2, v1 - v2)
     yield from (Step(symbol, value, "(3), (4)") for symbol, value in zip(SPEEDS.symbols, values, strict=True))
-
-
-COLUMNS = ("x1", "v1", "y", "v2", "u")
-"""Inputs in the order of the columns of derivatives; the parameters of the robot come behind them."""
-
-
-def axis_of(name: str) -> int:
-    """The place of a member of a state."""
-    return STATE.symbols.index(next(symbol for symbol in STATE.symbols if symbol.name == name))
-
-
-def jumps() -> list[int]:
-    """By the number of an event, the axis that is at a value then: a velocity at 0, a displacement at a stop; -1 where
-    nothing jumps.
-    """
-    axes = {"reverses": "v", "sticks": "v", "hits_stop": "x"}
-    found = [-1]
-    for word in EVENTS.words:
-        mass, _, what = word.text.partition("_")
-        found.append(axis_of(axes[what] + mass[1:]) if what in axes else -1)
-    return found
-
-
-def column_of_axes() -> list[int]:
-    """The column of derivatives that belongs to each axis."""
-    return [COLUMNS.index(symbol.name) for symbol in STATE.symbols]
-
-
-def column_of_stops(model: Model) -> list[int]:
-    """The columns of the lower and of the upper stop."""
-    names = [quantity.name for quantity in model.robot.quantities]
-    return [len(COLUMNS) + names.index(stop) for stop in ("x1_min", "x1_max")]
-
-
-def contact_axis(model: Model) -> int:
-    """The axis that is 0 at take-off; -1 where the contact force is more than k y."""
-    return axis_of("y") if contact.is_compression(model) else -1

@@ -92,16 +92,6 @@ CONTACTS = Kind("What touchdown detection returns for a sample.", "Contact", "CO
     Word(2, "takeoff", "the foot has left the ground"),
 )
 KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
-EVENTS_OF_ELEMENT = 4
-"""The number of an event of the second element is larger than that of the first by so much."""
-
-
-def events_of_first() -> list[Word]:
-    """What an event of an element is, with its number for the first element."""
-    first = (word for word in EVENTS.words if word.text.startswith("x1_"))
-    return [replace(word, text=word.text.removeprefix("x1_")) for word in first]
-
-
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)
 """Events that start a phase of a flight."""
 

@@ -209,20 +209,15 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
     }
 }
 
-/* How far the position is from the stop ahead. */
-static inline float gap_ahead_f32(const stance_chain_f32 *chain)
-{
-    return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
-}
-
 /* How far the position is from the stop ahead, if there is one. */
 static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *set)
 {
-    const float gap = gap_ahead_f32(chain);
-    if (chain->side[HOPFORM_STOPPED_ELEMENT] == 0 || !hopform_is_finite_f32(gap)) {
+    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+    const float gap = side > 0 ? -chain->from_upper : chain->from_lower;
+    if (side == 0 || !hopform_is_finite_f32(gap)) {
         return;
     }
-    const float away = -(float)chain->side[HOPFORM_STOPPED_ELEMENT];
+    const float away = -(float)side;
     const hopform_numerator_f32 *h = &chain->motion.of.position;
     const hopform_numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f32 *stop =
@@ -251,8 +246,8 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
                        && !(fabs_f32(chain->drive.of[slips]) > 0.0f);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0f; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_f32(set, &leg, hopform_contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
+        const hopform_numerator_f32 h = hopform_contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
+        (void)add_event_function_f32(set, &h, hopform_contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
                                       CONTACT_f32, shape);
     }
     add_stop_f32(chain, set);
@@ -303,17 +298,18 @@ static inline bool is_late_f32(const hopform_basis_f32 *basis)
 
 /* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
 static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
-                                      const event_function_f32 *leg, const hopform_basis_f32 *basis, float t)
+                                      const event_function_f32 *contact, const hopform_basis_f32 *basis, float t)
 {
     if (!is_late_f32(basis)) {
         return 0.0f;
     }
     hopform_state_by_axis_f32 steady = {{0.0f, 0.0f, 0.0f, 0.0f}};
-    const hopform_motion_f32 from_slack = hopform_motion_of_f32(
-        chain->plan, &steady.named, current_of_chain_f32(chain), chain->side[0], chain->side[1]);
-    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_y_f32(poles, from_slack.H2_y, from_slack.H1_y);
+    hopform_numerators_f32 from_slack;
+    from_slack.named = hopform_motion_of_f32(chain->plan, &steady.named, current_of_chain_f32(chain), chain->side[0],
+                                              chain->side[1]);
+    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_f32(poles, &from_slack.of.compression);
     const float settled = hopform_contact_of_f32(&chain->plan->robot, &steady.named);
-    return steady_state_correction_f32(poles, leg, settled, basis, t);
+    return steady_state_correction_f32(poles, contact, settled, basis, t);
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
@@ -519,9 +515,14 @@ static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_sea
 static inline hopform_phase_f32 phase_of_chain_f32(const stance_chain_f32 *chain, int event)
 {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
-    const float *at = chain->at.of;
-    const hopform_phase_f32 phase = {chain->t, at[0],        at[1],         at[2],
-                                      at[3],    (int8_t)mode, (int8_t)event, (uint16_t)chain->step};
+    hopform_phase_f32 phase;
+#define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
+    HOPFORM_STATE_MEMBERS(PUT_MEMBER)
+#undef PUT_MEMBER
+    phase.t = chain->t;
+    phase.mode = (int8_t)mode;
+    phase.event = (int8_t)event;
+    phase.step = (uint16_t)chain->step;
     return phase;
 }
 
@@ -555,7 +556,7 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
     if (stops && after != before) {
-        stance_record_f32(chain, HOPFORM_EVENT_HITS_STOP(element));
+        stance_record_f32(chain, HOPFORM_EVENT_HITS_STOP);
     } else {
         stance_record_f32(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
     }
@@ -584,11 +585,11 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ho
 {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f32 *rates = &chain->plan->rates;
-    if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) {
+    if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->HOPFORM_PER_VELOCITY) > 0.0f) {
         return;
     }
     const hopform_free_by_element_f32 at_rest = free_of_f32(chain, &chain->at.named);
-    const float by_spring = rates->a1_y * chain->at.of[HOPFORM_COMPRESSION_AXIS];
+    const float by_spring = rates->HOPFORM_PER_COMPRESSION * chain->at.of[HOPFORM_COMPRESSION_AXIS];
     if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * fabs_f32(by_spring))) {
         return;
     }
@@ -610,10 +611,10 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
         return;
     }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        const hopform_numerator_f32 *h = &chain->motion.of.velocity[element];
         chain->alone = element;
-        chain->free = hopform_free_after_motion_f32(
-            (float)chain->side[element], level_of_f32(&chain->plan->robot, element), h->H3, h->H2, &end->in.high.basis);
+        chain->free =
+            hopform_free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
+                                           &chain->motion.of.velocity[element], &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
         keep_faint_acceleration_f32(chain, &end->in.high.basis);
     }
@@ -623,15 +624,15 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
  * it is. */
 static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis)
 {
-    hopform_state_by_axis_f32 from_zero = chain->at;
-    from_zero.of[HOPFORM_POSITION_AXIS] = 0.0f;
-    hopform_state_by_axis_f32 moved;
-    moved.named = hopform_arrive_f32(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
-    const float way = moved.of[HOPFORM_POSITION_AXIS];
-    moved.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_POSITION_AXIS] + way;
+    float *position = &chain->at.of[HOPFORM_POSITION_AXIS];
+    const float before = *position;
+    *position = 0.0f;
+    chain->at.named =
+        hopform_arrive_f32(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    const float way = *position;
+    *position = before + way;
     chain->from_lower += way;
     chain->from_upper += way;
-    chain->at = moved;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
@@ -643,7 +644,7 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain)
                                                     chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const float level = (float)chain->side[element] * level_of_f32(&chain->plan->robot, element);
-        hopform_go_on_f32(&chain->motion.named, element + 1, chain->side[1 - element] == 0, chain->free - level);
+        hopform_go_on_f32(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
     }
 }
 
@@ -673,7 +674,7 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
     }
 }
 
-/* The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+/* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain)
 {
@@ -686,9 +687,9 @@ static inline bool leaves_at_once_f32(const stance_chain_f32 *chain)
         return contact < 0.0f;
     }
     const hopform_numerators_f32 motion = numerators_f32(chain, chain->side);
-    const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &motion.named);
-    const float first = fabs_f32(leg.H3) > 0.0f ? leg.H3 : leg.H2;
-    return fabs_f32(first) > 0.0f ? first < 0.0f : leg.H1 < 0.0f;
+    const hopform_numerator_f32 h = hopform_contact_numerator_f32(&chain->plan->robot, &motion.named);
+    const float first = fabs_f32(h.H3) > 0.0f ? h.H3 : h.H2;
+    return fabs_f32(first) > 0.0f ? first < 0.0f : h.H1 < 0.0f;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
@@ -847,10 +848,9 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
 {
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const hopform_state_f32 *end = &chain->at.named;
-    const hopform_at_f32 at = {chain->at.of[0], chain->at.of[1], chain->at.of[2], chain->at.of[3]};
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_f32(robot, start, &at);
+    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_f32(robot, start, &chain->at.later);
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;

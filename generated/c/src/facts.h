@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "233f3d51a54f4c80"
+#define HOPFORM_SOURCE "65ef0764881418b1"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -15,38 +15,45 @@
 /* Whether the contact force of the leg is k y; whether a damper acts in the leg, which relaxes in flight. */
 #define HOPFORM_CONTACT_IS_COMPRESSION 1
 #define HOPFORM_LEG_HAS_DAMPER 0
-/* Whether the foot is bolted to the ground, so that the leg may pull; whether the body is. */
+/* Whether the foot is bolted to the ground, so that the leg may pull; whether an element is, so that not all can move. */
 #define HOPFORM_FOOT_IS_FIXED 0
-#define HOPFORM_BODY_IS_FIXED 0
+#define HOPFORM_ONE_IS_FIXED 0
 
-/* Elements, which slip or are held, in the order in which they win a tie: how many, axes of the state, the one whose
- * position has stops, and these, whether the compression may fall while each keeps its side, whether the velocity of
- * one acts on another, whether the ground holds one, and what an event of one is. */
-#define HOPFORM_ELEMENTS 2
+/* A state as an array: its members in their order are the axes, behind which stands 1. Axis 0 is the integral of axis
+ * 1 and nothing depends on it; the others are the core of a mode. */
 #define HOPFORM_AXES 4
-#define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)
-#define HOPFORM_POSITION_AXIS 0
+#define HOPFORM_CORE (HOPFORM_AXES - 1)
 #define HOPFORM_COMPRESSION_AXIS 3
-#define HOPFORM_STOPPED_ELEMENT 0
-#define HOPFORM_LOWER_STOP x1_min
-#define HOPFORM_UPPER_STOP x1_max
+/* Elements, which slip or are held, in the order in which they win a tie: axes of the state, how the compression
+ * changes with the motion of one and whether it may fall while each keeps its side, whether the velocity of one acts on
+ * another, whether the ground holds one, and what an event of one is. */
+#define HOPFORM_ELEMENTS 2
+#define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)
+#define HOPFORM_COMPRESSION_FOLLOWS(element) (1 + -2 * (element))
 #define HOPFORM_COMPRESSION_MAY_FALL(side) ((side)[0] < 0 || (side)[1] > 0)
 #define HOPFORM_IS_COUPLED 0
-#define HOPFORM_IS_FIXED(element) (HOPFORM_BODY_IS_FIXED && (element) == 1)
+#define HOPFORM_IS_FIXED(element) (0 + 0 * (element))
 #define HOPFORM_EVENT_REVERSES(element) (1 + 4 * (element))
 #define HOPFORM_EVENT_STICKS(element) (2 + 4 * (element))
 #define HOPFORM_EVENT_SLIPS(element) (3 + 4 * (element))
-#define HOPFORM_EVENT_HITS_STOP(element) (4 + 4 * (element))
-/* A state as an array: its members in their order are the axes, behind which stands 1. Axis 0 is the integral of axis
- * 1 and nothing depends on it; axes 1 .. 3 are the core of a mode; axis i is the velocity of mass i. */
-#define HOPFORM_CORE (HOPFORM_AXES - 1)
-#define HOPFORM_MASSES HOPFORM_ELEMENTS
-/* The axis that is 0 at take-off; -1 where more than the compression carries the contact force. */
-#define HOPFORM_CONTACT_AXIS 3
+/* The element whose position has stops: this member of a state, its axis, the event, these members of Robot, and of
+ * Rates its acceleration per compression and per velocity. */
+#define HOPFORM_STOPPED_ELEMENT 0
+#define HOPFORM_POSITION x1
+#define HOPFORM_POSITION_AXIS 0
+#define HOPFORM_EVENT_HITS_STOP 4
+#define HOPFORM_LOWER_STOP x1_min
+#define HOPFORM_UPPER_STOP x1_max
+#define HOPFORM_PER_COMPRESSION a1_y
+#define HOPFORM_PER_VELOCITY a1_v1
+/* X(mode) of the mode in which the elements have these sides, 0 if held; of the last one where all are. */
+#define HOPFORM_OF_MODE(X, side_1, side_2) ((side_1) == 0 ? X(body) : (side_2) == 0 ? X(actuator) : X(both))
+/* X(mode, p, q) of each mode in which one element slips alone, its denominator being s^2 + p s + q. */
+#define HOPFORM_MODES_OF_ONE(X) X(actuator, p_1, q_1) X(body, p_2, q_2)
 /* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
 #define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1}
-/* Columns of derivatives: those of the axes, of the lower and the upper stop of axis 0, of the current, of the robot's
- * first parameter. */
+/* Columns of derivatives: those of the axes, of the lower and the upper stop, of the current, of the robot's first
+ * parameter. */
 #define HOPFORM_COLUMN_OF_AXIS {0, 1, 3, 2}
 #define HOPFORM_COLUMN_OF_STOP {16, 17}
 #define HOPFORM_COLUMN_OF_CURRENT 4

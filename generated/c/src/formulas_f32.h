@@ -1056,6 +1056,19 @@ static inline float hopform_contact_slope_f32(const hopform_robot_f32 *robot, co
     return contact;
 }
 
+/* Numerator of the contact force over k. */
+static inline hopform_numerator_f32 hopform_contact_numerator_f32(const hopform_robot_f32 *robot,
+    const hopform_motion_f32 *motion)
+{
+    (void)robot;
+    const float H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
+    const float H3 = H3_y;  /* what the leg carries */
+    const float H2 = H2_y;  /* what the leg carries */
+    const float H1 = H1_y;  /* what the leg carries */
+    const hopform_numerator_f32 result = {H3, H2, H1};
+    return result;
+}
+
 /* Change of the contact force over k with the robot and the state. */
 static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
@@ -1202,6 +1215,14 @@ static inline float hopform_velocity_after_impact_f32(const hopform_robot_f32 *r
     const float impact_loss = robot->impact_loss;
     const float v2_after = sqrt_f32(1.0f - impact_loss)*v2;  /* impact loss */
     return v2_after;
+}
+
+/* What the body loses at the impact. */
+static inline float hopform_loss_at_impact_f32(const hopform_robot_f32 *robot, float v2)
+{
+    const float m_s = robot->m_s, impact_loss = robot->impact_loss;
+    const float loss_at_impact = -0.5f*impact_loss*m_s*v2*v2;  /* a share of its kinetic energy */
+    return loss_at_impact;
 }
 
 /* Energy of the body and of the robot in flight. */

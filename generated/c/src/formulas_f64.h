@@ -1056,6 +1056,19 @@ static inline double hopform_contact_slope_f64(const hopform_robot_f64 *robot, c
     return contact;
 }
 
+/* Numerator of the contact force over k. */
+static inline hopform_numerator_f64 hopform_contact_numerator_f64(const hopform_robot_f64 *robot,
+    const hopform_motion_f64 *motion)
+{
+    (void)robot;
+    const double H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
+    const double H3 = H3_y;  /* what the leg carries */
+    const double H2 = H2_y;  /* what the leg carries */
+    const double H1 = H1_y;  /* what the leg carries */
+    const hopform_numerator_f64 result = {H3, H2, H1};
+    return result;
+}
+
 /* Change of the contact force over k with the robot and the state. */
 static inline double hopform_contact_change_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
@@ -1202,6 +1215,14 @@ static inline double hopform_velocity_after_impact_f64(const hopform_robot_f64 *
     const double impact_loss = robot->impact_loss;
     const double v2_after = sqrt_f64(1.0 - impact_loss)*v2;  /* impact loss */
     return v2_after;
+}
+
+/* What the body loses at the impact. */
+static inline double hopform_loss_at_impact_f64(const hopform_robot_f64 *robot, double v2)
+{
+    const double m_s = robot->m_s, impact_loss = robot->impact_loss;
+    const double loss_at_impact = -0.5*impact_loss*m_s*v2*v2;  /* a share of its kinetic energy */
+    return loss_at_impact;
 }
 
 /* Energy of the body and of the robot in flight. */

@@ -12,6 +12,12 @@
 
 #include "linear_f32.h"
 
+/* A state, and behind its axes 1. */
+typedef union {
+    hopform_state_f32 named;
+    float of[HOPFORM_AXES + 1];
+} hopform_state_and_one_f32;
+
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
  * ledger reads or all of it. */
 static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f32 *plan,
@@ -22,19 +28,18 @@ static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f3
     hopform_matrix_f32 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
         const hopform_basis_f32 basis = hopform_basis_at_f32(mode->poles, hopform_place_f32[node] * h);
-        const hopform_state_f32 at = hopform_arrive_f32(start, &motion, &basis, mode->side[0], mode->side[1]);
+        hopform_state_and_one_f32 at;
+        at.named = hopform_arrive_f32(start, &motion, &basis, mode->side[0], mode->side[1]);
+        at.of[ONE_f32] = 1.0f;
         const float weight = hopform_weight_f32[node] * h;
-        float z[AXES_f32 + 1];
-        hopform_axes_of_f32(&at, z);
-        z[ONE_f32] = 1.0f;
         if (!all) {
-#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * z[i] * z[j];
+#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * at.of[i] * at.of[j];
             HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
 #undef ADD_PRODUCT
         }
-        for (int i = 0; i <= AXES_f32 && all; i++) {
-            for (int j = i; j <= AXES_f32; j++) {
-                sum.at[i][j] += weight * z[i] * z[j];
+        for (int i = 0; i <= HOPFORM_AXES && all; i++) {
+            for (int j = i; j <= HOPFORM_AXES; j++) {
+                sum.at[i][j] += weight * at.of[i] * at.of[j];
             }
         }
     }
@@ -44,25 +49,25 @@ static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f3
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
 static inline void hopform_double_moments_f32(hopform_matrix_f32 *sum, const hopform_matrix_f32 *phi)
 {
-    float left[AXES_f32][AXES_f32 + 1];
-    for (int i = 1; i <= AXES_f32; i++) {
+    float left[HOPFORM_AXES][HOPFORM_AXES + 1];
+    for (int i = 1; i <= HOPFORM_AXES; i++) {
         for (int j = 0; j < i; j++) {
             sum->at[i][j] = sum->at[j][i];
         }
     }
-    for (int i = 0; i < AXES_f32; i++) {
-        for (int j = 0; j <= AXES_f32; j++) {
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        for (int j = 0; j <= HOPFORM_AXES; j++) {
             float product = i == 0 ? sum->at[0][j] : 0.0f;
-            for (int k = 1; k <= AXES_f32; k++) {
+            for (int k = 1; k <= HOPFORM_AXES; k++) {
                 product += phi->at[i][k] * sum->at[k][j];
             }
             left[i][j] = product;
         }
     }
-    for (int i = 0; i < AXES_f32; i++) {
-        for (int j = i; j < AXES_f32; j++) {
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        for (int j = i; j < HOPFORM_AXES; j++) {
             float product = j == 0 ? left[i][0] : 0.0f;
-            for (int k = 1; k <= AXES_f32; k++) {
+            for (int k = 1; k <= HOPFORM_AXES; k++) {
                 product += left[i][k] * phi->at[j][k];
             }
             sum->at[i][j] += product;
@@ -77,19 +82,16 @@ static inline hopform_ledger_f32 hopform_ledger_in_phase_f32(const hopform_plan_
                                                                const hopform_phase_f32 *phase, float u, float t)
 {
     const hopform_mode_f32 mode = hopform_mode_of_f32(plan, phase, u);
-    const hopform_state_f32 start = hopform_start_of_phase_f32(phase);
-    float z[AXES_f32];
-    hopform_axes_of_f32(&start, z);
-    const float origin = z[0];
-    z[0] = 0.0f;
-    const hopform_state_f32 from = hopform_state_of_f32(z);
+    hopform_state_by_axis_f32 from;
+    from.named = hopform_start_of_phase_f32(phase);
+    const float origin = from.of[0];
+    from.of[0] = 0.0f;
     float h = t;
     const int doublings = hopform_halve_f32(mode.poles, &h);
-    hopform_matrix_f32 sum = hopform_short_moments_f32(plan, &mode, &from, u, h, doublings > 0);
+    hopform_matrix_f32 sum = hopform_short_moments_f32(plan, &mode, &from.named, u, h, doublings > 0);
     for (int n = 0; n < doublings; n++) {
-        float W[ORDERS_f32];
-        hopform_response_in_mode_f32(&mode, h, W);
-        const hopform_matrix_f32 phi = hopform_transition_f32(&mode, W);
+        const hopform_basis_by_order_f32 response = hopform_response_in_mode_f32(&mode, h);
+        const hopform_matrix_f32 phi = hopform_transition_f32(&mode, response.of);
         hopform_double_moments_f32(&sum, &phi);
         h *= 2.0f;
     }

@@ -12,6 +12,12 @@
 
 #include "linear_f64.h"
 
+/* A state, and behind its axes 1. */
+typedef union {
+    hopform_state_f64 named;
+    double of[HOPFORM_AXES + 1];
+} hopform_state_and_one_f64;
+
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
  * ledger reads or all of it. */
 static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f64 *plan,
@@ -22,19 +28,18 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f6
     hopform_matrix_f64 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f64; node++) {
         const hopform_basis_f64 basis = hopform_basis_at_f64(mode->poles, hopform_place_f64[node] * h);
-        const hopform_state_f64 at = hopform_arrive_f64(start, &motion, &basis, mode->side[0], mode->side[1]);
+        hopform_state_and_one_f64 at;
+        at.named = hopform_arrive_f64(start, &motion, &basis, mode->side[0], mode->side[1]);
+        at.of[ONE_f64] = 1.0;
         const double weight = hopform_weight_f64[node] * h;
-        double z[AXES_f64 + 1];
-        hopform_axes_of_f64(&at, z);
-        z[ONE_f64] = 1.0;
         if (!all) {
-#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * z[i] * z[j];
+#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * at.of[i] * at.of[j];
             HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
 #undef ADD_PRODUCT
         }
-        for (int i = 0; i <= AXES_f64 && all; i++) {
-            for (int j = i; j <= AXES_f64; j++) {
-                sum.at[i][j] += weight * z[i] * z[j];
+        for (int i = 0; i <= HOPFORM_AXES && all; i++) {
+            for (int j = i; j <= HOPFORM_AXES; j++) {
+                sum.at[i][j] += weight * at.of[i] * at.of[j];
             }
         }
     }
@@ -44,25 +49,25 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f6
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
 static inline void hopform_double_moments_f64(hopform_matrix_f64 *sum, const hopform_matrix_f64 *phi)
 {
-    double left[AXES_f64][AXES_f64 + 1];
-    for (int i = 1; i <= AXES_f64; i++) {
+    double left[HOPFORM_AXES][HOPFORM_AXES + 1];
+    for (int i = 1; i <= HOPFORM_AXES; i++) {
         for (int j = 0; j < i; j++) {
             sum->at[i][j] = sum->at[j][i];
         }
     }
-    for (int i = 0; i < AXES_f64; i++) {
-        for (int j = 0; j <= AXES_f64; j++) {
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        for (int j = 0; j <= HOPFORM_AXES; j++) {
             double product = i == 0 ? sum->at[0][j] : 0.0;
-            for (int k = 1; k <= AXES_f64; k++) {
+            for (int k = 1; k <= HOPFORM_AXES; k++) {
                 product += phi->at[i][k] * sum->at[k][j];
             }
             left[i][j] = product;
         }
     }
-    for (int i = 0; i < AXES_f64; i++) {
-        for (int j = i; j < AXES_f64; j++) {
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        for (int j = i; j < HOPFORM_AXES; j++) {
             double product = j == 0 ? left[i][0] : 0.0;
-            for (int k = 1; k <= AXES_f64; k++) {
+            for (int k = 1; k <= HOPFORM_AXES; k++) {
                 product += left[i][k] * phi->at[j][k];
             }
             sum->at[i][j] += product;
@@ -77,19 +82,16 @@ static inline hopform_ledger_f64 hopform_ledger_in_phase_f64(const hopform_plan_
                                                                const hopform_phase_f64 *phase, double u, double t)
 {
     const hopform_mode_f64 mode = hopform_mode_of_f64(plan, phase, u);
-    const hopform_state_f64 start = hopform_start_of_phase_f64(phase);
-    double z[AXES_f64];
-    hopform_axes_of_f64(&start, z);
-    const double origin = z[0];
-    z[0] = 0.0;
-    const hopform_state_f64 from = hopform_state_of_f64(z);
+    hopform_state_by_axis_f64 from;
+    from.named = hopform_start_of_phase_f64(phase);
+    const double origin = from.of[0];
+    from.of[0] = 0.0;
     double h = t;
     const int doublings = hopform_halve_f64(mode.poles, &h);
-    hopform_matrix_f64 sum = hopform_short_moments_f64(plan, &mode, &from, u, h, doublings > 0);
+    hopform_matrix_f64 sum = hopform_short_moments_f64(plan, &mode, &from.named, u, h, doublings > 0);
     for (int n = 0; n < doublings; n++) {
-        double W[ORDERS_f64];
-        hopform_response_in_mode_f64(&mode, h, W);
-        const hopform_matrix_f64 phi = hopform_transition_f64(&mode, W);
+        const hopform_basis_by_order_f64 response = hopform_response_in_mode_f64(&mode, h);
+        const hopform_matrix_f64 phi = hopform_transition_f64(&mode, response.of);
         hopform_double_moments_f64(&sum, &phi);
         h *= 2.0;
     }

@@ -8,15 +8,13 @@
 #ifndef HOPFORM_LINEAR_H_f32
 #define HOPFORM_LINEAR_H_f32
 
-#include <string.h>
-
 #include "phase_f32.h"
 #include "series_f32.h"
 
-enum { AXES_f32 = HOPFORM_AXES, CORE_f32 = HOPFORM_CORE, ONE_f32 = HOPFORM_AXES, POWERS_f32 = 3, ORDERS_f32 = 5 };
+enum { CORE_f32 = HOPFORM_CORE, ONE_f32 = HOPFORM_AXES, POWERS_f32 = 3, ORDERS_f32 = 5 };
 
 typedef struct {
-    float at[AXES_f32 + 1][AXES_f32 + 1];
+    float at[HOPFORM_AXES + 1][HOPFORM_AXES + 1];
 } hopform_matrix_f32;
 
 /* The mode of a phase under its current. */
@@ -26,7 +24,7 @@ typedef struct {
         float at[CORE_f32][CORE_f32 + 1][POWERS_f32]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
     hopform_drive_f32 drive;
-    int side[HOPFORM_MASSES]; /* sign of each velocity, 0 if held */
+    int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
     const hopform_poles_f32 *poles;
 } hopform_mode_f32;
 
@@ -49,34 +47,22 @@ static inline bool hopform_rests_f32(const hopform_mode_f32 *mode)
     return mode->side[0] == 0 && mode->side[1] == 0;
 }
 
-/* The axes of a state. */
-static inline void hopform_axes_of_f32(const hopform_state_f32 *state, float z[AXES_f32])
-{
-    (void)memcpy(z, state, sizeof *state);
-}
-
-static inline hopform_state_f32 hopform_state_of_f32(const float z[AXES_f32])
-{
-    hopform_state_f32 state;
-    (void)memcpy(&state, z, sizeof state);
-    return state;
-}
-
 /* z' of a state. */
-static inline void hopform_speeds_in_mode_f32(const hopform_plan_f32 *plan, const hopform_mode_f32 *mode,
-                                               const float z[AXES_f32], float speed[AXES_f32])
+static inline hopform_state_by_axis_f32 hopform_speeds_in_mode_f32(const hopform_plan_f32 *plan,
+                                                                     const hopform_mode_f32 *mode,
+                                                                     const hopform_state_f32 *state)
 {
-    const hopform_state_f32 state = hopform_state_of_f32(z);
-    const hopform_speeds_f32 speeds =
-        hopform_speeds_of_f32(&plan->rates, &mode->drive, (float)mode->side[0], (float)mode->side[1], &state);
-    (void)memcpy(speed, &speeds, sizeof speeds);
+    hopform_state_by_axis_f32 speeds;
+    speeds.rates = hopform_speeds_of_f32(&plan->rates, &mode->drive, (float)mode->side[0], (float)mode->side[1], state);
+    return speeds;
 }
 
 /* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
-static inline void hopform_response_in_mode_f32(const hopform_mode_f32 *mode, float h, float W[ORDERS_f32])
+static inline hopform_basis_by_order_f32 hopform_response_in_mode_f32(const hopform_mode_f32 *mode, float h)
 {
-    const hopform_basis_f32 basis = hopform_basis_at_f32(mode->poles, hopform_rests_f32(mode) ? 0.0f : h);
-    (void)memcpy(W, &basis, sizeof basis);
+    hopform_basis_by_order_f32 response;
+    response.named = hopform_basis_at_f32(mode->poles, hopform_rests_f32(mode) ? 0.0f : h);
+    return response;
 }
 
 static inline float hopform_applied_f32(const float powers[POWERS_f32], const float *W)

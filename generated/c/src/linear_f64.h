@@ -8,15 +8,13 @@
 #ifndef HOPFORM_LINEAR_H_f64
 #define HOPFORM_LINEAR_H_f64
 
-#include <string.h>
-
 #include "phase_f64.h"
 #include "series_f64.h"
 
-enum { AXES_f64 = HOPFORM_AXES, CORE_f64 = HOPFORM_CORE, ONE_f64 = HOPFORM_AXES, POWERS_f64 = 3, ORDERS_f64 = 5 };
+enum { CORE_f64 = HOPFORM_CORE, ONE_f64 = HOPFORM_AXES, POWERS_f64 = 3, ORDERS_f64 = 5 };
 
 typedef struct {
-    double at[AXES_f64 + 1][AXES_f64 + 1];
+    double at[HOPFORM_AXES + 1][HOPFORM_AXES + 1];
 } hopform_matrix_f64;
 
 /* The mode of a phase under its current. */
@@ -26,7 +24,7 @@ typedef struct {
         double at[CORE_f64][CORE_f64 + 1][POWERS_f64]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
     hopform_drive_f64 drive;
-    int side[HOPFORM_MASSES]; /* sign of each velocity, 0 if held */
+    int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
     const hopform_poles_f64 *poles;
 } hopform_mode_f64;
 
@@ -49,34 +47,22 @@ static inline bool hopform_rests_f64(const hopform_mode_f64 *mode)
     return mode->side[0] == 0 && mode->side[1] == 0;
 }
 
-/* The axes of a state. */
-static inline void hopform_axes_of_f64(const hopform_state_f64 *state, double z[AXES_f64])
-{
-    (void)memcpy(z, state, sizeof *state);
-}
-
-static inline hopform_state_f64 hopform_state_of_f64(const double z[AXES_f64])
-{
-    hopform_state_f64 state;
-    (void)memcpy(&state, z, sizeof state);
-    return state;
-}
-
 /* z' of a state. */
-static inline void hopform_speeds_in_mode_f64(const hopform_plan_f64 *plan, const hopform_mode_f64 *mode,
-                                               const double z[AXES_f64], double speed[AXES_f64])
+static inline hopform_state_by_axis_f64 hopform_speeds_in_mode_f64(const hopform_plan_f64 *plan,
+                                                                     const hopform_mode_f64 *mode,
+                                                                     const hopform_state_f64 *state)
 {
-    const hopform_state_f64 state = hopform_state_of_f64(z);
-    const hopform_speeds_f64 speeds =
-        hopform_speeds_of_f64(&plan->rates, &mode->drive, (double)mode->side[0], (double)mode->side[1], &state);
-    (void)memcpy(speed, &speeds, sizeof speeds);
+    hopform_state_by_axis_f64 speeds;
+    speeds.rates = hopform_speeds_of_f64(&plan->rates, &mode->drive, (double)mode->side[0], (double)mode->side[1], state);
+    return speeds;
 }
 
 /* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
-static inline void hopform_response_in_mode_f64(const hopform_mode_f64 *mode, double h, double W[ORDERS_f64])
+static inline hopform_basis_by_order_f64 hopform_response_in_mode_f64(const hopform_mode_f64 *mode, double h)
 {
-    const hopform_basis_f64 basis = hopform_basis_at_f64(mode->poles, hopform_rests_f64(mode) ? 0.0 : h);
-    (void)memcpy(W, &basis, sizeof basis);
+    hopform_basis_by_order_f64 response;
+    response.named = hopform_basis_at_f64(mode->poles, hopform_rests_f64(mode) ? 0.0 : h);
+    return response;
 }
 
 static inline double hopform_applied_f64(const double powers[POWERS_f64], const double *W)

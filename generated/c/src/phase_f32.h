@@ -13,19 +13,22 @@
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start)
 {
-    const float motion = 0.5f * robot->m_s * (1.0f + start->v2 * start->v2);
-    return !(hopform_stored_energy_f32(robot, start) <= 64.0f * motion);
+    return !(hopform_stored_energy_f32(robot, start) <= 64.0f * hopform_moving_energy_f32(robot, start, 1.0f));
 }
 
-/* The poles of a mode; side_i is the sign of v_i, 0 if mass i is held. */
+/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. */
 static inline const hopform_poles_f32 *hopform_poles_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2)
 {
-    return side_1 == 0 ? &plan->body : (side_2 == 0 ? &plan->actuator : &plan->both);
+#define POLES_OF(mode) &plan->mode
+    return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
+#undef POLES_OF
 }
 
 static inline const hopform_node_f32 *hopform_node_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2)
 {
-    return side_1 == 0 ? &plan->node_body : (side_2 == 0 ? &plan->node_actuator : &plan->node_both);
+#define NODE_OF(mode) &plan->node_##mode
+    return HOPFORM_OF_MODE(NODE_OF, side_1, side_2);
+#undef NODE_OF
 }
 
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
@@ -33,14 +36,12 @@ static inline hopform_motion_f32 hopform_motion_under_f32(const hopform_rates_f3
                                                             const hopform_drive_f32 *drive,
                                                             const hopform_state_f32 *state, int side_1, int side_2)
 {
-    if (side_1 != 0) {
-        return side_2 != 0 ? hopform_motion_of_both_f32(rates, drive, state)
-                           : hopform_motion_of_actuator_f32(rates, drive, state);
+#define MOTION_OF(mode) hopform_motion_of_##mode##_f32(rates, drive, state)
+    if (side_1 != 0 || side_2 != 0) {
+        return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2);
     }
-    if (side_2 != 0) {
-        return hopform_motion_of_body_f32(rates, drive, state);
-    }
-    const hopform_motion_f32 rest = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+#undef MOTION_OF
+    const hopform_motion_f32 rest = {0};
     return rest;
 }
 
@@ -52,64 +53,44 @@ static inline hopform_motion_f32 hopform_motion_of_f32(const hopform_plan_f32 *p
     return hopform_motion_under_f32(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* The numerator of the contact force over k. */
-static inline hopform_numerator_f32 hopform_contact_numerator_f32(const hopform_robot_f32 *robot,
-                                                                    const hopform_motion_f32 *motion)
-{
-    const hopform_state_f32 H3 = {0.0f, motion->H3_1, motion->H3_2, motion->H3_y};
-    const hopform_state_f32 H2 = {0.0f, motion->H2_1, motion->H2_2, motion->H2_y};
-    const hopform_state_f32 H1 = {0.0f, motion->H1_1, motion->H1_2, motion->H1_y};
-    const hopform_numerator_f32 leg = {hopform_contact_slope_f32(robot, &H3), hopform_contact_slope_f32(robot, &H2),
-                                        hopform_contact_slope_f32(robot, &H1)};
-    return leg;
-}
-
-/* What y of a mode tends to; NEVER where nothing that is left of k draws it. */
-static inline float hopform_settled_y_f32(const hopform_poles_f32 *poles, float H2_y, float H1_y)
+/* What a function of time with this numerator tends to in a mode, less its start; NEVER where nothing that is left of k
+ * draws it. */
+static inline float hopform_settled_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *h)
 {
     const bool slow = poles->s_3 > 0.0f;
     const float draws = slow ? poles->s_3 : poles->s_2;
-    const float settled = (slow ? H1_y : H2_y) / (draws > 0.0f ? draws : 1.0f);
+    const float settled = (slow ? h->H1 : h->H2) / (draws > 0.0f ? draws : 1.0f);
     return draws > 0.0f ? settled : HOPFORM_NEVER_f32;
 }
 
 /* ---- the hold rule ---- */
 
-/* Where a mass at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
+/* Where an element at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
 static inline float hopform_goes_f32(float acceleration, float friction)
 {
     const float down = acceleration < -friction ? -1.0f : 0.0f;
     return acceleration > friction ? 1.0f : down;
 }
 
-/* Where the mass that is held may slip to while the other one moves: where its free acceleration changes with y alone,
- * which is monotone then, to the side that it goes towards; 0 for either. */
-static inline int hopform_side_of_slip_f32(const hopform_rates_f32 *rates, int side_1, int side_2)
-{
-    const float per_y = side_1 == 0 ? rates->a1_y : rates->a2_y;
-    const float per_v = side_1 == 0 ? rates->a1_v2 : rates->a2_v1;
-    return fabs_f32(per_v) > 0.0f ? 0 : (int)hopform_goes_f32(per_y, 0.0f) * (side_1 - side_2);
-}
-
-/* The free acceleration of a mass that has come to rest alone, from its motion: it fades far below the digits of the
- * state. Without friction nothing but the sign is left of it in the end, and that is kept. */
-static inline float hopform_free_after_motion_f32(float side, float friction, float H3, float H2,
+/* The free acceleration of an element that has come to rest alone, from its motion: it fades far below the digits of
+ * the state. Without friction nothing but the sign is left of it in the end, and that is kept. */
+static inline float hopform_free_after_motion_f32(float side, float friction, const hopform_numerator_f32 *velocity,
                                                   const hopform_basis_f32 *basis)
 {
-    const float back = fabs_f32(H3 * basis->Wdd + H2 * basis->Wd);
+    const float back = fabs_f32(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd);
     return side * (friction - (back > HOPFORM_UNDERFLOW_f32 ? back : HOPFORM_UNDERFLOW_f32));
 }
 
-/* Put the acceleration with which a mass goes on from rest in place of that of the state; alone, y follows it. */
-static inline void hopform_go_on_f32(hopform_motion_f32 *motion, int mass, bool alone, float acceleration)
+/* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
+ * follows it. */
+static inline void hopform_go_on_f32(hopform_numerators_f32 *motion, int element, bool alone, float acceleration)
 {
-    if (mass == 1) {
-        motion->H3_1 = acceleration;
-        motion->N2_1 = acceleration; /* v_1 is 0 */
-        motion->H2_y = alone ? acceleration : motion->H2_y;
-    } else {
-        motion->H3_2 = acceleration;
-        motion->H2_y = -acceleration;
+    motion->of.velocity[element].H3 = acceleration;
+    if (element == HOPFORM_STOPPED_ELEMENT) {
+        motion->of.position.H3 = acceleration; /* its velocity is 0 */
+    }
+    if (alone) {
+        motion->of.compression.H2 = (float)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration;
     }
 }
 
@@ -117,16 +98,17 @@ static inline void hopform_go_on_f32(hopform_motion_f32 *motion, int mass, bool 
 static inline hopform_state_f32 hopform_arrive_f32(const hopform_state_f32 *state, const hopform_motion_f32 *motion,
                                                      const hopform_basis_f32 *basis, int side_1, int side_2)
 {
-    const hopform_at_f32 at = hopform_state_at_f32(state, motion, basis);
-    hopform_state_f32 arrival = {at.x1_t, at.v1_t, at.v2_t, at.y_t};
-    if (side_1 == 0) {
-        arrival.x1 = state->x1;
-        arrival.v1 = 0.0f;
+    const int side[] = {side_1, side_2};
+    const bool stays = side[HOPFORM_STOPPED_ELEMENT] == 0;
+    hopform_state_by_axis_f32 at;
+    at.later = hopform_state_at_f32(state, motion, basis);
+    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        if (side[element] == 0) {
+            at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f;
+        }
     }
-    if (side_2 == 0) {
-        arrival.v2 = 0.0f;
-    }
-    return arrival;
+    at.named.HOPFORM_POSITION = stays ? state->HOPFORM_POSITION : at.named.HOPFORM_POSITION;
+    return at.named;
 }
 
 /* A plan that hopform_plan_init made, not memory that holds anything. */
@@ -176,7 +158,9 @@ static inline int hopform_side_2_f32(const hopform_phase_f32 *phase)
 
 static inline hopform_state_f32 hopform_start_of_phase_f32(const hopform_phase_f32 *phase)
 {
-    const hopform_state_f32 start = {phase->x1, phase->v1, phase->v2, phase->y};
+#define TAKE_MEMBER(name, domain) phase->name,
+    const hopform_state_f32 start = {HOPFORM_STATE_MEMBERS(TAKE_MEMBER)};
+#undef TAKE_MEMBER
     return start;
 }
 

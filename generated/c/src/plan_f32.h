@@ -58,25 +58,31 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan)
     return HOPFORM_OK;
 }
 
+/* The poles of an element that slips while the others are held. */
+static inline hopform_poles_f32 pair_alone_f32(float p, float q)
+{
+    const hopform_poles_f32 poles = {0.0f, p, q, p, q, 0.0f};
+    return poles;
+}
+
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_poles_f32 *both, bool whole)
 {
     const hopform_rates_f32 *rates = &plan->rates;
-    const hopform_poles_f32 actuator = {0.0f, rates->p_1, rates->q_1, rates->p_1, rates->q_1, 0.0f};
-    const hopform_poles_f32 body = {0.0f, rates->p_2, rates->q_2, rates->p_2, rates->q_2, 0.0f};
     if (!hopform_is_finite_f32(rates->s_1 * rates->s_1) /* discriminants square it */
         || !hopform_is_finite_f32(rates->s_2) || !hopform_is_finite_f32(rates->s_3)
         || !hopform_is_finite_f32(both->a) || !hopform_is_finite_f32(both->p) || !(both->q <= HOPFORM_NEVER_f32)
-        || !(both->q > 0.0f || HOPFORM_BODY_IS_FIXED) /* both never move then */
+        || !(both->q > 0.0f || HOPFORM_ONE_IS_FIXED) /* both never move then */
         || !hopform_is_finite_f32(rates->a1_0) || !hopform_is_finite_f32(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;
-    plan->actuator = actuator;
-    plan->body = body;
     plan->node_both = node_of_poles_f32(both, whole);
-    plan->node_actuator = node_of_poles_f32(&actuator, whole);
-    plan->node_body = node_of_poles_f32(&body, whole);
+#define PUT_MODE(mode, p, q)                                                                                           \
+    plan->mode = pair_alone_f32(rates->p, rates->q);                                                                  \
+    plan->node_##mode = node_of_poles_f32(&plan->mode, whole);
+    HOPFORM_MODES_OF_ONE(PUT_MODE)
+#undef PUT_MODE
     plan->made = whole ? HOPFORM_PLAN_MADE : 0;
     return HOPFORM_OK;
 }

@@ -58,25 +58,31 @@ static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan)
     return HOPFORM_OK;
 }
 
+/* The poles of an element that slips while the others are held. */
+static inline hopform_poles_f64 pair_alone_f64(double p, double q)
+{
+    const hopform_poles_f64 poles = {0.0, p, q, p, q, 0.0};
+    return poles;
+}
+
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_poles_f64 *both, bool whole)
 {
     const hopform_rates_f64 *rates = &plan->rates;
-    const hopform_poles_f64 actuator = {0.0, rates->p_1, rates->q_1, rates->p_1, rates->q_1, 0.0};
-    const hopform_poles_f64 body = {0.0, rates->p_2, rates->q_2, rates->p_2, rates->q_2, 0.0};
     if (!hopform_is_finite_f64(rates->s_1 * rates->s_1) /* discriminants square it */
         || !hopform_is_finite_f64(rates->s_2) || !hopform_is_finite_f64(rates->s_3)
         || !hopform_is_finite_f64(both->a) || !hopform_is_finite_f64(both->p) || !(both->q <= HOPFORM_NEVER_f64)
-        || !(both->q > 0.0 || HOPFORM_BODY_IS_FIXED) /* both never move then */
+        || !(both->q > 0.0 || HOPFORM_ONE_IS_FIXED) /* both never move then */
         || !hopform_is_finite_f64(rates->a1_0) || !hopform_is_finite_f64(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;
-    plan->actuator = actuator;
-    plan->body = body;
     plan->node_both = node_of_poles_f64(both, whole);
-    plan->node_actuator = node_of_poles_f64(&actuator, whole);
-    plan->node_body = node_of_poles_f64(&body, whole);
+#define PUT_MODE(mode, p, q)                                                                                           \
+    plan->mode = pair_alone_f64(rates->p, rates->q);                                                                  \
+    plan->node_##mode = node_of_poles_f64(&plan->mode, whole);
+    HOPFORM_MODES_OF_ONE(PUT_MODE)
+#undef PUT_MODE
     plan->made = whole ? HOPFORM_PLAN_MADE : 0;
     return HOPFORM_OK;
 }

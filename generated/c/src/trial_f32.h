@@ -82,7 +82,7 @@ static inline bool hopform_turns_up_f32(const hopform_tally_f32 *tally, const ho
                                          float rate_after)
 {
     const float rate = hopform_contact_slope_f32(&tally->plan->robot, &tally->speed.named);
-    const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP(HOPFORM_STOPPED_ELEMENT);
+    const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP;
     bool moves = !HOPFORM_CONTACT_IS_COMPRESSION;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves = moves || fabs_f32(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f;

@@ -6,7 +6,7 @@ from functools import cached_property
 from numbers import Real as Number
 from typing import Any
 
-from hopform_solver.elements import ELEMENTS
+from hopform_solver.elements import STOPS
 from hopform_solver.records import DOMAINS, ROBOT_FIELDS, Field
 from hopform_solver.records import Robot as Parameters
 
@@ -62,11 +62,10 @@ class Checked:
             if (reason := refusal(field, value)) is not None:
                 raise ValueError(reason)
             object.__setattr__(self, field.name, float(value))
-        for stops in (element.stops for element in ELEMENTS if element.stops):
-            low, high = (ROBOT_FIELDS[stop] for stop in stops)
-            below, above = getattr(self, low.name), getattr(self, high.name)
-            if not below <= above:
-                raise ValueError(f"{low.name} must be <= {high.name} {high.unit}, got {below!r} > {above!r}")
+        low, high = (ROBOT_FIELDS[stop] for stop in STOPS)
+        below, above = getattr(self, low.name), getattr(self, high.name)
+        if not below <= above:
+            raise ValueError(f"{low.name} must be <= {high.name} {high.unit}, got {below!r} > {above!r}")
 
     @cached_property
     def parameters(self) -> Parameters:

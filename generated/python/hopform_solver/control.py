@@ -12,13 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hopform_solver.elements import LARGEST_POSITION, Trials
+from hopform_solver.elements import LARGEST_POSITION, POSITION, STOPS, Trials
 from hopform_solver.lanes import Array, Flags, take
 from hopform_solver.lanes import choose as either
 from hopform_solver.limits import NEAR_WITHIN, REACHED_WITHIN
 from hopform_solver.records import COMMANDS, LegState, Robot
-from hopform_solver.stance import LIMITED
-from hopform_solver.trial import POSITION, try_currents
+from hopform_solver.trial import try_currents
 
 REACHED, NEAREST, NO_TAKEOFF = COMMANDS
 
@@ -53,7 +52,7 @@ class _Search:
 
     def __post_init__(self) -> None:
         self.eps = float(np.finfo(self.dtype).eps)
-        lower, upper = (self.robot[stop] for stop in LIMITED[0][2])
+        lower, upper = (self.robot[stop] for stop in STOPS)
         self.movable = lower < upper
         self.limit = upper - self.stop_margin - 16.0 * self.eps if self.movable else np.inf
         self.reach, self.near = REACHED_WITHIN[self.dtype], NEAR_WITHIN[self.dtype]

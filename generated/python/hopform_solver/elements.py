@@ -18,17 +18,11 @@ from hopform_solver.records import Drive, LegState, Motion, Numerator, Rates, Ro
 class Element(NamedTuple):
     """The numbers of what belongs to an element.
 
-    velocity, position: axes of the state; one without position has no stops. stops: the lower and the upper one, mass:
-    its inertia, in Robot. per_velocity, per_compression: of its acceleration, in Rates. reverses, sticks, slips,
-    hits_stop: the events. free_numerator: that of its free acceleration while it is held.
+    velocity: an axis of the state. reverses, sticks, slips, hits_stop: the events. free_numerator: that of its free
+    acceleration while it is held.
     """
 
     velocity: int
-    position: int | None
-    stops: tuple[int, int] | None
-    mass: int
-    per_velocity: int
-    per_compression: int
     is_fixed: bool
     reverses: int
     sticks: int
@@ -113,8 +107,8 @@ class Trials(NamedTuple):
 
 
 ELEMENTS = (
-    Element(1, 0, (11, 12), 0, 1, 0, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
-    Element(2, None, None, 1, 7, 5, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
+    Element(1, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
+    Element(2, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
 )
 
 MODES = (
@@ -129,8 +123,25 @@ FOLLOWS = ((1, 0), (1, 0), (0, 1), (1, -1))
 NUMERATORS = (9, 0, 3, 6)
 """Of each axis of the state the first of its three terms in Motion."""
 
-CONTACT_AXIS = 3
-"""The axis of the state that the contact force over k is, where CONTACT_IS_COMPRESSION."""
+COMPRESSION = 3
+
+STOPPED = 0
+POSITION = 0
+STOPS = (11, 12)
+PER_COMPRESSION = 0
+PER_VELOCITY = 1
+"""The element whose position has stops, the axis of this, the lower and the upper stop in Robot, and its acceleration
+per compression and per velocity in Rates.
+"""
+
+AXIS_OF_EVENT = (-1, 1, 1, -1, 0, 2, 2, -1)
+"""By the number of an event, the axis that is at a value then; -1 where nothing jumps."""
+
+INPUTS = ("x1", "v1", "y", "v2", "u",)
+"""What stances are differentiated by: the state at the start, the current; the robot's parameters come behind."""
+
+COLUMN_OF_AXIS = (0, 1, 3, 2)
+"""Of each axis of the state the one of these that it starts with."""
 
 DRIVEN, PER_AMPERE = 0, 3
 """The element that the current drives, and its acceleration per A, in Rates."""

@@ -19,7 +19,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hopform_solver import events, formulas, records
-from hopform_solver.elements import CONTACT_AXIS, ELEMENTS, MODES, FlightPhase, FlightSolution
+from hopform_solver.elements import (
+    COMPRESSION,
+    ELEMENTS,
+    MODES,
+    PER_COMPRESSION,
+    PER_VELOCITY,
+    POSITION,
+    STOPPED,
+    STOPS,
+    FlightPhase,
+    FlightSolution,
+)
 from hopform_solver.lanes import Array, Numbers, choose, take
 from hopform_solver.ledgers import moments_of, sums_before
 from hopform_solver.limits import AXES_OF_MOMENTS, EPS, FASTEST_LEG, LEG_HAS_DAMPER, NEVER
@@ -30,12 +41,9 @@ ENDING: dict[str, int] = {text: number for number, text in records.FLIGHT_ENDING
 EVENT: dict[str, int] = {text: number for number, text in records.FLIGHT_EVENTS.items()}
 """The numbers of endings and events."""
 
-((SLIPS, ELEMENT, POSITION, STOPS),) = [
-    (n, each, each.position, each.stops) for n, each in enumerate(ELEMENTS) if each.position is not None and each.stops
-]
-FALLS = 1 - SLIPS
+ELEMENT, FALLS = ELEMENTS[STOPPED], 1 - STOPPED
 VELOCITY, FALL = ELEMENT.velocity, ELEMENTS[FALLS].velocity
-"""The element with stops, the axis of its position, its stops in Robot; the other one; the axes of their velocities."""
+"""The element with stops, and the other one; the axes of their velocities."""
 
 REST, STOP, HORIZON, TOUCHDOWN = 2, 3, 4, 5
 """What ends a phase; else the pull reaches the limit of the current to the side 1 or -1, or leaves it, to 0."""
@@ -54,9 +62,11 @@ def largest_force(robot: Robot) -> Real:
     return np.fmin(factor * robot.u_max, NEVER[factor.dtype]) if factor > 0.0 else factor
 
 
-def _lost(robot: Robot, element: int, velocity: Real) -> Real:
-    """What an element loses that is stopped, negative."""
-    return -0.5 * robot[ELEMENTS[element].mass] * velocity * velocity
+def _lost(robot: Robot, velocity: Real) -> Real:
+    """What the element with stops loses at one."""
+    return formulas.loss_at_stop(
+        robot, LegState(*np.multiply.outer(np.arange(len(LegState._fields)) == VELOCITY, velocity))
+    )
 
 
 # ---- a phase over time ----
@@ -85,7 +95,7 @@ def _states(robot: Robot, start: Array, since: Array, position: Array, t: Array,
     rise = (start[FALL] - 0.5 * fall * time) * time
     state[POSITION] = np.clip(position + ways[0], *(robot[stop] for stop in STOPS))
     state[VELOCITY], state[FALL] = ways[1], start[FALL] - fall * time
-    state[CONTACT_AXIS] = start[CONTACT_AXIS] - (rise - ((position - start[POSITION]) + ways[0]))
+    state[COMPRESSION] = start[COMPRESSION] - (rise - ((position - start[POSITION]) + ways[0]))
     return state
 
 
@@ -149,7 +159,7 @@ class _Chain:
         self.phases.append(FlightPhase(self.t, *moves, self.side, self.limit, event))
         fall, zero = formulas.fall_of(self.robot), np.zeros(1, self.t.dtype)
         rise = (self.start[FALL] - 0.5 * fall * self.t) * self.t
-        height = (self.start[POSITION] - self.position) + rise - self.start[CONTACT_AXIS]
+        height = (self.start[POSITION] - self.position) + rise - self.start[COMPRESSION]
         rate, size = self.start[FALL] - fall * self.t, abs(height) + abs(self.leg)
         self.foot = _Function(height, size, -1.0, 0.0, rate, -fall, bool(self.leg))
         self.poles = np.array(_poles_of(self.rates, np.array([self.limit])))
@@ -302,7 +312,7 @@ def _choose_limit(chain: _Chain) -> None:
 
 def _settle(chain: _Chain, free: Real) -> None:
     """At rest: held while the free acceleration is within the friction, or behind a stop."""
-    friction = formulas.friction_of(chain.robot)[SLIPS]
+    friction = formulas.friction_of(chain.robot)[STOPPED]
     chain.side = _goes(free, friction)
     chain.side *= bool(_stop_ahead(chain).start > 0.0)
     chain.acceleration = free - friction * chain.side if chain.side else friction * 0.0
@@ -317,12 +327,12 @@ def _begin(chain: _Chain) -> Real:
     chain.acceleration = _acceleration(chain, chain.velocity, chain.side)
     if chain.side == 0:
         _settle(chain, chain.acceleration)
-    return _lost(chain.robot, SLIPS, velocity) if strikes else velocity * 0.0
+    return _lost(chain.robot, velocity) if strikes else velocity * 0.0
 
 
 def _rest(chain: _Chain, hits: bool) -> int:
     """The element has come to rest, or hits a stop; the event. Without dry friction its acceleration goes on."""
-    before, free, sticks = chain.side, chain.acceleration, formulas.friction_of(chain.robot)[SLIPS] > 0.0
+    before, free, sticks = chain.side, chain.acceleration, formulas.friction_of(chain.robot)[STOPPED] > 0.0
     chain.velocity *= 0.0
     if hits:
         chain.position = chain.robot[STOPS[before > 0]]
@@ -351,7 +361,7 @@ def _run(chain: _Chain, max_phases: int) -> tuple[str, Real, Array, tuple[Flight
         t, state = chain.ended_at(at)
         chain.t, chain.position, chain.velocity, chain.acceleration = t, state[POSITION], state[VELOCITY], at[WAYS][2]
         if end == TOUCHDOWN:
-            state[CONTACT_AXIS] = chain.leg_at(t * 0.0)
+            state[COMPRESSION] = chain.leg_at(t * 0.0)
         if end in ENDS or len(chain.phases) == max_phases:
             return ENDS.get(end, "too_many_phases"), t, state, tuple(chain.phases)
         if end in (REST, STOP):
@@ -387,8 +397,8 @@ def solve_flight(
     one, given, zero = Robot(*(dtype(each) for each in robot)), LegState(*(dtype(each) for each in start)), dtype(0.0)
     stable_rates_of(one)
     rest, time = formulas.compression_at_takeoff(one, zero, zero), formulas.leg_time(one) if LEG_HAS_DAMPER else zero
-    left, first, law = dtype(given[CONTACT_AXIS] - rest), np.array(given), Gains(zero, zero)
-    first[CONTACT_AXIS] = left + dtype(ground)
+    left, first, law = dtype(given[COMPRESSION] - rest), np.array(given), Gains(zero, zero)
+    first[COMPRESSION] = left + dtype(ground)
     leg, relaxes = (left, dtype(1.0 / time)) if time > FASTEST_LEG[first.dtype] else (zero, zero)
     if (largest := largest_force(one)) > 0.0:
         falls = formulas.time_of_fall(one, first[FALL], first[POSITION])  # NaN where it does not rise that high
@@ -403,10 +413,10 @@ def solve_flight(
     fall, lands = formulas.fall_of(one), ending == "touchdown"
     top = np.clip(first[FALL] / fall, zero, duration)
     return FlightSolution(
-        one, law, given, dtype(ground), duration, LegState(*(end + rest * (np.arange(len(end)) == CONTACT_AXIS))),
+        one, law, given, dtype(ground), duration, LegState(*(end + rest * (np.arange(len(end)) == COMPRESSION))),
         formulas.velocity_after_impact(one, end[FALL]) if lands else end[FALL],
-        first[POSITION] - first[CONTACT_AXIS] + (first[FALL] - 0.5 * fall * top) * top, top,
-        _lost(one, FALLS, end[FALL]) * one.impact_loss if lands else zero, start_loss,
+        first[POSITION] - first[COMPRESSION] + (first[FALL] - 0.5 * fall * top) * top, top,
+        formulas.loss_at_impact(one, end[FALL]) if lands else zero, start_loss,
         formulas.leg_energy(one, chain.leg_at(zero)) - formulas.leg_energy(one, leg), ENDING[ending], phases,
     )  # fmt: skip
 
@@ -433,7 +443,7 @@ def flight_at(flight: FlightSolution, t: ArrayLike) -> LegState:
     """States at times t [s], 0 <= t <= duration, in t's shape."""
     times, phases, index = _read(flight, t)
     phase, start = take(phases, index), np.array(flight.start)
-    start[CONTACT_AXIS] += flight.ground
+    start[COMPRESSION] += flight.ground
     since, position, *_ = phase
     ways = _motion_in(flight, phase, times - since)[1]
     states = _states(flight.robot, start, since, position, times - since, ways)
@@ -447,10 +457,10 @@ def _work_in(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Arra
     """
     since, position, velocity, acceleration, side, limit, _ = phase
     (poles, ways), zero, robot = _motion_in(flight, phase, t), np.zeros_like(t), flight.robot
-    (alone,) = (mode for mode in MODES if mode.slips[SLIPS] and not mode.slips[FALLS])
+    (alone,) = (mode for mode in MODES if mode.slips[STOPPED] and not mode.slips[FALLS])
     rates, drive, start, sides = (np.zeros((n, t.size), t.dtype) for n in (len(records.Rates._fields), 2, 4, 2))
-    rates[[ELEMENT.per_compression, ELEMENT.per_velocity, *alone.polynomial]] = -poles.q, -poles.p, poles.p, poles.q
-    start[VELOCITY], drive[SLIPS], sides[SLIPS] = velocity, acceleration + poles.p * velocity, side
+    rates[[PER_COMPRESSION, PER_VELOCITY, *alone.polynomial]] = -poles.q, -poles.p, poles.p, poles.q
+    start[VELOCITY], drive[STOPPED], sides[STOPPED] = velocity, acceleration + poles.p * velocity, side
     moments = moments_of(records.Rates(*rates), poles, records.Drive(*drive), LegState(*start), sides, t)
     rise = (flight.start[FALL] - formulas.fall_of(robot) * (since + 0.5 * t)) * t
     over = records.Way(ways[0], moments[AXES_OF_MOMENTS.index([VELOCITY, VELOCITY])], rise)
@@ -464,7 +474,7 @@ def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> FlightLedger:
     since, *_, event = phases
     whole, velocity = _work_in(flight, phases, np.append(np.diff(since), since[:1]))
     hits = np.append(event[1:] == ELEMENT.hits_stop, False)
-    lost = choose(hits, _lost(flight.robot, SLIPS, velocity), 0.0)
+    lost = choose(hits, _lost(flight.robot, velocity), 0.0)
     sums = sums_before([*whole, lost], flight.start_loss)[:, index]
     sums[:-1] += _work_in(flight, take(phases, index), times - since[index])[0]
     *work, stop_loss = (row.reshape(np.shape(t)) for row in sums)
@@ -474,5 +484,5 @@ def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> FlightLedger:
 def flight_energy_at(flight: FlightSolution, t: ArrayLike) -> Energy:
     """Energies at times t [s], in t's shape."""
     state = flight_at(flight, t)
-    height = state[POSITION] - state[CONTACT_AXIS]
+    height = state[POSITION] - state[COMPRESSION]
     return formulas.flight_energies(flight.robot, state[VELOCITY], state[FALL], height)

@@ -810,6 +810,17 @@ def contact_slope(robot: Robot, state: LegState) -> Real:
     return contact
 
 
+def contact_numerator(robot: Robot, motion: Motion) -> Numerator:
+    """Numerator of the contact force over k.
+
+    """
+    H3_y, H2_y, H1_y = motion.H3_y, motion.H2_y, motion.H1_y
+    H3 = H3_y  # what the leg carries
+    H2 = H2_y  # what the leg carries
+    H1 = H1_y  # what the leg carries
+    return Numerator(H3, H2, H1)
+
+
 def contact_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
     """Change of the contact force over k with the robot and the state.
 
@@ -967,6 +978,17 @@ def velocity_after_impact(robot: Robot, v2: Real) -> Real:
     impact_loss = robot.impact_loss
     v2_after = sqrt(1.0 - impact_loss)*v2  # impact loss
     return v2_after
+
+
+def loss_at_impact(robot: Robot, v2: Real) -> Real:
+    """What the body loses at the impact.
+
+    v2 [m/s] velocity of the body.
+    Returns loss_at_impact [J], what the body loses at the impact, negative.
+    """
+    m_s, impact_loss = robot.m_s, robot.impact_loss
+    loss_at_impact = -0.5*impact_loss*m_s*v2*v2  # a share of its kinetic energy
+    return loss_at_impact
 
 
 def flight_energies(robot: Robot, v1: Real, v2: Real, hop_height: Real) -> Energy:

@@ -23,10 +23,10 @@ from hopform_solver.records import Drive, LegState, Moments, Poles, Rates, Real,
 
 
 def moments_of(rates: Rates, poles: Poles, drive: Drive, start: LegState, side: Array, t: Array) -> Moments:
-    """Integrals of the products over the first t of phases, x_1 counted from where they start."""
+    """Integrals of the products over the first t of phases, axis 0 counted from where they start."""
     doublings = doublings_of(poles, t)
     h, mode = np.ldexp(t, -doublings), mode_of(rates, poles, drive, side)
-    origin, motion = start._replace(x1=np.zeros_like(t)), motion_under(rates, drive, start, side)
+    origin, motion = LegState(np.zeros_like(t), *start[1:]), motion_under(rates, drive, start, side)
     total = np.zeros((5, 5, t.size), t.dtype)
     for place, weight in GAUSS:
         z = columns_of(arrive(origin, motion, basis_at(poles, place * h), side))
@@ -44,7 +44,7 @@ def ledger_over(phase: Phase, t: Array) -> Work:
     """The entries of the ledger over the first t of phases."""
     plan, start, u, side = phase
     moments = moments_of(plan.rates, poles_of(plan, side), drive_of(phase), start, side, t)
-    return formulas.ledger_of(plan.robot, moments, u, side[0], side[1], start.x1)
+    return formulas.ledger_of(plan.robot, moments, u, side[0], side[1], start[0])
 
 
 def sums_before(entries: Sequence[Array], first: Real) -> Array:

@@ -21,8 +21,8 @@ GAUSS = tuple(zip((0.5 + 0.5 * _ROOTS).tolist(), (0.5 * _AREAS).tolist(), strict
 a time in which neither turns or fades by more than a factor of e^4.
 """
 
-X, V1, V2, Y, ONE = range(5)
-"""The rows of z: those of a state, and 1."""
+ONE = len(LegState._fields)
+"""The row of z behind those of a state, which is 1."""
 
 
 class Mode(NamedTuple):
@@ -44,7 +44,7 @@ def mode_of(rates: Rates, poles: Poles, drive: Drive, side: Array) -> Mode:
 
 def columns_of(state: LegState) -> Array:
     """z of states, (5, lanes)."""
-    return np.stack([*state, np.ones_like(state.y)])
+    return np.stack([*state, np.ones_like(state[0])])
 
 
 def response_in(mode: Mode, h: Array) -> Array:
@@ -55,10 +55,10 @@ def response_in(mode: Mode, h: Array) -> Array:
 def transition(mode: Mode, response: Array) -> Array:
     """Phi(h) (5, 5, lanes) from W at h: the first row and the constant part are one integral further each."""
     phi = np.zeros((5, 5, response.shape[1]), response.dtype)
-    phi[X, X] = phi[ONE, ONE] = 1.0
-    for column in range(V1, ONE + 1):
-        by, at = mode.transfer[:, column - V1], response[column == ONE :]
-        phi[V1:ONE, column], phi[X, column] = (by * at[:3]).sum(axis=1), (by[0] * at[1:4]).sum(axis=0)
+    phi[0, 0] = phi[ONE, ONE] = 1.0
+    for column in range(1, ONE + 1):
+        by, at = mode.transfer[:, column - 1], response[column == ONE :]
+        phi[1:ONE, column], phi[0, column] = (by * at[:3]).sum(axis=1), (by[0] * at[1:4]).sum(axis=0)
     return phi
 
 

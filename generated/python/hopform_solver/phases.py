@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hopform_solver import formulas
-from hopform_solver.elements import FOLLOWS, MODES, NUMERATORS
+from hopform_solver.elements import FOLLOWS, MODES
 from hopform_solver.kernels import basis_at, factor_cubic
 from hopform_solver.lanes import Array, choose, lanes_in, put, take
-from hopform_solver.records import Basis, Drive, LegState, Motion, Numerator, Poles, Rates, Robot
+from hopform_solver.records import Basis, Drive, LegState, Motion, Poles, Rates, Robot
 from hopform_solver.stability import conditions
 
 MOVES_WITH = np.array(FOLLOWS)[..., np.newaxis] != 0
@@ -90,12 +90,6 @@ def drive_of(phase: Phase) -> Drive:
 def motion_of(phase: Phase) -> Motion:
     """The numerators of phases."""
     return motion_under(phase.plan.rates, drive_of(phase), phase.start, phase.side)
-
-
-def contact_numerator(robot: Robot, motion: Motion) -> Numerator:
-    """The numerator of the contact force over k."""
-    terms = (LegState(*(motion[first + n] for first in NUMERATORS)) for n in range(3))
-    return Numerator(*(formulas.contact_slope(robot, each) for each in terms))
 
 
 def arrive(state: LegState, motion: Motion, basis: Basis, side: Array) -> LegState:

@@ -16,37 +16,34 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hopform_solver import formulas
+from hopform_solver.elements import (
+    AXIS_OF_EVENT,
+    COLUMN_OF_AXIS,
+    COMPRESSION,
+    ELEMENTS,
+    INPUTS,
+    POSITION,
+    STOPPED,
+    STOPS,
+)
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
-from hopform_solver.linear import (
-    GAUSS,
-    ONE,
-    V1,
-    V2,
-    Mode,
-    X,
-    Y,
-    columns_of,
-    doublings_of,
-    mode_of,
-    response_in,
-    transition,
-)
+from hopform_solver.linear import GAUSS, ONE, Mode, columns_of, doublings_of, mode_of, response_in, transition
 from hopform_solver.phases import Phase, drive_of, poles_of, state_in_phase
 from hopform_solver.records import LegState, Robot, RobotChange, StateChange
-from hopform_solver.stance import ENDING, EVENT, Solution, locate
+from hopform_solver.stance import ENDING, Solution, locate
 
 ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed")
 """Time and state of the take-off, hop height of the apex, AED."""
 
-COLUMNS = ("x1", "v1", "y", "v2", "u", *Robot._fields)
+COLUMNS = (*INPUTS, *Robot._fields)
 """Initial state with the compression y as a coordinate of its own, a change of all currents alike, the robot."""
 
 CHUNK = 4096
 """Phases that are computed at a time: one takes 4 kB."""
-_BY = {name: number for number, name in enumerate(COLUMNS)}
-_JUMPS = ("x1_hits_stop",), ("x1_reverses", "x1_sticks"), ("x2_reverses", "x2_sticks")
+VELOCITY = ELEMENTS[STOPPED].velocity
+"""The axis of the velocity that is lost at a stop."""
 _ECHOES = 7
 
 
@@ -87,7 +84,7 @@ def _responses(mode: Mode, phase: Phase, t: Array, response: Array) -> Array:
     """How z at t answers to a change of each entry in the rows of (3), (4): (4, 2, 4, lanes); that of a held mass has
     no answer.
     """
-    echoes, z = _echoes(mode, t), columns_of(phase.start)[V1:ONE]
+    echoes, z = _echoes(mode, t), columns_of(phase.start)[1:ONE]
     K = np.zeros((3, 4, t.size), t.dtype)
     K[:, :3] = (mode.transfer[:, :3] * z[:, np.newaxis]).sum(axis=1)
     K[:, 1:] += mode.transfer[:, 3]
@@ -102,8 +99,7 @@ def _responses(mode: Mode, phase: Phase, t: Array, response: Array) -> Array:
 
 def _robot_change(dtype: Any) -> RobotChange:
     """The change of each parameter that the columns stand for, (1, columns) each."""
-    unit = np.eye(len(COLUMNS), dtype=dtype)
-    return RobotChange(*(unit[np.newaxis, _BY[name]] for name in Robot._fields))
+    return RobotChange(*np.eye(len(COLUMNS), dtype=dtype)[len(INPUTS) :, np.newaxis])
 
 
 def _advance(phase: Phase, t: Array, change: Array) -> Array:
@@ -114,7 +110,7 @@ def _advance(phase: Phase, t: Array, change: Array) -> Array:
     mode = mode_of(phase.plan.rates, poles_of(phase.plan, phase.side), drive_of(phase), phase.side)
     response = response_in(mode, t)
     by_share = _responses(mode, phase, t, response).reshape(4, 8, -1)
-    by_u = np.eye(len(COLUMNS), dtype=t.dtype)[np.newaxis, _BY["u"]]
+    by_u = np.eye(len(COLUMNS), dtype=t.dtype)[np.newaxis, INPUTS.index("u")]
     robot, u, side = _column(phase.plan.robot), phase.u[:, np.newaxis], phase.side[..., np.newaxis]
     slopes = formulas.slopes_of(robot, u, side[0], side[1], _robot_change(t.dtype), by_u)
     shape = t.size, len(COLUMNS)
@@ -151,16 +147,17 @@ class Crossing(NamedTuple):
     change: Array
 
 
-def cross(solution: Solution, now: Numbers, v1: Array, change: Array, bound: Array, graze: float) -> Crossing:
+def cross(solution: Solution, now: Numbers, met: Array, change: Array, bound: Array, graze: float) -> Crossing:
     """Changes right after the events that start phases `now`; nothing jumps at a slip or a step of the current.
 
-    v1: with which a stop is met. change: before the event (n, rows, columns). bound: the change of the stop (n,
+    met: the velocity with which a stop is met. change: before the event (n, rows, columns). bound: that of the stop (n,
     columns). graze: how late what has no speed is.
     """
-    event, old, new = solution.phases.event[now], solution.phase(now - 1), solution.phase(now)
-    hits, rests_1, rests_2 = (np.isin(event, [EVENT[word] for word in words]) for words in _JUMPS)
-    each, row = np.arange(now.size), np.select([hits, rests_1, rests_2], [X, V1, V2], -1)
-    arriving = old._replace(start=new.start._replace(v1=choose(hits, v1, new.start.v1)))
+    old, new = solution.phase(now - 1), solution.phase(now)
+    each, row, start = np.arange(now.size), np.take(AXIS_OF_EVENT, solution.phases.event[now]), np.array(new.start)
+    hits = row == POSITION
+    start[VELOCITY] = choose(hits, met, start[VELOCITY])
+    arriving = old._replace(start=LegState(*start))
     before, after = (speeds_of(phase)[:, : change.shape[1]] for phase in (arriving, new))
     # Without friction nothing jumps, however little of a velocity is left.
     smooth = ~hits & (before == after).all(axis=1)
@@ -170,7 +167,7 @@ def cross(solution: Solution, now: Numbers, v1: Array, change: Array, bound: Arr
     passed = change + (before - after)[:, :, np.newaxis] * late[:, np.newaxis]
     jumps = np.flatnonzero(row >= 0)
     passed[jumps, row[jumps]] = (bound - speed_after * late)[jumps]
-    passed[hits, V1] = -after[hits, V1, np.newaxis] * late[hits]
+    passed[hits, VELOCITY] = -after[hits, VELOCITY, np.newaxis] * late[hits]
     return Crossing(hits, before, after, speed[:, 0], late, passed)
 
 
@@ -178,20 +175,21 @@ def _begin(solution: Solution, lanes: Numbers) -> Array:
     """Changes at the start: no velocity is left of a mass that is held, or that a stop took at once."""
     side = solution.phase(solution.first[lanes]).side
     change = np.zeros((lanes.size, 5, len(COLUMNS)), side.dtype)
-    change[:, X, _BY["x1"]] = change[:, Y, _BY["y"]] = 1.0
-    change[:, V1, _BY["v1"]] = (side[0] != 0.0) & ~(solution.start_loss.reshape(-1)[lanes] < 0.0)
-    change[:, V2, _BY["v2"]] = side[1] != 0.0
+    change[:, np.arange(ONE), COLUMN_OF_AXIS] = 1.0
+    for element, slips in zip(ELEMENTS, side != 0.0, strict=True):
+        change[~slips, element.velocity] = 0.0
+    change[solution.start_loss.reshape(-1)[lanes] < 0.0, VELOCITY] = 0.0
     return change
 
 
 def _pass(solution: Solution, now: Numbers, lengths: Array, change: Array) -> Array:
     """Changes right after the events between phases and the ones before, NaN where one grazes."""
     old = solution.phase(now - 1)
-    event, (up, _) = solution.phases.event[now], old.side > 0.0
+    stop = len(INPUTS) + np.where(old.side[STOPPED] > 0.0, STOPS[1], STOPS[0])
     bound = np.zeros((now.size, len(COLUMNS)), change.dtype)
-    hits = np.flatnonzero(event == EVENT["x1_hits_stop"])
-    bound[hits, np.where(up, _BY["x1_max"], _BY["x1_min"])[hits]] = 1.0
-    return cross(solution, now, state_in_phase(old, lengths).v1, change, bound, np.nan).change
+    hits = np.flatnonzero(solution.phases.event[now] == ELEMENTS[STOPPED].hits_stop)
+    bound[hits, stop[hits]] = 1.0
+    return cross(solution, now, state_in_phase(old, lengths)[VELOCITY], change, bound, np.nan).change
 
 
 def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
@@ -205,15 +203,14 @@ def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
     rate = formulas.contact_slope(robot, LegState(*np.moveaxis(speed, 1, 0)))
     at_rest = StateChange(*np.moveaxis(change[:, :ONE], 1, 0))
     late = -formulas.contact_change(robot, end, by, at_rest) / rate
-    at_end = StateChange(*np.moveaxis(change[:, :ONE] + speed * late[:, np.newaxis], 1, 0))
+    moved = np.moveaxis(change[:, :ONE] + speed * late[:, np.newaxis], 1, 0)
     if CONTACT_IS_COMPRESSION:
-        at_end = at_end._replace(d_y=np.zeros_like(late))
-    at_start = StateChange(*(unit[np.newaxis, _BY[name]] for name in LegState._fields))
+        moved[COMPRESSION] = 0.0
+    at_end, at_start = StateChange(*moved), StateChange(*unit[COLUMN_OF_AXIS, np.newaxis])
     before = formulas.body_energy_change(robot, begin, by, at_start)
     aed = formulas.body_energy_change(robot, end, by, at_end) - before
-    d_x1, d_v1, d_v2, _ = at_end
-    apex = formulas.apex_change(robot, end, by, at_end)
-    return np.stack([late, d_x1, d_v1, formulas.height_change(by, at_end), d_v2, apex, aed], axis=1)
+    apex, height = formulas.apex_change(robot, end, by, at_end), formulas.height_change(by, at_end)
+    return np.stack([late, *moved[:2], height, moved[2], apex, aed], axis=1)
 
 
 @np.errstate(all="ignore")

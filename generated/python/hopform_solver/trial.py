@@ -12,19 +12,17 @@ from typing import NamedTuple
 import numpy as np
 
 from hopform_solver import formulas
-from hopform_solver.elements import CONTACT_AXIS, DRIVEN, LARGEST_POSITION, PER_AMPERE, Trials
+from hopform_solver.elements import COMPRESSION, DRIVEN, LARGEST_POSITION, PER_AMPERE, POSITION, STOPPED, Trials
 from hopform_solver.extrema import minima, rate_of, turns
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Numbers, choose, put, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
-from hopform_solver.phases import Phase, arrive, contact_numerator, motion_of, motion_under, poles_of
+from hopform_solver.phases import Phase, arrive, motion_of, motion_under, poles_of
 from hopform_solver.records import Basis, Drive, LegState, Motion, Poles, Robot, StateChange
 from hopform_solver.sensitivity import cross, speeds_of
-from hopform_solver.stance import CONTACT_FOLLOWS, ENDING, LIMITED, VELOCITIES, Solution, solve
+from hopform_solver.stance import COMPRESSION_FOLLOWS, ENDING, VELOCITIES, Solution, solve
 
 _PRIME = 1_000_003
-((STOPPED, POSITION, _),) = LIMITED
-"""The element whose position has stops, and the axis of that."""
 VELOCITY = VELOCITIES[STOPPED]
 
 
@@ -68,7 +66,7 @@ def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_ph
         at_end = moving.at(basis)
         put(arrived, lanes, at_end[0])
         put(change, lanes, at_end[1])
-        rate[lanes] = rate_of(contact_numerator(phase.plan.robot, moving.motion), basis)
+        rate[lanes] = rate_of(formulas.contact_numerator(phase.plan.robot, moving.motion), basis)
     _lift(solution, trials, change, first + count - 1)
     return trials
 
@@ -91,7 +89,7 @@ def _find_minima(trials: Trials, lanes: Numbers, moving: _Moving, length: Array)
     """Minima of the contact force inside phases."""
     may = np.flatnonzero(turns(moving.phase.side) | (not CONTACT_IS_COMPRESSION))
     some = take(moving, may)
-    row, t = minima(some.poles, contact_numerator(some.phase.plan.robot, some.motion), length[may])
+    row, t = minima(some.poles, formulas.contact_numerator(some.phase.plan.robot, some.motion), length[may])
     found = take(some, row)
     state, change = found.at(basis_at(found.poles, t))
     least = formulas.contact_of(found.phase.plan.robot, state)
@@ -128,7 +126,7 @@ def _cross(
     # Where nothing moves, the sides before and after tell, and not what rounding leaves of the velocities.
     stands = np.asarray(CONTACT_IS_COMPRESSION & ~state[VELOCITIES].any(axis=0))
     jumps = (not CONTACT_IS_COMPRESSION) & passed.hits
-    old, goes = ((CONTACT_FOLLOWS * side).sum(axis=0) for side in (old_side, phase.side))
+    old, goes = ((COMPRESSION_FOLLOWS * side).sum(axis=0) for side in (old_side, phase.side))
     after = formulas.contact_slope(robot, LegState(*passed.after.T))
     up = choose(stands, (old < 0.0) & ~(goes < 0.0), ((rate < 0.0) | jumps) & ~(after < 0.0)).nonzero()[0]
     least, least_u = formulas.contact_of(robot, phase.start)[up], formulas.contact_slope(robot, left)[up]
@@ -160,7 +158,7 @@ def _lift(solution: Solution, trials: Trials, change: LegState, last: Numbers) -
     every = np.arange(trials.u.size)
     _note(trials, LARGEST_POSITION, every, end[POSITION], choose(off, met[POSITION], change[POSITION]), 1.0)
     if CONTACT_IS_COMPRESSION:
-        met[CONTACT_AXIS] = 0.0
+        met[COMPRESSION] = 0.0
     trials.apex[off] = solution.apex[off]
     trials.apex_u[off] = formulas.apex_slope(robot, end, StateChange(*met))[off]
     trials.smooth[off & ~(rate != 0.0)] = False

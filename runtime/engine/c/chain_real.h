@@ -209,20 +209,15 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
     }
 }
 
-/* How far the position is from the stop ahead. */
-static inline real gap_ahead_real(const stance_chain_real *chain)
-{
-    return chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
-}
-
 /* How far the position is from the stop ahead, if there is one. */
 static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set)
 {
-    const real gap = gap_ahead_real(chain);
-    if (chain->side[HOPFORM_STOPPED_ELEMENT] == 0 || !hopform_is_finite_real(gap)) {
+    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+    const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
+    if (side == 0 || !hopform_is_finite_real(gap)) {
         return;
     }
-    const real away = -(real)chain->side[HOPFORM_STOPPED_ELEMENT];
+    const real away = -(real)side;
     const hopform_numerator_real *h = &chain->motion.of.position;
     const hopform_numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_real *stop =
@@ -251,8 +246,8 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
                        && !(fabs_real(chain->drive.of[slips]) > 0.0);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_real(set, &leg, hopform_contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
+        const hopform_numerator_real h = hopform_contact_numerator_real(&chain->plan->robot, &chain->motion.named);
+        (void)add_event_function_real(set, &h, hopform_contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
                                       CONTACT_real, shape);
     }
     add_stop_real(chain, set);
@@ -303,17 +298,18 @@ static inline bool is_late_real(const hopform_basis_real *basis)
 
 /* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
 static inline real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
-                                      const event_function_real *leg, const hopform_basis_real *basis, real t)
+                                      const event_function_real *contact, const hopform_basis_real *basis, real t)
 {
     if (!is_late_real(basis)) {
         return 0.0;
     }
     hopform_state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
-    const hopform_motion_real from_slack = hopform_motion_of_real(
-        chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0], chain->side[1]);
-    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_y_real(poles, from_slack.H2_y, from_slack.H1_y);
+    hopform_numerators_real from_slack;
+    from_slack.named = hopform_motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0],
+                                              chain->side[1]);
+    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_real(poles, &from_slack.of.compression);
     const real settled = hopform_contact_of_real(&chain->plan->robot, &steady.named);
-    return steady_state_correction_real(poles, leg, settled, basis, t);
+    return steady_state_correction_real(poles, contact, settled, basis, t);
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
@@ -519,9 +515,14 @@ static inline void stance_find_end_real(const stance_chain_real *chain, stance_s
 static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *chain, int event)
 {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
-    const real *at = chain->at.of;
-    const hopform_phase_real phase = {chain->t, at[0],        at[1],         at[2],
-                                      at[3],    (int8_t)mode, (int8_t)event, (uint16_t)chain->step};
+    hopform_phase_real phase;
+#define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
+    HOPFORM_STATE_MEMBERS(PUT_MEMBER)
+#undef PUT_MEMBER
+    phase.t = chain->t;
+    phase.mode = (int8_t)mode;
+    phase.event = (int8_t)event;
+    phase.step = (uint16_t)chain->step;
     return phase;
 }
 
@@ -555,7 +556,7 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
     if (stops && after != before) {
-        stance_record_real(chain, HOPFORM_EVENT_HITS_STOP(element));
+        stance_record_real(chain, HOPFORM_EVENT_HITS_STOP);
     } else {
         stance_record_real(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
     }
@@ -584,11 +585,11 @@ static inline void keep_faint_acceleration_real(stance_chain_real *chain, const 
 {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = &chain->plan->rates;
-    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->a1_v1) > 0.0) {
+    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->HOPFORM_PER_VELOCITY) > 0.0) {
         return;
     }
     const hopform_free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
-    const real by_spring = rates->a1_y * chain->at.of[HOPFORM_COMPRESSION_AXIS];
+    const real by_spring = rates->HOPFORM_PER_COMPRESSION * chain->at.of[HOPFORM_COMPRESSION_AXIS];
     if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * fabs_real(by_spring))) {
         return;
     }
@@ -610,10 +611,10 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
         return;
     }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        const hopform_numerator_real *h = &chain->motion.of.velocity[element];
         chain->alone = element;
-        chain->free = hopform_free_after_motion_real(
-            (real)chain->side[element], level_of_real(&chain->plan->robot, element), h->H3, h->H2, &end->in.high.basis);
+        chain->free =
+            hopform_free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
+                                           &chain->motion.of.velocity[element], &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
         keep_faint_acceleration_real(chain, &end->in.high.basis);
     }
@@ -623,15 +624,15 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
  * it is. */
 static inline void stance_arrive_real(stance_chain_real *chain, const hopform_basis_real *basis)
 {
-    hopform_state_by_axis_real from_zero = chain->at;
-    from_zero.of[HOPFORM_POSITION_AXIS] = 0.0;
-    hopform_state_by_axis_real moved;
-    moved.named = hopform_arrive_real(&from_zero.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
-    const real way = moved.of[HOPFORM_POSITION_AXIS];
-    moved.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_POSITION_AXIS] + way;
+    real *position = &chain->at.of[HOPFORM_POSITION_AXIS];
+    const real before = *position;
+    *position = 0.0;
+    chain->at.named =
+        hopform_arrive_real(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    const real way = *position;
+    *position = before + way;
     chain->from_lower += way;
     chain->from_upper += way;
-    chain->at = moved;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
@@ -643,7 +644,7 @@ static inline void stance_begin_phase_real(stance_chain_real *chain)
                                                     chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
-        hopform_go_on_real(&chain->motion.named, element + 1, chain->side[1 - element] == 0, chain->free - level);
+        hopform_go_on_real(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
     }
 }
 
@@ -673,7 +674,7 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     }
 }
 
-/* The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+/* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_real(const stance_chain_real *chain)
 {
@@ -686,9 +687,9 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain)
         return contact < 0.0;
     }
     const hopform_numerators_real motion = numerators_real(chain, chain->side);
-    const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &motion.named);
-    const real first = fabs_real(leg.H3) > 0.0 ? leg.H3 : leg.H2;
-    return fabs_real(first) > 0.0 ? first < 0.0 : leg.H1 < 0.0;
+    const hopform_numerator_real h = hopform_contact_numerator_real(&chain->plan->robot, &motion.named);
+    const real first = fabs_real(h.H3) > 0.0 ? h.H3 : h.H2;
+    return fabs_real(first) > 0.0 ? first < 0.0 : h.H1 < 0.0;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
@@ -847,10 +848,9 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
 {
     const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_state_real *end = &chain->at.named;
-    const hopform_at_real at = {chain->at.of[0], chain->at.of[1], chain->at.of[2], chain->at.of[3]};
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_real(robot, start, &at);
+    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_real(robot, start, &chain->at.later);
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;

@@ -12,6 +12,12 @@
 
 #include "linear_real.h"
 
+/* A state, and behind its axes 1. */
+typedef union {
+    hopform_state_real named;
+    real of[HOPFORM_AXES + 1];
+} hopform_state_and_one_real;
+
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
  * ledger reads or all of it. */
 static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_real *plan,
@@ -22,19 +28,18 @@ static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_
     hopform_matrix_real sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
         const hopform_basis_real basis = hopform_basis_at_real(mode->poles, hopform_place_real[node] * h);
-        const hopform_state_real at = hopform_arrive_real(start, &motion, &basis, mode->side[0], mode->side[1]);
+        hopform_state_and_one_real at;
+        at.named = hopform_arrive_real(start, &motion, &basis, mode->side[0], mode->side[1]);
+        at.of[ONE_real] = 1.0;
         const real weight = hopform_weight_real[node] * h;
-        real z[AXES_real + 1];
-        hopform_axes_of_real(&at, z);
-        z[ONE_real] = 1.0;
         if (!all) {
-#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * z[i] * z[j];
+#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * at.of[i] * at.of[j];
             HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
 #undef ADD_PRODUCT
         }
-        for (int i = 0; i <= AXES_real && all; i++) {
-            for (int j = i; j <= AXES_real; j++) {
-                sum.at[i][j] += weight * z[i] * z[j];
+        for (int i = 0; i <= HOPFORM_AXES && all; i++) {
+            for (int j = i; j <= HOPFORM_AXES; j++) {
+                sum.at[i][j] += weight * at.of[i] * at.of[j];
             }
         }
     }
@@ -44,25 +49,25 @@ static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
 static inline void hopform_double_moments_real(hopform_matrix_real *sum, const hopform_matrix_real *phi)
 {
-    real left[AXES_real][AXES_real + 1];
-    for (int i = 1; i <= AXES_real; i++) {
+    real left[HOPFORM_AXES][HOPFORM_AXES + 1];
+    for (int i = 1; i <= HOPFORM_AXES; i++) {
         for (int j = 0; j < i; j++) {
             sum->at[i][j] = sum->at[j][i];
         }
     }
-    for (int i = 0; i < AXES_real; i++) {
-        for (int j = 0; j <= AXES_real; j++) {
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        for (int j = 0; j <= HOPFORM_AXES; j++) {
             real product = i == 0 ? sum->at[0][j] : 0.0;
-            for (int k = 1; k <= AXES_real; k++) {
+            for (int k = 1; k <= HOPFORM_AXES; k++) {
                 product += phi->at[i][k] * sum->at[k][j];
             }
             left[i][j] = product;
         }
     }
-    for (int i = 0; i < AXES_real; i++) {
-        for (int j = i; j < AXES_real; j++) {
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        for (int j = i; j < HOPFORM_AXES; j++) {
             real product = j == 0 ? left[i][0] : 0.0;
-            for (int k = 1; k <= AXES_real; k++) {
+            for (int k = 1; k <= HOPFORM_AXES; k++) {
                 product += left[i][k] * phi->at[j][k];
             }
             sum->at[i][j] += product;
@@ -77,19 +82,16 @@ static inline hopform_ledger_real hopform_ledger_in_phase_real(const hopform_pla
                                                                const hopform_phase_real *phase, real u, real t)
 {
     const hopform_mode_real mode = hopform_mode_of_real(plan, phase, u);
-    const hopform_state_real start = hopform_start_of_phase_real(phase);
-    real z[AXES_real];
-    hopform_axes_of_real(&start, z);
-    const real origin = z[0];
-    z[0] = 0.0;
-    const hopform_state_real from = hopform_state_of_real(z);
+    hopform_state_by_axis_real from;
+    from.named = hopform_start_of_phase_real(phase);
+    const real origin = from.of[0];
+    from.of[0] = 0.0;
     real h = t;
     const int doublings = hopform_halve_real(mode.poles, &h);
-    hopform_matrix_real sum = hopform_short_moments_real(plan, &mode, &from, u, h, doublings > 0);
+    hopform_matrix_real sum = hopform_short_moments_real(plan, &mode, &from.named, u, h, doublings > 0);
     for (int n = 0; n < doublings; n++) {
-        real W[ORDERS_real];
-        hopform_response_in_mode_real(&mode, h, W);
-        const hopform_matrix_real phi = hopform_transition_real(&mode, W);
+        const hopform_basis_by_order_real response = hopform_response_in_mode_real(&mode, h);
+        const hopform_matrix_real phi = hopform_transition_real(&mode, response.of);
         hopform_double_moments_real(&sum, &phi);
         h *= 2.0;
     }

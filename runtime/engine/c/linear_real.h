@@ -8,15 +8,13 @@
 #ifndef HOPFORM_LINEAR_H_real
 #define HOPFORM_LINEAR_H_real
 
-#include <string.h>
-
 #include "phase_real.h"
 #include "series_real.h"
 
-enum { AXES_real = HOPFORM_AXES, CORE_real = HOPFORM_CORE, ONE_real = HOPFORM_AXES, POWERS_real = 3, ORDERS_real = 5 };
+enum { CORE_real = HOPFORM_CORE, ONE_real = HOPFORM_AXES, POWERS_real = 3, ORDERS_real = 5 };
 
 typedef struct {
-    real at[AXES_real + 1][AXES_real + 1];
+    real at[HOPFORM_AXES + 1][HOPFORM_AXES + 1];
 } hopform_matrix_real;
 
 /* The mode of a phase under its current. */
@@ -26,7 +24,7 @@ typedef struct {
         real at[CORE_real][CORE_real + 1][POWERS_real]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
     hopform_drive_real drive;
-    int side[HOPFORM_MASSES]; /* sign of each velocity, 0 if held */
+    int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
     const hopform_poles_real *poles;
 } hopform_mode_real;
 
@@ -49,34 +47,22 @@ static inline bool hopform_rests_real(const hopform_mode_real *mode)
     return mode->side[0] == 0 && mode->side[1] == 0;
 }
 
-/* The axes of a state. */
-static inline void hopform_axes_of_real(const hopform_state_real *state, real z[AXES_real])
-{
-    (void)memcpy(z, state, sizeof *state);
-}
-
-static inline hopform_state_real hopform_state_of_real(const real z[AXES_real])
-{
-    hopform_state_real state;
-    (void)memcpy(&state, z, sizeof state);
-    return state;
-}
-
 /* z' of a state. */
-static inline void hopform_speeds_in_mode_real(const hopform_plan_real *plan, const hopform_mode_real *mode,
-                                               const real z[AXES_real], real speed[AXES_real])
+static inline hopform_state_by_axis_real hopform_speeds_in_mode_real(const hopform_plan_real *plan,
+                                                                     const hopform_mode_real *mode,
+                                                                     const hopform_state_real *state)
 {
-    const hopform_state_real state = hopform_state_of_real(z);
-    const hopform_speeds_real speeds =
-        hopform_speeds_of_real(&plan->rates, &mode->drive, (real)mode->side[0], (real)mode->side[1], &state);
-    (void)memcpy(speed, &speeds, sizeof speeds);
+    hopform_state_by_axis_real speeds;
+    speeds.rates = hopform_speeds_of_real(&plan->rates, &mode->drive, (real)mode->side[0], (real)mode->side[1], state);
+    return speeds;
 }
 
 /* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
-static inline void hopform_response_in_mode_real(const hopform_mode_real *mode, real h, real W[ORDERS_real])
+static inline hopform_basis_by_order_real hopform_response_in_mode_real(const hopform_mode_real *mode, real h)
 {
-    const hopform_basis_real basis = hopform_basis_at_real(mode->poles, hopform_rests_real(mode) ? 0.0 : h);
-    (void)memcpy(W, &basis, sizeof basis);
+    hopform_basis_by_order_real response;
+    response.named = hopform_basis_at_real(mode->poles, hopform_rests_real(mode) ? 0.0 : h);
+    return response;
 }
 
 static inline real hopform_applied_real(const real powers[POWERS_real], const real *W)

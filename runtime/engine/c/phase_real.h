@@ -13,19 +13,22 @@
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_real(const hopform_robot_real *robot, const hopform_state_real *start)
 {
-    const real motion = 0.5 * robot->m_s * (1.0 + start->v2 * start->v2);
-    return !(hopform_stored_energy_real(robot, start) <= 64.0 * motion);
+    return !(hopform_stored_energy_real(robot, start) <= 64.0 * hopform_moving_energy_real(robot, start, 1.0));
 }
 
-/* The poles of a mode; side_i is the sign of v_i, 0 if mass i is held. */
+/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. */
 static inline const hopform_poles_real *hopform_poles_of_real(const hopform_plan_real *plan, int side_1, int side_2)
 {
-    return side_1 == 0 ? &plan->body : (side_2 == 0 ? &plan->actuator : &plan->both);
+#define POLES_OF(mode) &plan->mode
+    return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
+#undef POLES_OF
 }
 
 static inline const hopform_node_real *hopform_node_of_real(const hopform_plan_real *plan, int side_1, int side_2)
 {
-    return side_1 == 0 ? &plan->node_body : (side_2 == 0 ? &plan->node_actuator : &plan->node_both);
+#define NODE_OF(mode) &plan->node_##mode
+    return HOPFORM_OF_MODE(NODE_OF, side_1, side_2);
+#undef NODE_OF
 }
 
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
@@ -33,14 +36,12 @@ static inline hopform_motion_real hopform_motion_under_real(const hopform_rates_
                                                             const hopform_drive_real *drive,
                                                             const hopform_state_real *state, int side_1, int side_2)
 {
-    if (side_1 != 0) {
-        return side_2 != 0 ? hopform_motion_of_both_real(rates, drive, state)
-                           : hopform_motion_of_actuator_real(rates, drive, state);
+#define MOTION_OF(mode) hopform_motion_of_##mode##_real(rates, drive, state)
+    if (side_1 != 0 || side_2 != 0) {
+        return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2);
     }
-    if (side_2 != 0) {
-        return hopform_motion_of_body_real(rates, drive, state);
-    }
-    const hopform_motion_real rest = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+#undef MOTION_OF
+    const hopform_motion_real rest = {0};
     return rest;
 }
 
@@ -52,64 +53,44 @@ static inline hopform_motion_real hopform_motion_of_real(const hopform_plan_real
     return hopform_motion_under_real(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* The numerator of the contact force over k. */
-static inline hopform_numerator_real hopform_contact_numerator_real(const hopform_robot_real *robot,
-                                                                    const hopform_motion_real *motion)
-{
-    const hopform_state_real H3 = {0.0, motion->H3_1, motion->H3_2, motion->H3_y};
-    const hopform_state_real H2 = {0.0, motion->H2_1, motion->H2_2, motion->H2_y};
-    const hopform_state_real H1 = {0.0, motion->H1_1, motion->H1_2, motion->H1_y};
-    const hopform_numerator_real leg = {hopform_contact_slope_real(robot, &H3), hopform_contact_slope_real(robot, &H2),
-                                        hopform_contact_slope_real(robot, &H1)};
-    return leg;
-}
-
-/* What y of a mode tends to; NEVER where nothing that is left of k draws it. */
-static inline real hopform_settled_y_real(const hopform_poles_real *poles, real H2_y, real H1_y)
+/* What a function of time with this numerator tends to in a mode, less its start; NEVER where nothing that is left of k
+ * draws it. */
+static inline real hopform_settled_real(const hopform_poles_real *poles, const hopform_numerator_real *h)
 {
     const bool slow = poles->s_3 > 0.0;
     const real draws = slow ? poles->s_3 : poles->s_2;
-    const real settled = (slow ? H1_y : H2_y) / (draws > 0.0 ? draws : 1.0);
+    const real settled = (slow ? h->H1 : h->H2) / (draws > 0.0 ? draws : 1.0);
     return draws > 0.0 ? settled : HOPFORM_NEVER_real;
 }
 
 /* ---- the hold rule ---- */
 
-/* Where a mass at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
+/* Where an element at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
 static inline real hopform_goes_real(real acceleration, real friction)
 {
     const real down = acceleration < -friction ? -1.0 : 0.0;
     return acceleration > friction ? 1.0 : down;
 }
 
-/* Where the mass that is held may slip to while the other one moves: where its free acceleration changes with y alone,
- * which is monotone then, to the side that it goes towards; 0 for either. */
-static inline int hopform_side_of_slip_real(const hopform_rates_real *rates, int side_1, int side_2)
-{
-    const real per_y = side_1 == 0 ? rates->a1_y : rates->a2_y;
-    const real per_v = side_1 == 0 ? rates->a1_v2 : rates->a2_v1;
-    return fabs_real(per_v) > 0.0 ? 0 : (int)hopform_goes_real(per_y, 0.0) * (side_1 - side_2);
-}
-
-/* The free acceleration of a mass that has come to rest alone, from its motion: it fades far below the digits of the
- * state. Without friction nothing but the sign is left of it in the end, and that is kept. */
-static inline real hopform_free_after_motion_real(real side, real friction, real H3, real H2,
+/* The free acceleration of an element that has come to rest alone, from its motion: it fades far below the digits of
+ * the state. Without friction nothing but the sign is left of it in the end, and that is kept. */
+static inline real hopform_free_after_motion_real(real side, real friction, const hopform_numerator_real *velocity,
                                                   const hopform_basis_real *basis)
 {
-    const real back = fabs_real(H3 * basis->Wdd + H2 * basis->Wd);
+    const real back = fabs_real(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd);
     return side * (friction - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
 }
 
-/* Put the acceleration with which a mass goes on from rest in place of that of the state; alone, y follows it. */
-static inline void hopform_go_on_real(hopform_motion_real *motion, int mass, bool alone, real acceleration)
+/* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
+ * follows it. */
+static inline void hopform_go_on_real(hopform_numerators_real *motion, int element, bool alone, real acceleration)
 {
-    if (mass == 1) {
-        motion->H3_1 = acceleration;
-        motion->N2_1 = acceleration; /* v_1 is 0 */
-        motion->H2_y = alone ? acceleration : motion->H2_y;
-    } else {
-        motion->H3_2 = acceleration;
-        motion->H2_y = -acceleration;
+    motion->of.velocity[element].H3 = acceleration;
+    if (element == HOPFORM_STOPPED_ELEMENT) {
+        motion->of.position.H3 = acceleration; /* its velocity is 0 */
+    }
+    if (alone) {
+        motion->of.compression.H2 = (real)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration;
     }
 }
 
@@ -117,16 +98,17 @@ static inline void hopform_go_on_real(hopform_motion_real *motion, int mass, boo
 static inline hopform_state_real hopform_arrive_real(const hopform_state_real *state, const hopform_motion_real *motion,
                                                      const hopform_basis_real *basis, int side_1, int side_2)
 {
-    const hopform_at_real at = hopform_state_at_real(state, motion, basis);
-    hopform_state_real arrival = {at.x1_t, at.v1_t, at.v2_t, at.y_t};
-    if (side_1 == 0) {
-        arrival.x1 = state->x1;
-        arrival.v1 = 0.0;
+    const int side[] = {side_1, side_2};
+    const bool stays = side[HOPFORM_STOPPED_ELEMENT] == 0;
+    hopform_state_by_axis_real at;
+    at.later = hopform_state_at_real(state, motion, basis);
+    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        if (side[element] == 0) {
+            at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0;
+        }
     }
-    if (side_2 == 0) {
-        arrival.v2 = 0.0;
-    }
-    return arrival;
+    at.named.HOPFORM_POSITION = stays ? state->HOPFORM_POSITION : at.named.HOPFORM_POSITION;
+    return at.named;
 }
 
 /* A plan that hopform_plan_init made, not memory that holds anything. */
@@ -176,7 +158,9 @@ static inline int hopform_side_2_real(const hopform_phase_real *phase)
 
 static inline hopform_state_real hopform_start_of_phase_real(const hopform_phase_real *phase)
 {
-    const hopform_state_real start = {phase->x1, phase->v1, phase->v2, phase->y};
+#define TAKE_MEMBER(name, domain) phase->name,
+    const hopform_state_real start = {HOPFORM_STATE_MEMBERS(TAKE_MEMBER)};
+#undef TAKE_MEMBER
     return start;
 }
 

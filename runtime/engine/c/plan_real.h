@@ -58,25 +58,31 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan)
     return HOPFORM_OK;
 }
 
+/* The poles of an element that slips while the others are held. */
+static inline hopform_poles_real pair_alone_real(real p, real q)
+{
+    const hopform_poles_real poles = {0.0, p, q, p, q, 0.0};
+    return poles;
+}
+
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both, bool whole)
 {
     const hopform_rates_real *rates = &plan->rates;
-    const hopform_poles_real actuator = {0.0, rates->p_1, rates->q_1, rates->p_1, rates->q_1, 0.0};
-    const hopform_poles_real body = {0.0, rates->p_2, rates->q_2, rates->p_2, rates->q_2, 0.0};
     if (!hopform_is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
         || !hopform_is_finite_real(rates->s_2) || !hopform_is_finite_real(rates->s_3)
         || !hopform_is_finite_real(both->a) || !hopform_is_finite_real(both->p) || !(both->q <= HOPFORM_NEVER_real)
-        || !(both->q > 0.0 || HOPFORM_BODY_IS_FIXED) /* both never move then */
+        || !(both->q > 0.0 || HOPFORM_ONE_IS_FIXED) /* both never move then */
         || !hopform_is_finite_real(rates->a1_0) || !hopform_is_finite_real(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;
-    plan->actuator = actuator;
-    plan->body = body;
     plan->node_both = node_of_poles_real(both, whole);
-    plan->node_actuator = node_of_poles_real(&actuator, whole);
-    plan->node_body = node_of_poles_real(&body, whole);
+#define PUT_MODE(mode, p, q)                                                                                           \
+    plan->mode = pair_alone_real(rates->p, rates->q);                                                                  \
+    plan->node_##mode = node_of_poles_real(&plan->mode, whole);
+    HOPFORM_MODES_OF_ONE(PUT_MODE)
+#undef PUT_MODE
     plan->made = whole ? HOPFORM_PLAN_MADE : 0;
     return HOPFORM_OK;
 }

@@ -3,14 +3,14 @@
 
 import numpy as np
 
-from hopform_solver.elements import CONTACT_AXIS, NUMERATORS
+from hopform_solver.elements import COMPRESSION, NUMERATORS
 from hopform_solver.events import EventSet, Node, jets_at_start, jets_of, node_of, propagator_at, turn_between
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import EPS
 from hopform_solver.phases import arrive, motion_of, poles_of
 from hopform_solver.records import Basis, Numerator, Poles
-from hopform_solver.stance import CONTACT_FOLLOWS, Solution
+from hopform_solver.stance import COMPRESSION_FOLLOWS, Solution
 
 LOOKS = 32
 """How often at least a rate is evaluated within a phase in which it might vanish, evenly."""
@@ -76,7 +76,7 @@ def _looks(poles: Poles, numerator: Numerator, length: Array, phases: Numbers) -
 
 def turns(side: Array) -> Flags:
     """Whether the rate of the compression may change its sign in phases in which elements go to these sides."""
-    return np.asarray(side.any(axis=0) & ((CONTACT_FOLLOWS * side).sum(axis=0) == 0.0))
+    return np.asarray(side.any(axis=0) & ((COMPRESSION_FOLLOWS * side).sum(axis=0) == 0.0))
 
 
 def compressions(solution: Solution) -> Array:
@@ -84,15 +84,15 @@ def compressions(solution: Solution) -> Array:
     inside a phase in which its rate may change its sign.
     """
     phases = solution.phases
-    most: Array = np.maximum(solution.end[CONTACT_AXIS].reshape(-1), 0.0)
+    most: Array = np.maximum(solution.end[COMPRESSION].reshape(-1), 0.0)
     every, lengths = solution.phase(np.arange(phases.t.size)), solution.lengths
-    np.maximum.at(most, phases.lane, every.start[CONTACT_AXIS])
+    np.maximum.at(most, phases.lane, every.start[COMPRESSION])
     index = np.flatnonzero(turns(every.side) & (lengths > 0.0))
     phase = take(every, index)
     motion, poles = motion_of(phase), poles_of(phase.plan, phase.side)
-    extension = -np.array(motion)[NUMERATORS[CONTACT_AXIS] :][:3]
+    extension = -np.array(motion)[NUMERATORS[COMPRESSION] :][:3]
     found, t = minima(poles, Numerator(*extension), lengths[index])
     motion, poles, phase = take((motion, poles, phase), found)
     there = arrive(phase.start, motion, basis_at(poles, t), phase.side)
-    np.maximum.at(most, phases.lane[index[found]], there[CONTACT_AXIS])
+    np.maximum.at(most, phases.lane[index[found]], there[COMPRESSION])
     return most

@@ -10,25 +10,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform_solver import events, formulas
-from hopform_solver.elements import CONTACT_AXIS, ELEMENTS, FOLLOWS, MODES, NUMERATORS, Phases
+from hopform_solver import elements, events, formulas
+from hopform_solver.elements import COMPRESSION, ELEMENTS, FOLLOWS, MODES, NUMERATORS, POSITION, STOPPED, STOPS, Phases
 from hopform_solver.lanes import Array, Flags, Numbers, choose, lanes_in, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
-from hopform_solver.phases import Phase, Plan, arrive, contact_numerator, motion_of, plan_of, poles_of, state_in_phase
-from hopform_solver.records import ENDINGS, EVENTS, At, LegState, Motion, Poles, Robot
+from hopform_solver.phases import Phase, Plan, arrive, motion_of, plan_of, poles_of, state_in_phase
+from hopform_solver.records import ENDINGS, At, LegState, Motion, Poles, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
-EVENT: dict[str, int] = {text: number for number, text in EVENTS.items()}
-"""The numbers of endings and events."""
+"""The numbers of endings."""
 
 ELEMENT = np.arange(len(ELEMENTS))[:, np.newaxis]
 VELOCITIES = [each.velocity for each in ELEMENTS]
 TERMS = np.array([[NUMERATORS[axis] + n for n in range(3)] for axis in VELOCITIES])
 """Of each element the axis of its velocity, and its terms in Motion."""
-LIMITED = [(n, one.position, one.stops) for n, one in enumerate(ELEMENTS) if one.position is not None and one.stops]
-"""The elements with stops: number, axis of the position, stops in Robot."""
-CONTACT_FOLLOWS = np.array(FOLLOWS[CONTACT_AXIS], np.int8)[:, np.newaxis]
+COMPRESSION_FOLLOWS = np.array(FOLLOWS[COMPRESSION], np.int8)[:, np.newaxis]
 FIXED = np.array([[each.is_fixed] for each in ELEMENTS])
 REVERSES, STICKS, SLIPS, HITS_STOP = (
     np.array([[getattr(each, what)] for each in ELEMENTS], np.int8)
@@ -94,7 +91,7 @@ class _Chain(NamedTuple):
     u_values: Array
     horizon: Array
     state: Array
-    gap: Array  # (elements, 2, lanes), from both stops: a position has no digits for what is this close to one
+    gap: Array  # (2, lanes), the position from its stops: it has no digits itself for what is this close to one
     side: Array
     t: Array
     step: NDArray[np.int64]
@@ -114,8 +111,8 @@ class _Chain(NamedTuple):
 
     @property
     def gap_ahead(self) -> Array:
-        """Positions, counted from the stops to which elements move."""
-        return choose(self.side > 0.0, self.gap[:, 1], self.gap[:, 0])
+        """The position, counted from the stop to which its element moves."""
+        return choose(self.side[STOPPED] > 0.0, self.gap[1], self.gap[0])
 
 
 # ---- the hold rule ----
@@ -123,7 +120,7 @@ class _Chain(NamedTuple):
 
 def _blocked(chain: _Chain, side: Array | float) -> Flags:
     """What a stop, or the ground that it is bolted to, keeps from moving to a side."""
-    below, above = chain.gap[:, 0] <= 0.0, chain.gap[:, 1] >= 0.0
+    below, above = (ELEMENT == STOPPED) & (chain.gap[0] <= 0.0), (ELEMENT == STOPPED) & (chain.gap[1] >= 0.0)
     return np.asarray(FIXED | ((side < 0.0) & below) | ((side > 0.0) & above))
 
 
@@ -173,8 +170,8 @@ class _Guards(NamedTuple):
 
     Not in it are the velocity of an element that slips alone, whose time to rest is known, and what cannot happen while
     velocities keep their signs. kind and side: of each slot. rest_time: when the element that slips alone comes to
-    rest, or compression, which rings about 0, vanishes; rests: which of them. stops: of each of LIMITED how far it is
-    from the stop ahead.
+    rest, or compression, which rings about 0, vanishes; rests: which of them. stop: how far the position is from
+    the stop ahead.
     """
 
     of: events.EventSet
@@ -182,7 +179,7 @@ class _Guards(NamedTuple):
     side: Array
     rest_time: Array
     rests: Numbers
-    stops: tuple[events.EventSet, ...]
+    stop: events.EventSet
 
 
 def _put_guards(chain: _Chain, poles: Poles, motion: Motion) -> _Guards:
@@ -191,10 +188,10 @@ def _put_guards(chain: _Chain, poles: Poles, motion: Motion) -> _Guards:
     numerator, start, kind = np.zeros((3, *shape), dtype), np.ones(shape, dtype), np.full(shape, LIMIT)  # not active
     towards, free = np.zeros(shape, dtype), _free_accelerations(phase)
     rest_time, rests, rings = _closed_forms(chain, poles, terms)
-    contact, falls = state[CONTACT_AXIS], (CONTACT_FOLLOWS * side < 0.0).any(axis=0)
+    contact, falls = state[COMPRESSION], (COMPRESSION_FOLLOWS * side < 0.0).any(axis=0)
     leg = (falls | (contact < 0.0) | (not CONTACT_IS_COMPRESSION)) & ~rings & (side != 0.0).any(axis=0)  # else it rises
     lanes = np.flatnonzero(leg & (not FOOT_IS_FIXED))
-    numerator[:, 0, lanes] = take(np.array(contact_numerator(robot, motion)), lanes)
+    numerator[:, 0, lanes] = take(np.array(formulas.contact_numerator(robot, motion)), lanes)
     start[0, lanes], kind[0, lanes] = formulas.contact_of(robot, phase.start)[lanes], TAKEOFF
     for mode in MODES:
         here = lanes_in(mode.slips, side)
@@ -211,16 +208,14 @@ def _put_guards(chain: _Chain, poles: Poles, motion: Motion) -> _Guards:
             numerator[:, slot, lanes], start[slot, lanes] = of[:, lanes], now[lanes]
             kind[slot, lanes], towards[slot, lanes] = (THRESHOLD if goal else VELOCITY)[element], goal
     rows, node = np.array(poles), events.node_of(poles)
-    stops: list[events.EventSet] = []
-    for element, axis, _ in LIMITED:
-        of, sign = _position_terms(chain, terms, element, axis), -side[element]
-        stops.append(events.EventSet(rows, node, sign * of, sign * chain.gap_ahead[element]))
-    return _Guards(events.EventSet(rows, node, numerator, start), kind, towards, rest_time, rests, tuple(stops))
+    away = -side[STOPPED]
+    stop = events.EventSet(rows, node, away * _position_terms(chain, terms), away * chain.gap_ahead)
+    return _Guards(events.EventSet(rows, node, numerator, start), kind, towards, rest_time, rests, stop)
 
 
-def _position_terms(chain: _Chain, terms: Array, element: int, axis: int) -> Array:
-    """What moves a position: the factors of W', W and the integrals of W."""
-    return np.array([chain.state[VELOCITIES[element]], *terms[NUMERATORS[axis] :][:3]])
+def _position_terms(chain: _Chain, terms: Array) -> Array:
+    """What moves the position: the factors of W', W and the integrals of W."""
+    return np.array([chain.state[VELOCITIES[STOPPED]], *terms[NUMERATORS[POSITION] :][:3]])
 
 
 def _closed_forms(chain: _Chain, poles: Poles, terms: Array) -> tuple[Array, Numbers, Flags]:
@@ -236,36 +231,36 @@ def _closed_forms(chain: _Chain, poles: Poles, terms: Array) -> tuple[Array, Num
         rows = side * state[VELOCITIES], side * terms[TERMS[:, 0]], VELOCITY
         speed, rate, rests[lanes] = ((alone * each).sum(axis=0)[lanes] for each in rows)
         rest_time[lanes] = events.time_to_rest(take(poles, lanes), speed, rate)
-    drive, contact = np.array([*formulas.drive_of(plan.robot, plan.rates, chain.phase.u, *side)]), state[CONTACT_AXIS]
+    drive, contact = (
+        np.array([*formulas.drive_of(plan.robot, plan.rates, chain.phase.u, *side)]),
+        state[COMPRESSION],
+    )
     rings = (alone & (drive == 0.0)).any(axis=0) & (contact >= 0.0) & CONTACT_IS_COMPRESSION
     if rings.any():
-        lift = events.time_to_rest(poles, contact, (CONTACT_FOLLOWS * state[VELOCITIES]).sum(axis=0))
+        lift = events.time_to_rest(poles, contact, (COMPRESSION_FOLLOWS * state[VELOCITIES]).sum(axis=0))
         lifts = rings & (lift <= rest_time)
         rests[lifts], rest_time[lifts] = TAKEOFF, lift[lifts]
     return rest_time, rests, rings
 
 
 def _meet_stops(guards: _Guards, on: events.Interval, certified: Flags) -> Numbers:
-    """The stop that each lane meets, LIMIT where none. Positions are monotone within a phase: one that is beyond its
+    """The stop that each lane meets, LIMIT where none. The position is monotone within a phase: one that is beyond its
     stop at the end of an interval, and does not just touch it, ends the interval where it meets it.
     """
     met = np.full(on.lane.shape, LIMIT)
-    for (element, *_), stop in zip(LIMITED, guards.stops, strict=True):
-        lanes = np.flatnonzero(certified & np.isfinite(stop.start[on.lane]))
-        if not lanes.size:
-            continue
-        of, (high, at_high) = take(stop, on.lane[lanes]), take((on.high, on.propagator), lanes)
-        short = events.jets_of(of, at_high)
-        beyond = np.flatnonzero(short[0] < -_grazing_tolerance(of.start, of.numerator * at_high[3::-1]))
-        if beyond.size:
-            lanes, of, short, high, at_high = take((lanes, of, short, high, at_high), beyond)
-            soon = np.sqrt(of.start / (of.start - short[0]))  # of the interval, under a huge force: each step takes 3/4
-            guess = choose(soon < EPS[high.dtype], soon * high, high - events.step_to_root(short))
-            on.high[lanes], on.propagator[:, lanes] = events.root_between(
-                of.poles, events.curve_of(of), np.zeros_like(high), high, at_high, guess
-            )
-            is_met = (on.found[lanes] != 0) | (high > on.high[lanes] * (1.0 + 8.0 * EPS[high.dtype]))
-            met[lanes[is_met]] = STOP[element]
+    lanes = np.flatnonzero(certified & np.isfinite(guards.stop.start[on.lane]))
+    of, (high, at_high) = take(guards.stop, on.lane[lanes]), take((on.high, on.propagator), lanes)
+    short = events.jets_of(of, at_high)
+    beyond = np.flatnonzero(short[0] < -_grazing_tolerance(of.start, of.numerator * at_high[3::-1]))
+    if beyond.size:
+        lanes, of, short, high, at_high = take((lanes, of, short, high, at_high), beyond)
+        soon = np.sqrt(of.start / (of.start - short[0]))  # of the interval, under a huge force: each step takes 3/4
+        guess = choose(soon < EPS[high.dtype], soon * high, high - events.step_to_root(short))
+        on.high[lanes], on.propagator[:, lanes] = events.root_between(
+            of.poles, events.curve_of(of), np.zeros_like(high), high, at_high, guess
+        )
+        is_met = (on.found[lanes] != 0) | (high > on.high[lanes] * (1.0 + 8.0 * EPS[high.dtype]))
+        met[lanes[is_met]] = STOP[STOPPED]
     return met
 
 
@@ -298,9 +293,9 @@ def _sharpen_takeoff(chain: _Chain, on: events.Interval, certified: Flags) -> Fl
         return later
     of, slack = on.of.at(0, lanes), np.zeros((len(chain.state), lanes.size), on.high.dtype)
     phase, poles = take(chain.phase, on.lane[lanes])._replace(start=LegState(*slack)), Poles(*of.poles)
-    motion, slow = np.array(motion_of(phase))[NUMERATORS[CONTACT_AXIS] :], poles.s_3 > 0.0
-    draws = choose(slow, poles.s_3, poles.s_2)  # 0: nothing that is left of k draws y
-    slack[CONTACT_AXIS] = choose(draws > 0.0, choose(slow, motion[2], motion[1]) / draws, NEVER[draws.dtype])
+    motion, slow = np.array(motion_of(phase))[NUMERATORS[COMPRESSION] :], poles.s_3 > 0.0
+    draws = choose(slow, poles.s_3, poles.s_2)  # 0: nothing that is left of k draws it
+    slack[COMPRESSION] = choose(draws > 0.0, choose(slow, motion[2], motion[1]) / draws, NEVER[draws.dtype])
     settled = formulas.contact_of(phase.plan.robot, LegState(*slack))
     before = on.high[lanes]
     for _ in range(4):
@@ -377,13 +372,16 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:
     rate, slip = terms.sum(axis=1), (side != 0.0).sum(axis=0)
     chain.is_known[...] = (end.kind == VELOCITY) & (slip == 1)
     chain.free[...] = side * (friction - np.maximum(np.abs(rate), UNDERFLOW[chain.t.dtype]))
-    stops = ((end.kind == VELOCITY) | (end.kind == STOP)) & (slip == len(ELEMENTS)) & (friction <= 0.0)
-    for element, *_ in LIMITED if stops.any() else ():
-        own, free = ELEMENTS[element], _free_accelerations(chain.phase)[element]
-        cancel = np.abs(free) < 64.0 * eps * np.abs(rates[own.per_compression] * chain.state[CONTACT_AXIS])
-        faded = np.abs(rate[element]) > 16.0 * eps * np.abs(terms[element]).sum(axis=0)
-        kept = stops[element] & (rates[own.per_velocity] == 0.0) & cancel & faded
-        chain.is_known[element, kept], chain.free[element, kept] = True, rate[element, kept]
+    stops = (
+        ((end.kind == VELOCITY) | (end.kind == STOP))[STOPPED] & (slip == len(ELEMENTS)) & (friction[STOPPED] <= 0.0)
+    )
+    if stops.any():
+        free = _free_accelerations(chain.phase)[STOPPED]
+        by_spring = rates[elements.PER_COMPRESSION] * chain.state[COMPRESSION]
+        cancel = np.abs(free) < 64.0 * eps * np.abs(by_spring)
+        faded = np.abs(rate[STOPPED]) > 16.0 * eps * np.abs(terms[STOPPED]).sum(axis=0)
+        kept = stops & (rates[elements.PER_VELOCITY] == 0.0) & cancel & faded
+        chain.is_known[STOPPED, kept], chain.free[STOPPED, kept] = True, rate[STOPPED, kept]
 
 
 def _motion_from(chain: _Chain) -> Motion:
@@ -393,33 +391,30 @@ def _motion_from(chain: _Chain) -> Motion:
         lanes = np.flatnonzero(chain.is_known[element] & (chain.side[element] != 0.0))
         motion[first, lanes] = start = (chain.free - chain.side * chain.friction)[element, lanes]
         alone = (chain.side[:, lanes] != 0.0).sum(axis=0) == 1
-        motion[NUMERATORS[CONTACT_AXIS] + 1, lanes[alone]] = CONTACT_FOLLOWS[element] * start[alone]
-        if (position := ELEMENTS[element].position) is not None:
-            motion[NUMERATORS[position], lanes] = start  # its velocity is 0
+        motion[NUMERATORS[COMPRESSION] + 1, lanes[alone]] = COMPRESSION_FOLLOWS[element] * start[alone]
+        if element == STOPPED:
+            motion[NUMERATORS[POSITION], lanes] = start  # its velocity is 0
     return Motion(*motion)
 
 
 def _advance(chain: _Chain, motion: Motion, end: _End) -> Flags:
-    """Move to the ends of phases; returns which elements, that turn there, touch the stop ahead."""
-    touches = np.zeros(chain.side.shape, np.bool_)
-    for element, axis, _ in LIMITED:
-        terms = _position_terms(chain, np.array(motion), element, axis) * end.propagator[3::-1]
-        bound = _grazing_tolerance(chain.gap_ahead[element], terms)
-        chain.gap[element] += choose(chain.side[element] == 0.0, 0.0, terms[::-1].sum(axis=0))
-        near = np.isfinite(bound) & (np.abs(chain.gap_ahead[element]) <= bound)
-        touches[element] = near & (end.kind == VELOCITY[element])
+    """Move to the ends of phases; returns where the element with stops turns and touches the one ahead."""
+    terms = _position_terms(chain, np.array(motion)) * end.propagator[3::-1]
+    bound = _grazing_tolerance(chain.gap_ahead, terms)
+    chain.gap[...] += choose(chain.side[STOPPED] == 0.0, 0.0, terms[::-1].sum(axis=0))
+    near = np.isfinite(bound) & (np.abs(chain.gap_ahead) <= bound)
+    touches: Flags = near & (end.kind == VELOCITY[STOPPED])
     basis = events.basis_of(end.propagator)
     chain.state[...] = arrive(LegState(*chain.state), motion, basis, chain.side)
     return touches
 
 
 def _stop_at(chain: _Chain, there: Flags) -> None:
-    """Positions that are at the stops ahead."""
-    for element, axis, (low, high) in LIMITED:
-        lanes = np.flatnonzero(there[element])
-        ends = np.array([chain.plan.robot[low][lanes], chain.plan.robot[high][lanes]])
-        chain.state[axis, lanes] = stop = choose(chain.side[element, lanes] > 0.0, ends[1], ends[0])
-        chain.gap[element][:, lanes] = stop - ends
+    """The position is at the stop ahead."""
+    lanes = np.flatnonzero(there)
+    ends = np.array([chain.plan.robot[stop][lanes] for stop in STOPS])
+    chain.state[POSITION, lanes] = at = choose(chain.side[STOPPED, lanes] > 0.0, ends[1], ends[0])
+    chain.gap[:, lanes] = at - ends
 
 
 def _pass(chain: _Chain, log: Log, end: _End, touches: Flags) -> None:
@@ -428,7 +423,7 @@ def _pass(chain: _Chain, log: Log, end: _End, touches: Flags) -> None:
     """
     going, hits, rests = end.kind == LIMIT, end.kind == STOP, end.kind == VELOCITY
     # One that it touches where it turns is no event, but that is where it is.
-    _stop_at(chain, hits | touches)
+    _stop_at(chain, hits[STOPPED] | touches)
     rests |= hits
     chain.state[VELOCITIES] = choose(rests, 0.0, chain.state[VELOCITIES])
     chain.step[going] += 1
@@ -449,7 +444,7 @@ def _leaves_at_once(chain: _Chain) -> Flags:
     is negative.
     """
     contact = formulas.contact_of(chain.plan.robot, LegState(*chain.state))
-    leg = contact_numerator(chain.plan.robot, motion_of(chain.phase))
+    leg = formulas.contact_numerator(chain.plan.robot, motion_of(chain.phase))
     first = choose(leg.H3 != 0.0, leg.H3, choose(leg.H2 != 0.0, leg.H2, leg.H1))
     return np.asarray((not FOOT_IS_FIXED) & ((contact < 0.0) | ((contact == 0.0) & (first < 0.0))))
 
@@ -458,12 +453,12 @@ def _begin(chain: _Chain, log: Log) -> Array:
     """What each element does at the start, no event; returns the energy lost at stops."""
     velocity = chain.state[VELOCITIES]
     struck = (velocity != 0.0) & _blocked(chain, velocity)
+    loss = choose(struck[STOPPED], formulas.loss_at_stop(chain.plan.robot, LegState(*chain.state)), 0.0)
     chain.state[VELOCITIES] = choose(struck, 0.0, velocity)
     chain.side[...] = np.sign(chain.state[VELOCITIES])
     _settle(chain, chain.side == 0.0)
     _record(log, chain, np.ones(chain.t.shape, np.bool_), np.zeros(chain.t.shape, np.int8))
-    masses = np.array([chain.plan.robot[each.mass] for each in ELEMENTS])
-    return np.asarray(choose(struck, -0.5 * masses * velocity * velocity, 0.0).sum(axis=0))
+    return loss
 
 
 def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) -> None:
@@ -490,7 +485,7 @@ def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) ->
         lifts, failed = end.kind == TAKEOFF, end.kind == UNCERTIFIED
         expired = (end.kind == LIMIT) & ~(until < chain.horizon)
         if CONTACT_IS_COMPRESSION:
-            chain.state[CONTACT_AXIS, lifts] = 0.0
+            chain.state[COMPRESSION, lifts] = 0.0
         for lanes, ending in (lifts, "takeoff"), (failed, "uncertified"), (expired, "horizon"):
             close(lanes, ending)
         end.kind[expired] = TAKEOFF
@@ -550,9 +545,7 @@ def solve(
     robots, first = Robot(*flat[: len(robot)]), LegState(*flat[len(robot) : -1])
     plan, size = plan_of(robots), int(np.prod(shape))
     rows = len(ELEMENTS), size
-    gap = np.full((len(ELEMENTS), 2, size), np.inf, dtype) * np.array([[1.0], [-1.0]], dtype)
-    for element, axis, stops in LIMITED:
-        gap[element] = first[axis] - np.array([robots[each] for each in stops])
+    gap = first[POSITION] - np.array([robots[stop] for stop in STOPS])
     flags, counts = np.zeros((2, *rows), np.bool_), np.zeros((2, size), np.int64)
     chain = _Chain(
         np.arange(size), plan, values.T, flat[-1], np.array(first), gap, np.zeros(rows, dtype), np.zeros(size, dtype),
