@@ -15,7 +15,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "1c76fd221f60d198"
+SOURCE = "71c37231ffa4e498"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"

@@ -59,8 +59,10 @@ class Phases(NamedTuple):
 
 
 ELEMENTS = (
-    Element(1, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
-    Element(2, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
+    # actuator
+    Element(1, False, 1, 2, 3, 4, formulas.free_numerator_1),
+    # body
+    Element(2, False, 5, 6, 7, 0, formulas.free_numerator_2),
 )
 
 MODES = (
