@@ -28,6 +28,8 @@ NUMERATORS = {x1: WHOLE, v1: NAMES[1], v2: NAMES[2], y: NAMES[0]}
 """Of each axis the terms of its motion."""
 INPUTS = (x1, v1, y, v2, u)
 """What stances are differentiated by, in the order of the columns; the parameters of the robot come behind."""
+OUTPUTS = ("T", "x1", "v1", "x2", "v2", "apex", "aed")
+"""What is differentiated, in the order of the rows: time and state of the take-off, hop height of the apex, AED."""
 WHATS = "reverses", "sticks", "slips", "hits_stop"
 """What an element does, as its events have it."""
 

@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "65ef0764881418b1"
+#define HOPFORM_SOURCE "c773a0aa5d0fa22a"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -15,7 +15,7 @@
 /* Whether the contact force of the leg is k y; whether a damper acts in the leg, which relaxes in flight. */
 #define HOPFORM_CONTACT_IS_COMPRESSION 1
 #define HOPFORM_LEG_HAS_DAMPER 0
-/* Whether the foot is bolted to the ground, so that the leg may pull; whether an element is, so that not all can move. */
+/* Whether the foot is bolted to the ground, so that the leg may pull; whether an element is: not all can move then. */
 #define HOPFORM_FOOT_IS_FIXED 0
 #define HOPFORM_ONE_IS_FIXED 0
 

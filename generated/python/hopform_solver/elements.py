@@ -107,8 +107,10 @@ class Trials(NamedTuple):
 
 
 ELEMENTS = (
-    Element(1, False, 1, 2, 3, 4, formulas.free_numerator_1),  # actuator
-    Element(2, False, 5, 6, 7, 0, formulas.free_numerator_2),  # body
+    # actuator
+    Element(1, False, 1, 2, 3, 4, formulas.free_numerator_1),
+    # body
+    Element(2, False, 5, 6, 7, 0, formulas.free_numerator_2),
 )
 
 MODES = (
@@ -136,6 +138,9 @@ per compression and per velocity in Rates.
 
 AXIS_OF_EVENT = (-1, 1, 1, -1, 0, 2, 2, -1)
 """By the number of an event, the axis that is at a value then; -1 where nothing jumps."""
+
+ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed",)
+"""What is differentiated: time and state of the take-off, hop height of the apex, AED."""
 
 INPUTS = ("x1", "v1", "y", "v2", "u",)
 """What stances are differentiated by: the state at the start, the current; the robot's parameters come behind."""

@@ -23,6 +23,7 @@ from hopform_solver.elements import (
     ELEMENTS,
     INPUTS,
     POSITION,
+    ROWS,
     STOPPED,
     STOPS,
 )
@@ -34,11 +35,8 @@ from hopform_solver.phases import Phase, drive_of, poles_of, state_in_phase
 from hopform_solver.records import LegState, Robot, RobotChange, StateChange
 from hopform_solver.stance import ENDING, Solution, locate
 
-ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed")
-"""Time and state of the take-off, hop height of the apex, AED."""
-
 COLUMNS = (*INPUTS, *Robot._fields)
-"""Initial state with the compression y as a coordinate of its own, a change of all currents alike, the robot."""
+"""Initial state with the compression as a coordinate of its own, a change of all currents alike, the robot."""
 
 CHUNK = 4096
 """Phases that are computed at a time: one takes 4 kB."""
@@ -217,9 +215,9 @@ def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
 def sensitivities_of(solution: Solution) -> Array:
     """Derivatives of solved stances through their events, in the solution's shape with two more axes, ROWS and COLUMNS.
 
-    NaN without take-off, where an event grazes, and for the apex without gravity. Column y is at fixed x_1, L0, c:
-    where x_2 is given, y = x_1 - x_2 + L0 + c passes it on to them. An actuator that starts on a stop stays where it
-    starts (x1) until it leaves; x1_min, x1_max count where a stop is met later.
+    NaN without take-off, where an event grazes, and for the apex without gravity. The column of the compression is at
+    a fixed position and length of the leg: where a height is given, the compression passes it on to them. An element
+    that starts on a stop stays where it starts until it leaves; the stops count where one is met later.
     """
     ending, counts = solution.ending.reshape(-1), solution.phase_count.reshape(-1)
     matrix = np.full((ending.size, len(ROWS), len(COLUMNS)), np.nan, solution.duration.dtype)
@@ -240,7 +238,7 @@ def sensitivities_of(solution: Solution) -> Array:
 
 @np.errstate(all="ignore")
 def tangents_of(solution: Solution, times: Array) -> Array:
-    """Derivatives (times, 4, columns) of the states x_1, v_1, v_2, y of one solved stance at times.
+    """Derivatives (times, 4, columns) of the state of one solved stance at times, its axes in their order.
 
     Through the events before each time; where an event grazes, those of a motion that does not notice it.
     """

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform_solver import SOURCE, checked, formulas, records, touchdown
+from hopform_solver.elements import ROWS
 from hopform_solver.equations import EQUATIONS, Equation
 from hopform_solver.records import Energy, FlightLedger, Gains, Ledger
 from hopform_solver.robot import Robot as CheckedRobot
-from hopform_solver.sensitivity import COLUMNS, ROWS
+from hopform_solver.sensitivity import COLUMNS
 
 AnyEvent: TypeAlias = records.EventKind | records.CurrentEventKind | records.Contact
 COMMANDS, ENDINGS, EVENTS = records.COMMANDS, records.ENDINGS, records.EVENTS
