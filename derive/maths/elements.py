@@ -20,6 +20,8 @@ from ..model.quantities import *
 from .laplace import MATRIX, MODES, NAMES, START, WHOLE
 
 AXES = STATE.symbols
+AXES_AND_ONE = (*AXES, 1)
+"""What a state is multiplied by as a column: its axes, and 1 for what is constant."""
 POSITIONS = {"actuator": (x1, (x1_min, x1_max))}
 """Positions that are coordinates of the state, and their stops."""
 POLYNOMIALS = {(1, 2): (s_1, s_2, s_3), (1,): (p_1, q_1), (2,): (p_2, q_2)}

@@ -124,7 +124,7 @@ def in_one_interval(u: float) -> tuple[Any, Any, Any, Any]:
     leg = records.LegState(each(state.x1), each(state.v1), each(state.v2), each(y))
     side = np.array([each(float(phase.mode_1)), each(float(phase.mode_2))])
     motion = phases.motion_of(phases.Phase(plan, leg, each(phase.u), side))
-    numerator = phases.contact_numerator(plan.robot, motion)
+    numerator = formulas.contact_numerator(plan.robot, motion)
     poles = phases.poles_of(plan, side)
     half_period = float(np.pi / np.sqrt(poles.q - poles.p**2 / 4.0)[0])
     start = 0.143 - 0.475 * half_period

@@ -74,10 +74,10 @@ def unit(expression: sp.Expr, known: dict[sp.Symbol, Unit]) -> Unit | None:
 
 
 def declared(things: tuple[Record | Quantity, ...], function: Function) -> dict[sp.Symbol, Unit]:
-    generic = not function.name.startswith("free_numerator")
-    of_free = {Q.H3: "m/s^3", Q.H2: "m/s^4", Q.H1: "m/s^5"}
+    of_free, of_contact = ({Q.H3: f"m/s^{n}", Q.H2: f"m/s^{n + 1}", Q.H1: f"m/s^{n + 2}"} for n in (3, 1))
+    known = {"free_numerator_1": of_free, "free_numerator_2": of_free, "contact_numerator": of_contact}
     units = {quantity.symbol: quantity.unit for thing in things for quantity in thing.quantities}
-    return {symbol: unit_of((GENERIC if generic else of_free).get(symbol, text)) for symbol, text in units.items()}
+    return {symbol: unit_of(known.get(function.name, GENERIC).get(symbol, text)) for symbol, text in units.items()}
 
 
 @FUNCTIONS

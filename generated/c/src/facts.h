@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "c773a0aa5d0fa22a"
+#define HOPFORM_SOURCE "ecaef20a7d2cce20"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -22,6 +22,7 @@
 /* A state as an array: its members in their order are the axes, behind which stands 1. Axis 0 is the integral of axis
  * 1 and nothing depends on it; the others are the core of a mode. */
 #define HOPFORM_AXES 4
+#define HOPFORM_AXES_AND_ONE 5
 #define HOPFORM_CORE (HOPFORM_AXES - 1)
 #define HOPFORM_COMPRESSION_AXIS 3
 /* Elements, which slip or are held, in the order in which they win a tie: axes of the state, how the compression

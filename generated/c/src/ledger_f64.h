@@ -15,7 +15,7 @@
 /* A state, and behind its axes 1. */
 typedef union {
     hopform_state_f64 named;
-    double of[HOPFORM_AXES + 1];
+    double of[HOPFORM_AXES_AND_ONE];
 } hopform_state_and_one_f64;
 
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
@@ -49,7 +49,7 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f6
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
 static inline void hopform_double_moments_f64(hopform_matrix_f64 *sum, const hopform_matrix_f64 *phi)
 {
-    double left[HOPFORM_AXES][HOPFORM_AXES + 1];
+    double left[HOPFORM_AXES][HOPFORM_AXES_AND_ONE];
     for (int i = 1; i <= HOPFORM_AXES; i++) {
         for (int j = 0; j < i; j++) {
             sum->at[i][j] = sum->at[j][i];

@@ -14,14 +14,14 @@
 enum { CORE_f32 = HOPFORM_CORE, ONE_f32 = HOPFORM_AXES, POWERS_f32 = 3, ORDERS_f32 = 5 };
 
 typedef struct {
-    float at[HOPFORM_AXES + 1][HOPFORM_AXES + 1];
+    float at[HOPFORM_AXES_AND_ONE][HOPFORM_AXES_AND_ONE];
 } hopform_matrix_f32;
 
 /* The mode of a phase under its current. */
 typedef struct {
     union {
         hopform_transfer_f32 of;
-        float at[CORE_f32][CORE_f32 + 1][POWERS_f32]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
+        float at[CORE_f32][HOPFORM_AXES][POWERS_f32]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
     hopform_drive_f32 drive;
     int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */

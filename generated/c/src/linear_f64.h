@@ -14,14 +14,14 @@
 enum { CORE_f64 = HOPFORM_CORE, ONE_f64 = HOPFORM_AXES, POWERS_f64 = 3, ORDERS_f64 = 5 };
 
 typedef struct {
-    double at[HOPFORM_AXES + 1][HOPFORM_AXES + 1];
+    double at[HOPFORM_AXES_AND_ONE][HOPFORM_AXES_AND_ONE];
 } hopform_matrix_f64;
 
 /* The mode of a phase under its current. */
 typedef struct {
     union {
         hopform_transfer_f64 of;
-        double at[CORE_f64][CORE_f64 + 1][POWERS_f64]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
+        double at[CORE_f64][HOPFORM_AXES][POWERS_f64]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
     hopform_drive_f64 drive;
     int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */

@@ -14,14 +14,14 @@
 enum { CORE_real = HOPFORM_CORE, ONE_real = HOPFORM_AXES, POWERS_real = 3, ORDERS_real = 5 };
 
 typedef struct {
-    real at[HOPFORM_AXES + 1][HOPFORM_AXES + 1];
+    real at[HOPFORM_AXES_AND_ONE][HOPFORM_AXES_AND_ONE];
 } hopform_matrix_real;
 
 /* The mode of a phase under its current. */
 typedef struct {
     union {
         hopform_transfer_real of;
-        real at[CORE_real][CORE_real + 1][POWERS_real]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
+        real at[CORE_real][HOPFORM_AXES][POWERS_real]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
     hopform_drive_real drive;
     int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
