@@ -20,7 +20,7 @@ PARTS = ("ONLY_FLIGHT", "ONLY_STANCE", "ONLY_CONTROL")
 OPTIONS = (
     "-machdep", "gcc_x86_64", "-warn-special-float", "none", "-kernel-warn-key", "parser:decimal-float=inactive",
     "-eva", "-eva-precision", "0", "-eva-no-print", "-eva-domains", "octagon,equality,symbolic-locations",
-    "-eva-octagon-through-calls",
+    "-eva-octagon-through-calls", "-eva-auto-loop-unroll", "16",
 )  # fmt: skip
 UNROLLED = {
     "": "hopform_refuse_f32:300,hopform_overlap_f32:40,add_thresholds_f32:40,begin_at_start_f32:10,put_events_f32:40",
