@@ -589,8 +589,11 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ho
         return;
     }
     const hopform_free_by_element_f32 at_rest = free_of_f32(chain, &chain->at.named);
-    const float by_spring = rates->HOPFORM_PER_COMPRESSION * chain->at.of[HOPFORM_COMPRESSION_AXIS];
-    if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * fabs_f32(by_spring))) {
+    const hopform_numerator_f32 *leg = &chain->motion.of.compression;
+    const float compression = fabs_f32(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f32(leg->H3 * basis->Wd)
+                             + fabs_f32(leg->H2 * basis->W) + fabs_f32(leg->H1 * basis->W1);
+    const float by_spring = fabs_f32(rates->HOPFORM_PER_COMPRESSION * compression);
+    if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * by_spring)) {
         return;
     }
     const hopform_numerator_f32 *h = &chain->motion.of.velocity[element];

@@ -589,8 +589,11 @@ static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const ho
         return;
     }
     const hopform_free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
-    const double by_spring = rates->HOPFORM_PER_COMPRESSION * chain->at.of[HOPFORM_COMPRESSION_AXIS];
-    if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * fabs_f64(by_spring))) {
+    const hopform_numerator_f64 *leg = &chain->motion.of.compression;
+    const double compression = fabs_f64(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f64(leg->H3 * basis->Wd)
+                             + fabs_f64(leg->H2 * basis->W) + fabs_f64(leg->H1 * basis->W1);
+    const double by_spring = fabs_f64(rates->HOPFORM_PER_COMPRESSION * compression);
+    if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * by_spring)) {
         return;
     }
     const hopform_numerator_f64 *h = &chain->motion.of.velocity[element];

@@ -55,7 +55,7 @@ LANES_CODE static void refine_guesses(lanes_f32 *restrict w, int first)
         const float t = inside ? guess : low + 0.5f * h;
         const bool refines = w->refines[l] > 0.0f;
         keep(&w->t[l], refines, t);
-        keep(&w->wants[l], refines, (t > low) & (t < w->high[l]) ? 1.0f : GIVES_UP);
+        keep(&w->wants[l], refines, ((t > low) & (t < w->high[l])) ? 1.0f : GIVES_UP);
         keep(&w->steps[l], refines, 0.0f);
         w->refines[l] = 0.0f;
     }
@@ -180,7 +180,7 @@ LANES_CODE static void step_on(lanes_f32 *restrict w, int first)
         const bool more = (w->steps[l] < (float)(ROOT_STEPS_f32 - 1)) & (next > step.low) & (next < step.high);
         keep_basis(&w->basis, l, goes & step.lands, &carried);
         keep(&w->t[l], goes, step.lands ? step.next : next);
-        const float wants = goes & !step.lands ? (more ? 1.0f : GIVES_UP) : 0.0f;
+        const float wants = (goes & !step.lands) ? (more ? 1.0f : GIVES_UP) : 0.0f;
         w->wants[l] = w->wants[l] < 0.0f ? GIVES_UP : wants;
         w->low[l] = step.low;
         w->high[l] = step.high;

@@ -55,7 +55,7 @@ LANES_CODE static void refine_guesses(lanes_f64 *restrict w, int first)
         const double t = inside ? guess : low + 0.5 * h;
         const bool refines = w->refines[l] > 0.0;
         keep(&w->t[l], refines, t);
-        keep(&w->wants[l], refines, (t > low) & (t < w->high[l]) ? 1.0 : GIVES_UP);
+        keep(&w->wants[l], refines, ((t > low) & (t < w->high[l])) ? 1.0 : GIVES_UP);
         keep(&w->steps[l], refines, 0.0);
         w->refines[l] = 0.0;
     }
@@ -180,7 +180,7 @@ LANES_CODE static void step_on(lanes_f64 *restrict w, int first)
         const bool more = (w->steps[l] < (double)(ROOT_STEPS_f64 - 1)) & (next > step.low) & (next < step.high);
         keep_basis(&w->basis, l, goes & step.lands, &carried);
         keep(&w->t[l], goes, step.lands ? step.next : next);
-        const double wants = goes & !step.lands ? (more ? 1.0 : GIVES_UP) : 0.0;
+        const double wants = (goes & !step.lands) ? (more ? 1.0 : GIVES_UP) : 0.0;
         w->wants[l] = w->wants[l] < 0.0 ? GIVES_UP : wants;
         w->low[l] = step.low;
         w->high[l] = step.high;

@@ -589,8 +589,11 @@ static inline void keep_faint_acceleration_real(stance_chain_real *chain, const 
         return;
     }
     const hopform_free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
-    const real by_spring = rates->HOPFORM_PER_COMPRESSION * chain->at.of[HOPFORM_COMPRESSION_AXIS];
-    if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * fabs_real(by_spring))) {
+    const hopform_numerator_real *leg = &chain->motion.of.compression;
+    const real compression = fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_real(leg->H3 * basis->Wd)
+                             + fabs_real(leg->H2 * basis->W) + fabs_real(leg->H1 * basis->W1);
+    const real by_spring = fabs_real(rates->HOPFORM_PER_COMPRESSION * compression);
+    if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * by_spring)) {
         return;
     }
     const hopform_numerator_real *h = &chain->motion.of.velocity[element];

@@ -377,8 +377,9 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:
     )
     if stops.any():
         free = _free_accelerations(chain.phase)[STOPPED]
-        by_spring = rates[elements.PER_COMPRESSION] * chain.state[COMPRESSION]
-        cancel = np.abs(free) < 64.0 * eps * np.abs(by_spring)
+        moved = np.array(motion)[NUMERATORS[COMPRESSION] :][:3] * end.propagator[3:0:-1]
+        compression = np.abs(chain.state[COMPRESSION]) + np.abs(moved).sum(axis=0)
+        cancel = np.abs(free) < 64.0 * eps * np.abs(rates[elements.PER_COMPRESSION] * compression)
         faded = np.abs(rate[STOPPED]) > 16.0 * eps * np.abs(terms[STOPPED]).sum(axis=0)
         kept = stops & (rates[elements.PER_VELOCITY] == 0.0) & cancel & faded
         chain.is_known[STOPPED, kept], chain.free[STOPPED, kept] = True, rate[STOPPED, kept]
