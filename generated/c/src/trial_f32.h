@@ -52,9 +52,9 @@ static inline hopform_state_by_axis_f32 hopform_change_at_event_f32(const hopfor
                                                                       const hopform_state_by_axis_f32 *speed,
                                                                       float late)
 {
-    hopform_state_by_axis_f32 met;
+    hopform_state_by_axis_f32 met = *change;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
-        met.of[axis] = change->of[axis] + speed->of[axis] * late;
+        met.of[axis] += speed->of[axis] * late;
     }
     return met;
 }

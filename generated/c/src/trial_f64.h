@@ -52,9 +52,9 @@ static inline hopform_state_by_axis_f64 hopform_change_at_event_f64(const hopfor
                                                                       const hopform_state_by_axis_f64 *speed,
                                                                       double late)
 {
-    hopform_state_by_axis_f64 met;
+    hopform_state_by_axis_f64 met = *change;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
-        met.of[axis] = change->of[axis] + speed->of[axis] * late;
+        met.of[axis] += speed->of[axis] * late;
     }
     return met;
 }

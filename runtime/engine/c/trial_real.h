@@ -52,9 +52,9 @@ static inline hopform_state_by_axis_real hopform_change_at_event_real(const hopf
                                                                       const hopform_state_by_axis_real *speed,
                                                                       real late)
 {
-    hopform_state_by_axis_real met;
+    hopform_state_by_axis_real met = *change;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
-        met.of[axis] = change->of[axis] + speed->of[axis] * late;
+        met.of[axis] += speed->of[axis] * late;
     }
     return met;
 }
