@@ -359,7 +359,7 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
         }
         const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
         /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
-        if (step.lands && !(fabs_f32(relaxing_f32(g, t, 0)) > 0.0f)) {
+        if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_f32(relaxing_f32(g, t, 0)) > 0.0f)) {
             at->basis = carried_basis_f32(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f32(poles, &at->basis);
             at->t = step.next;

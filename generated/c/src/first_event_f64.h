@@ -359,7 +359,7 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
         }
         const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
         /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
-        if (step.lands && !(fabs_f64(relaxing_f64(g, t, 0)) > 0.0)) {
+        if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_f64(relaxing_f64(g, t, 0)) > 0.0)) {
             at->basis = carried_basis_f64(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f64(poles, &at->basis);
             at->t = step.next;

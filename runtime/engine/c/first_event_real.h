@@ -359,7 +359,7 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
         }
         const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
         /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
-        if (step.lands && !(fabs_real(relaxing_real(g, t, 0)) > 0.0)) {
+        if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_real(relaxing_real(g, t, 0)) > 0.0)) {
             at->basis = carried_basis_real(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_real(poles, &at->basis);
             at->t = step.next;
