@@ -120,6 +120,11 @@ def some_against(signs: Iterable[int]) -> str:
     return f"({' || '.join(f'(side)[{n}] {against} 0' for n, against in ways)})"
 
 
+def some_along(signs: Iterable[int]) -> str:
+    """The condition that one of the elements goes to the side of its sign."""
+    return some_against(-sign for sign in signs)
+
+
 def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
     """X(mode) by the sides of the elements, of which those that a mode holds are 0."""
     spelled = ""

@@ -70,6 +70,11 @@ LOWER_STOP, UPPER_STOP = STOPPED.stops
 PER_COMPRESSION, PER_VELOCITY = MATRIX[STOPPED.number, 0], MATRIX[STOPPED.number, STOPPED.number]
 """Its acceleration per compression and per velocity."""
 
+DRIVEN, PER_AMPERE = ELEMENTS[0], a1_u
+"""The one that the current drives, (3), and its acceleration per A."""
+LARGEST_POSITION = f"largest_{STOPPED.position}"
+"""The member of a trial that holds the largest position with stops; its slope has the name with _u behind."""
+
 
 def events() -> Iterator[dict[str, object]]:
     """What every element does, and the event of each in which it does."""

@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "fa8e968b92eba686"
+#define HOPFORM_SOURCE "4ea7ecc6395a1c3a"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -72,7 +72,6 @@
     (HOPFORM_COMPRESSION_MAY_FALL(side) && !HOPFORM_COMPRESSION_MAY_RISE(side))
 /* Members of records by what they are: of the element that has stops, in a trial its largest position and the slope of
  * that; the velocity of what falls freely in flight, and that after an impact; the compression. */
-#define HOPFORM_POSITION x1
 #define HOPFORM_VELOCITY v1
 #define HOPFORM_ACCELERATION acc1
 #define HOPFORM_LARGEST_POSITION largest_x1

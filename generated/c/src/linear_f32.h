@@ -53,7 +53,9 @@ static inline hopform_state_by_axis_f32 hopform_speeds_in_mode_f32(const hopform
                                                                      const hopform_state_f32 *state)
 {
     hopform_state_by_axis_f32 speeds;
-    speeds.rates = hopform_speeds_of_f32(&plan->rates, &mode->drive, (float)mode->side[0], (float)mode->side[1], state);
+    const float first = (float)mode->side[0];
+    const float second = (float)mode->side[1];
+    speeds.rates = hopform_speeds_of_f32(&plan->rates, &mode->drive, first, second, state);
     return speeds;
 }
 

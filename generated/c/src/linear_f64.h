@@ -53,7 +53,9 @@ static inline hopform_state_by_axis_f64 hopform_speeds_in_mode_f64(const hopform
                                                                      const hopform_state_f64 *state)
 {
     hopform_state_by_axis_f64 speeds;
-    speeds.rates = hopform_speeds_of_f64(&plan->rates, &mode->drive, (double)mode->side[0], (double)mode->side[1], state);
+    const double first = (double)mode->side[0];
+    const double second = (double)mode->side[1];
+    speeds.rates = hopform_speeds_of_f64(&plan->rates, &mode->drive, first, second, state);
     return speeds;
 }
 

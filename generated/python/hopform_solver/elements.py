@@ -148,7 +148,8 @@ INPUTS = ("x1", "v1", "y", "v2", "u",)
 COLUMN_OF_AXIS = (0, 1, 3, 2)
 """Of each axis of the state the one of these that it starts with."""
 
-DRIVEN, PER_AMPERE = 0, 3
+DRIVEN = 0
+PER_AMPERE = 3
 """The element that the current drives, and its acceleration per A, in Rates."""
 
 LARGEST_POSITION = "largest_x1"

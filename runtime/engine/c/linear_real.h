@@ -53,7 +53,9 @@ static inline hopform_state_by_axis_real hopform_speeds_in_mode_real(const hopfo
                                                                      const hopform_state_real *state)
 {
     hopform_state_by_axis_real speeds;
-    speeds.rates = hopform_speeds_of_real(&plan->rates, &mode->drive, (real)mode->side[0], (real)mode->side[1], state);
+    const real first = (real)mode->side[0];
+    const real second = (real)mode->side[1];
+    speeds.rates = hopform_speeds_of_real(&plan->rates, &mode->drive, first, second, state);
     return speeds;
 }
 
