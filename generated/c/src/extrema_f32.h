@@ -113,7 +113,8 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f3
         } else if (t > 0.0f && last.rate < 0.0f && last.rate > before.rate && last.rate > now.rate) {
             const float rise = (last.rate - before.rate) / (t - earlier);
             const float bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
-            const float top = t - 0.5f * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
+            /* of the parabola through the three; rates of subnormal numbers may leave none */
+            const float top = bend < 0.0f ? t - 0.5f * (rise + bend * (t - earlier)) / bend : t;
             const propagator_f32 at_top = propagator_at_f32(poles, top);
             const jet_f32 there = jet_at_f32(poles, g, &at_top);
             if (there.rate > 0.0f) {

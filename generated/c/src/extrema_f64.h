@@ -113,7 +113,8 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f6
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
             const double rise = (last.rate - before.rate) / (t - earlier);
             const double bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
-            const double top = t - 0.5 * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
+            /* of the parabola through the three; rates of subnormal numbers may leave none */
+            const double top = bend < 0.0 ? t - 0.5 * (rise + bend * (t - earlier)) / bend : t;
             const propagator_f64 at_top = propagator_at_f64(poles, top);
             const jet_f64 there = jet_at_f64(poles, g, &at_top);
             if (there.rate > 0.0) {

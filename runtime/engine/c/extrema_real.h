@@ -113,7 +113,8 @@ static inline hopform_least_real hopform_least_minimum_real(const hopform_poles_
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
             const real rise = (last.rate - before.rate) / (t - earlier);
             const real bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
-            const real top = t - 0.5 * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
+            /* of the parabola through the three; rates of subnormal numbers may leave none */
+            const real top = bend < 0.0 ? t - 0.5 * (rise + bend * (t - earlier)) / bend : t;
             const propagator_real at_top = propagator_at_real(poles, top);
             const jet_real there = jet_at_real(poles, g, &at_top);
             if (there.rate > 0.0) {
