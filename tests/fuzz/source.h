@@ -18,6 +18,7 @@ typedef double real;
 #define T(name) hopform_##name##_f64
 #endif
 
+#define LONGEST 1e30 /* s */
 enum { MAX_PHASES = 64, ROBOT = sizeof(T(robot)) / sizeof(real) };
 
 #define must(truth) must_at((truth), __FILE__, __LINE__)
@@ -80,12 +81,13 @@ static T(robot) next_robot(source *from, int kind)
     return robot;
 }
 
-/* A horizon of at most so many half turns of the stiffest oscillation; one that is none, or infinite, stays as it is:
- * to refuse it is part of what is tried. */
+/* A horizon of at most so many half turns of the stiffest oscillation, and of LONGEST where its rate underflows: motion
+ * that leaves the range of the format takes as many intervals as the cap of a phase allows, which is a second. One that
+ * is none, or infinite, stays as it is: to refuse it is part of what is tried. */
 static inline real bounded(real horizon, const T(robot) *robot, double half_turns)
 {
     const double rate = sqrt(robot->k / (double)robot->m_eff + robot->k / (double)robot->m_s);
-    const double most = rate > 0 ? half_turns * 3.141592653589793 / rate : INFINITY;
+    const double most = rate > 0 ? half_turns * 3.141592653589793 / rate : LONGEST;
     return isfinite(horizon) && horizon > most && (real)most > 0 ? (real)most : horizon;
 }
 
