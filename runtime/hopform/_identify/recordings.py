@@ -146,8 +146,7 @@ class Recording(Shown):
 
     def position(self, of: str) -> Array:
         """The measured x1 or x2 [m]; HopformError if there is none, or if it cannot be one."""
-        column = self.column_of(of)
-        self._check_position(column)
+        self._check_position(column := self.column_of(of))
         return column.values
 
     def current(self) -> Array:
@@ -172,19 +171,16 @@ class Recording(Shown):
         return replace(self, columns={name: late if each is column else each for name, each in self.columns.items()})
 
     def has_current(self) -> bool:
-        return self.current_column() is not None
+        return self.found("u") is not None
 
-    def current_column(self) -> Column | None:
-        """The column of the current, or None."""
-        return self._found("u")
-
-    def _found(self, of: str) -> Column | None:
+    def found(self, of: str) -> Column | None:
+        """The column of x1, x2 or the current u, or None."""
         return next((self.columns[name] for name in TITLES[of] if name in self.columns), None)
 
     def column_of(self, of: str) -> Column:
         """The column of the measured x1, x2 or current u; HopformError if there is none."""
         what, quantities = ("a current", DRIVES) if of == "u" else (f"a position {of}", _MOST_WAY)
-        column = self._found(of)
+        column = self.found(of)
         if column is None:
             titles = ", ".join(column.title for column in self.columns.values())
             wanted = f"one must be named {' or '.join(TITLES[of])}, with its unit"
@@ -195,7 +191,7 @@ class Recording(Shown):
 
     def units(self, of: str) -> Units:
         """The units of x1 or x2, and of what drives it."""
-        drive = self.current_column()
+        drive = self.found("u")
         position = "m" if self.column_of(of).quantity == "length" else "rad"
         return Units(position, DRIVES.get(drive.quantity, "A") if drive else "A")
 

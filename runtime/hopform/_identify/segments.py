@@ -16,9 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hopform._errors import HopformError
-from hopform._identify import recordings as of_recordings
 from hopform._identify.motion import Array, of_scipy
-from hopform._identify.recordings import FEWEST, Recording, calm, noise_of, quantum_of, runs
+from hopform._identify.recordings import FEWEST, Recording, calm, noise_of, outliers, quantum_of, runs
 
 Span = tuple[int, int]
 _ALIKE = 0.03
@@ -246,7 +245,7 @@ def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = 
     x, u, time = recording.position("x1"), recording.driving_current(), recording.time
     step = float(np.median(np.diff(time)))
     cut = min(cutoff or min(0.1 / step, 50.0), 0.45 / step)
-    kept = ~of_recordings.outliers(x) if mend else np.full(x.size, True)
+    kept = ~outliers(x) if mend else np.full(x.size, True)
     time, x, u = time[kept], x[kept], u[kept]
     long, spans = _spans(time, step, cut)
     while _covered(time, long) < 0.5 * _covered(time, spans) and cut > _SLOWEST:
@@ -291,7 +290,7 @@ def filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> F
     raw = np.interp(t, time, x)
     if np.abs(np.diff(time) - step).max() > 1e-3 * step:
         raw = np.asarray(of_scipy("interpolate").Akima1DInterpolator(time, x)(np.minimum(t, time[-1])))
-    still = 3.0 * max(of_recordings.noise_of(raw), of_recordings.quantum_of(x)) * cut
+    still = 3.0 * max(noise_of(raw), quantum_of(x)) * cut
     position, v, acceleration = (low_passed(raw, cut, rate, n) for n in range(3))
     side = np.where(np.abs(v) > still, np.sign(v), 0.0)
     drive = np.interp(t, time, u)
