@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform._batch import Progress, solve_stances
-from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
+from hopform._checks import MEMORY, Array, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
@@ -137,7 +137,6 @@ def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: obje
     return apex, level, nonnegative("stop_margin", stop_margin, "m"), positive("horizon", horizon, "s")
 
 
-Array = NDArray[np.float64]
 ROWS = 16
 """Heights that are solved between two calls of the progress callback."""
 MOST_CELLS = MEMORY // 256

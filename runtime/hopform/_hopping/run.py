@@ -43,10 +43,6 @@ COLUMNS = tuple((name, _TYPES.get(name, "f8"), text) for name, text in _OF_TABLE
 """The table of a run: name, type, unit and meaning of each column; heights over level 0."""
 
 
-def _model(name: str, value: object) -> Robot | None:
-    return None if value is None else checks.instance(name, value, Robot, "a Robot")
-
-
 @dataclass(frozen=True)
 class Errors(checks.Checked):
     """Errors of sensors, motor and model. Standard deviations of what it measures, and what is wrong in the
@@ -67,7 +63,7 @@ class Errors(checks.Checked):
     current_scale: float = field(default=1.0, metadata=by(positive, "of the current"))
     quantum: float = field(default=0.0, metadata=by(nonnegative, "s"))
     delay: float = field(default=0.0, metadata=by(nonnegative, "s"))
-    model: Robot | None = field(default=None, metadata=by(_model))
+    model: Robot | None = field(default=None, metadata=by(checks.instance, (Robot, type(None)), "a Robot"))
 
 
 NONE = Errors()
