@@ -63,7 +63,7 @@ test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, coun
 
 validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, compare with what is published
 	@$(PY) tools/build_library.py
-	@$(PY) tools/validate_data.py
+	@$(PY) -m tests.conformance.published
 
 scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/evidence/switchovers.*
 	$(PY) tools/build_library.py
