@@ -471,10 +471,9 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
     """Gains of the force as the plant feels it, where the controller's own idea of gamma2 or of the robot is
     another.
     """
-    plant, model = task.plant, task.model
+    plant, model, gains = task.plant, task.model, task.gains
     if plant is model or (plant.gamma2 == 0.0 or model.gamma2 == 0.0):
-        return task.gains
-    gains = task.gains
+        return gains
     if gains is None:
         fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if v2 * v2 + 2.0 * model.g * x1 > 0.0 else 0.0
         gains = records.Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))

@@ -114,7 +114,7 @@ class _Body(Kind):
         """With what fixes the scale; HopformError for a drop of an angle, or without gravity."""
         known, recordings = group.known, group.recordings
         if self.rig != "attached" and group.units.position != "m":
-            raise recordings[0].error_of("x2", "is an angle; a drop is of a height in m", 1)
+            raise recordings[0].error("is an angle; a drop is of a height in m", 1, recordings[0].column_of("x2"))
         if self.rig != "attached" and not known["g"] > 0.0:
             raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {known['g']!r}")
         if self.driven and known["x1_min"] > known["x1_max"]:
@@ -200,7 +200,7 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
         most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
         message = f"moves over {np.ptp(values):.3g} {unit}; {most}: is its unit right?"
-        raise recording.error_of("x2", message, recording.line + int(np.abs(values - np.median(values)).argmax()))
+        raise recording.error_of("x2", message, int(np.abs(values - np.median(values)).argmax()))
     clean = mended(values)
     spans = decays(recording, clean) if rig == "attached" else drops(recording, clean, rig == "free")
     driven = kind.driven and recording.has_current()
@@ -241,7 +241,7 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     if not g / 3.0 - margin < found < 3.0 * g + margin:
         fall = f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}"
         message = f"{fall}: is its unit right, is that of time, is this the release?"
-        raise recording.error_of("x2", message, recording.line + line)
+        raise recording.error_of("x2", message, line)
 
 
 def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:

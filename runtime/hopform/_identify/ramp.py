@@ -185,8 +185,7 @@ def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:
     ramps = [begin + np.flatnonzero(kept[begin:end]) for begin, end in _ramps(u)]
     found = [_onset(recording, ramp, x, u, spring) for ramp in ramps if ramp.size >= 20]
     if not found:
-        missing = "no ramp is found: the current must grow slowly from 0, in 20 samples at least"
-        raise recording.error_of("x1", missing, recording.line)
+        raise recording.error_of("x1", "no ramp is found: the current must grow slowly from 0, in 20 samples at least")
     return found
 
 
@@ -203,17 +202,17 @@ def _ramps(u: Array) -> list[tuple[int, int]]:
 
 def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spring: bool) -> Rise:
     """The onset in the samples of one ramp."""
-    t, x, u, line = recording.time[ramp], x[ramp], u[ramp], recording.line + int(ramp[0])
+    t, x, u, begin = recording.time[ramp], x[ramp], u[ramp], int(ramp[0])
     noise = max(noise_of(x), 0.3 * quantum_of(x), 1e-12)
     rest = float(np.median(x[: max(x.size // 20, 5)]))
     # Far from rest for good: a fifth of a second's samples beyond eight times the noise.
     beyond = np.abs(x - rest) > 8.0 * noise
     later = np.flatnonzero(beyond & (np.cumsum(~beyond[::-1])[::-1] <= 0.02 * x.size))
     if not later.size:
-        raise recording.error_of("x1", "the actuator does not move under the ramp: let the current grow further", line)
+        raise recording.error_of("x1", "the actuator does not move under the ramp: let the current grow further", begin)
     seen = int(later[0])
     if seen < 10:
-        raise recording.error_of("x1", "the actuator moves before the ramp begins: let it come to rest first", line)
+        raise recording.error_of("x1", "the actuator moves before the ramp begins: let it come to rest first", begin)
     # The motion is followed to 60 times the noise.
     far = np.flatnonzero(np.abs(x - rest) > 60.0 * noise)
     last = min(max(int(far[0]) if far.size else x.size, seen + 8), x.size)

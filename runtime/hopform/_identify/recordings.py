@@ -146,8 +146,26 @@ class Recording(Shown):
 
     def position(self, of: str) -> Array:
         """The measured x1 or x2 [m]; HopformError if there is none, or if it cannot be one."""
-        self._check_position(column := self.column_of(of))
-        return column.values
+        column = self.column_of(of)
+        values, reach = column.values, float(np.ptp(column.values))
+        if reach == 0.0:
+            raise self.error("is constant: nothing moves", self.line, column)
+        others = [c for c in self.columns.values() if c.quantity in DRIVES]
+        if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
+            smooth = min(others, key=lambda c: _jump(c.values))
+            raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", 1, column)
+        unit, most = SI[column.quantity], _MOST_WAY[column.quantity]
+        allowed, small = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}", f"{1e3 * reach:.2g} m{unit}"
+        if float(np.abs(values).max()) > most:
+            raise self._beyond(column, f"a position of a hopper is within {most:g} {unit}")
+        if not _LEAST_WAY <= reach <= most:
+            seen, may = (f"{reach:.3g} {unit}", "a hopper moves by") if reach > most else (small, "a fit can use")
+            raise self.error(f"moves by {seen} in all; {may} {allowed}: is its unit right?", self.line, column)
+        noise = max(noise_of(values), quantum_of(values))
+        if float(np.std(values)) < 3.0 * noise:
+            message = f"does not move beyond its noise of {noise:.2g} {unit}: let it move further"
+            raise self.error(message, self.line, column)
+        return values
 
     def current(self) -> Array:
         """The measured current [A], or what else drives: a voltage [V], a force [N], a torque [N m]."""
@@ -161,7 +179,7 @@ class Recording(Shown):
         """The same; HopformError if it never changes, so that nothing of the motor can be identified."""
         values = self.current()
         if float(np.ptp(values)) == 0.0:
-            raise self.error_of("u", f"is constant at {values[0]:.6g}: record its step too", self.line)
+            raise self.error_of("u", f"is constant at {values[0]:.6g}: record its step too")
         return values
 
     def with_late_current(self, delay: float) -> "Recording":
@@ -199,36 +217,15 @@ class Recording(Shown):
         """An error that says where it is."""
         return fault(self.source, message, line, column.title if column else None)
 
-    def error_of(self, of: str, message: str, line: int) -> HopformError:
-        """An error about the measured x1, x2 or current u."""
-        return self.error(message, line, self.column_of(of))
+    def error_of(self, of: str, message: str, sample: int = 0) -> HopformError:
+        """An error about the measured x1, x2 or current u at a sample."""
+        return self.error(message, self.line + sample, self.column_of(of))
 
     def _beyond(self, column: Column, allowed: str) -> HopformError:
         """The error about values that are too large or too small, at the largest."""
         worst = int(np.abs(column.values).argmax())
         message = f"reaches {column.values[worst]:.6g} {SI[column.quantity]}; {allowed}: is its unit right?"
         return self.error(message, self.line + worst, column)
-
-    def _check_position(self, column: Column) -> None:
-        values = column.values
-        reach = float(np.ptp(values))
-        if reach == 0.0:
-            raise self.error("is constant: nothing moves", self.line, column)
-        others = [c for c in self.columns.values() if c.quantity in DRIVES]
-        if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
-            smooth = min(others, key=lambda c: _jump(c.values))
-            raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", 1, column)
-        unit, most = SI[column.quantity], _MOST_WAY[column.quantity]
-        allowed, small = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}", f"{1e3 * reach:.2g} m{unit}"
-        if float(np.abs(values).max()) > most:
-            raise self._beyond(column, f"a position of a hopper is within {most:g} {unit}")
-        if not _LEAST_WAY <= reach <= most:
-            seen, may = (f"{reach:.3g} {unit}", "a hopper moves by") if reach > most else (small, "a fit can use")
-            raise self.error(f"moves by {seen} in all; {may} {allowed}: is its unit right?", self.line, column)
-        noise = max(noise_of(values), quantum_of(values))
-        if float(np.std(values)) < 3.0 * noise:
-            message = f"does not move beyond its noise of {noise:.2g} {unit}: let it move further"
-            raise self.error(message, self.line, column)
 
 
 def _jump(values: Array) -> float:
@@ -465,7 +462,7 @@ def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> St
     time, u = recording.time[start:end], recording.current()[start:end]
     if time.size > records.MOST_STEPS:
         message = f"has {time.size} samples; a fit in position takes up to {records.MOST_STEPS}: record at a lower rate"
-        raise recording.error_of("x1", message, recording.line + records.MOST_STEPS)
+        raise recording.error_of("x1", message, records.MOST_STEPS)
     return current_steps(time, u)
 
 

@@ -56,7 +56,7 @@ def decays(recording: Recording, values: Array) -> list[Span]:
 def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     """The decay from the largest deviation of some samples on; HopformError if none follows it."""
     if end - begin <= FEWEST:
-        raise recording.error_of("x2", f"too short: {end - begin} samples", recording.line + begin)
+        raise recording.error_of("x2", f"too short: {end - begin} samples", begin)
     noise, values = max(noise_of(whole), quantum_of(whole)), calm(whole[begin:end])
     rest, tail = rest_of(values), values[-max(values.size // 20, 5) :]
     reach = float(np.abs(values - rest).max())
@@ -65,7 +65,7 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     halves = runs(np.signbit(left))
     sizes = [float(np.abs(left[a:b]).max()) for a, b in halves]
     half_periods = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
-    at = recording.line + begin + start
+    at = begin + start
     moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
     few = (half_periods < 2 and moves > 0.05) or (half_periods < 3 and moves > 0.3)
     if few or reach <= 10.0 * noise or left.size <= FEWEST:
@@ -73,7 +73,7 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     way = np.abs(left - left[0])
     turn = int((way >= float(way.max()) - 8.0 * noise).argmax())
     if moves > 0.05 and turn >= 0.95 * (left.size - 1):
-        raise recording.error_of("x2", "too short: it ends before the body turns back", recording.line + end - 1)
+        raise recording.error_of("x2", "too short: it ends before the body turns back", end - 1)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     last = start + (halves[grows[0] - 1][0] if grows else left.size)
     near = np.abs(left) >= reach - 8.0 * noise  # held, or about its turn: the last sample of it
@@ -154,14 +154,13 @@ def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float
     fallen = np.flatnonzero(values < level - beyond)
     if not fallen.size:
         instead = ", it rises: is it a height, upwards?" if float(values.max()) > level + beyond else ""
-        message = f"the release is not found: the height does not fall{instead}"
-        raise recording.error_of("x2", message, recording.line + begin)
+        raise recording.error_of("x2", f"the release is not found: the height does not fall{instead}", begin)
     start, last, least = int(fallen[0]), values.size, 8.0 * noise + 0.02 * float(np.ptp(values))
     higher = np.flatnonzero(values[start:] > level + least)  # than it was let go at: there a hand is at work
     if higher.size and not driven:
         last = _taken(values, start, start + int(higher[0]), least)
     if last - start < FEWEST:
-        raise recording.error_of("x2", _TOO_SHORT.format(last - start), recording.line + begin + start)
+        raise recording.error_of("x2", _TOO_SHORT.format(last - start), begin + start)
     return begin + start, begin + last
 
 

@@ -154,7 +154,7 @@ def fit_force(
     a, b, parts = equation.a, equation.b, equation.parts
     if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
         message = "does not distinguish friction, mass and load: move both ways, at several speeds"
-        raise several[0].error_of("x1", message, several[0].line)
+        raise several[0].error_of("x1", message)
     found, covariance, residual = _linear(a, b, loss)
     estimates, spread = _force_estimates(equation, found, covariance, units)
     step = max(float(np.median(np.diff(each.time))) for each in several)
