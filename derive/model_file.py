@@ -208,10 +208,8 @@ def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...], prefix: st
     made: list[Term] = []
     for term in _sequence(defined["terms"], "terms", Term):
         if not isinstance(term.name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9 _-]*", term.name):
-            raise ModelError(
-                f"the name of a term is {_shown(term.name)}: it must be letters, digits, blanks, - and _, a letter "
-                "first"
-            )
+            allowed = "letters, digits, blanks, - and _, a letter first"
+            raise ModelError(f"the name of a term is {_shown(term.name)}: it must be {allowed}")
         fields = {f"{energy.field_name(term.name)}_{mass}" for mass in (1, 2)}
         if fields & taken or _has_prefix(energy.field_name(term.name), prefix):
             raise ModelError(

@@ -95,9 +95,8 @@ def refuse_what_flight_cannot_carry(term: Term) -> None:
     if term.acts not in ACTS:
         raise ModelError(f"{here} in {term.acts!r}: it must be one of {', '.join(map(repr, ACTS))}")
     if term.is_in_leg and term.acts == "flight":
-        raise ModelError(
-            f"{here} in the leg, which carries nothing in flight: it must not be declared for flight alone"
-        )
+        where = "in the leg, which carries nothing in flight"
+        raise ModelError(f"{here} {where}: it must not be declared for flight alone")
     if term.is_in_leg and sp.expand(sp.diff(term.force_1, v1) + sp.diff(term.force_1, v2)) != 0:
         raise ModelError(
             f"{here} in the leg by force_1 = {term.force_1}, which depends on v1 and v2 otherwise than by v1 - v2: in "
