@@ -159,7 +159,7 @@ mutants-all: compiler venv-dev ## 400 places of the package, and mutants-c
 	$(PY) -m tests.mutation --count $(MUTANTS)
 
 test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
-	$(PY) tools/determinism.py
+	$(PY) -m tests.repository.determinism
 
 bench: compiler venv-bench ## time hopform and other solvers, write docs/evidence/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py
