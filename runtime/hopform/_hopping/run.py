@@ -216,8 +216,7 @@ class Hop(_Legs):
         if len(stance.u) == 1 or stance.duration == 0.0:
             return stance.u[0][1]
         t, u = (np.array(column) for column in zip(*stance.u, strict=True))
-        lengths = np.diff(np.minimum([*t, stance.duration], stance.duration))
-        return float(lengths @ u / stance.duration)
+        return float(np.diff(np.minimum([*t, stance.duration], stance.duration)) @ u / stance.duration)
 
     @property
     def takeoff_time(self) -> float:
