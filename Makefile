@@ -50,7 +50,7 @@ docs: compiler doxygen venv-docs ## build the site into out/site, the page to pl
 	.venv/bin/hopform figures out/figures >out/figures.log
 	doxygen docs/site/Doxyfile
 	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site
-	$(PY) tools/play.py out/site/play
+	$(PY) docs/play/build.py out/site/play
 
 site-test: docs ## follow every link of the site; open it in Chromium: numbers and digests are those of Python
 	$(PY) -m pytest -q -m site tests
