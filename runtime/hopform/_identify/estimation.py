@@ -379,7 +379,7 @@ def spread(solution: Solution) -> Spread:
     errors = zip(solution.parameters, np.sqrt(np.diag(covariance)).tolist(), strict=True)
     weak |= {p.name for p, e in errors if p.kind == "positive" and e > _NOT_IDENTIFIABLE * solution.values[p.name]}
     together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
-    covariance[np.diag_indices(names.size)] += np.where([name in weak for name in names], np.inf, 0.0)
+    covariance[np.diag_indices(names.size)] = np.where([name in weak for name in names], np.inf, np.diag(covariance))
     return Spread(covariance, tuple(name for name in names if name in weak), together)
 
 
