@@ -319,3 +319,48 @@ def tallies() -> Iterator[tuple[str, str, int, str]]:
     for verdict, meaning in VERDICTS.items():
         numbers = [entry.number for entry in REGISTER if entry.verdict == verdict]
         yield verdict, meaning, len(numbers), ", ".join(f"[({number})](#{number})" for number in numbers)
+
+
+CERTIFICATE = {
+    "tests/unit/test_derivation.py": {
+        "test_velocities_obey_3_and_4": "The closed form obeys (3), (4) in every combination of slipping and held "
+        "masses, further terms or none.",
+        "test_a_phase_starts_where_the_last_one_ended": "Each phase starts where the last one ended.",
+        "test_both_masses_end_with_the_terminal_velocity_that_balances_all_forces": "For ever after, both masses move "
+        "with the terminal velocity that balances all forces.",
+        "test_the_numerators_are_those_of_11_to_17_counted_from_the_start": "The numerators are those of (11) to "
+        "(17), with the corrections of this page.",
+        "test_18_comes_back_for_distinct_poles": "Away from multiple poles the solution is (18), coefficient by "
+        "coefficient.",
+        "test_the_split_off_pole_and_the_pair_are_w": "Real pole and pair, split, are the inverse transform of (11) "
+        "for any poles.",
+        "test_integrals_and_derivatives_by_recursion_are_what_they_are_called": "So are the power series, the "
+        "recursions and the series around a triple pole.",
+        "test_the_whole_robot_gains_what_the_ledger_says": "The change of the robot's energy is the sum of the ledger.",
+        "test_the_body_gains_the_aed": "The change of the body's energy is the AED.",
+        "test_the_apex_from_energies_is_the_apex_of_the_takeoff": "The apex from energies is the apex of the take-off.",
+        "test_a_variation_is_the_derivative_of_the_motion": "A variation is the derivative of the motion, for the "
+        "current and every parameter.",
+    },
+    "tests/unit/test_certificate.py": {
+        "test_units_balance_in_every_step": "Units balance in every generated step.",
+        "test_the_generated_formula_has_the_value_of_its_derivation_at_forty_digits": "Every generated formula has "
+        "the value of its derivation at 40 digits, within 16 eps of the sum of its terms.",
+        "test_w_is_exact_in_double_precision_for_any_poles_and_times": "W, its derivatives and its integral are right "
+        "within 128 eps for distinct, complex, double, triple, nearly triple and slow poles, the second integral "
+        "within 192 eps.",
+        "test_the_factors_of_the_cubic_multiply_to_its_coefficients": "The factors of the cubic multiply to its "
+        "coefficients, within 4 eps each, 12 eps near a triple pole.",
+    },
+    "tests/unit/test_equations.py": {
+        "test_what_agrees_differs_by_nothing_from_what_follows": "Every verdict and every figure of this page.",
+        "test_what_is_printed_reads_as_the_expression_that_is_proven": "The formulas on this page are the expressions "
+        "that are proven.",
+    },
+}
+"""Claims about the derivation and the generated code, by the test that proves each, by its file."""
+
+
+def proofs() -> Iterator[tuple[str, str]]:
+    """A row per claim: it and its test."""
+    return ((claim, f"`{file}::{test}`") for file, claims in CERTIFICATE.items() for test, claim in claims.items())
