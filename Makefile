@@ -50,7 +50,7 @@ docs: compiler doxygen venv-docs ## build the site into out/site, the page to pl
 	.venv/bin/hopform figures out/figures >out/figures.log
 	doxygen docs/site/Doxyfile
 	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site
-	$(PY) tools/play.py out/site/play
+	$(PY) docs/play/build.py out/site/play
 
 site-test: docs ## follow every link of the site; open it in Chromium: numbers and digests are those of Python
 	$(PY) -m pytest -q -m site tests
@@ -63,7 +63,7 @@ test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, coun
 
 validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, compare with what is published
 	@$(PY) tools/build_library.py
-	@$(PY) tools/validate_data.py
+	@$(PY) -m tests.conformance.published
 
 scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/evidence/switchovers.*
 	$(PY) tools/build_library.py
@@ -159,7 +159,7 @@ mutants-all: compiler venv-dev ## 400 places of the package, and mutants-c
 	$(PY) -m tests.mutation --count $(MUTANTS)
 
 test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
-	$(PY) tools/determinism.py
+	$(PY) -m tests.repository.determinism
 
 bench: compiler venv-bench ## time hopform and other solvers, write docs/evidence/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py

@@ -50,21 +50,18 @@ def _options(chosen: argparse.Namespace) -> Options:
         raise ModelError("--out DIR is needed: there is no checkout whose generated/ this could be")
     own = chosen.model is not None or chosen.prefix != "hopform" or chosen.precisions is not None
     if own and chosen.out is None:
-        raise ModelError(
-            "--model, --prefix, --float32 and --float64 need --out DIR: generated/ holds the hopper of the paper"
-        )
+        options = "--model, --prefix, --float32 and --float64"
+        raise ModelError(f"{options} need --out DIR: generated/ holds the hopper of the paper")
     if own and lies_in(chosen.out, GENERATED):
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
-    prefix = chosen.prefix
+    prefix, model = chosen.prefix, HOPPER
     if not (prefix.isidentifier() and prefix.isascii() and prefix.islower() and len(prefix) <= LONGEST_PREFIX):
-        raise ModelError(
-            f"--prefix must be a lower-case identifier of C of up to {LONGEST_PREFIX} characters, got {prefix!r}"
-        )
-    model = HOPPER
+        wanted = f"a lower-case identifier of C of up to {LONGEST_PREFIX} characters"
+        raise ModelError(f"--prefix must be {wanted}, got {prefix!r}")
     if chosen.model is not None:
-        model = read_model(chosen.model, chosen.prefix)
+        model = read_model(chosen.model, prefix)
         print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
-    return Options(model, chosen.prefix, chosen.precisions or PRECISIONS)
+    return Options(model, prefix, chosen.precisions or PRECISIONS)
 
 
 if __name__ == "__main__":

@@ -26,9 +26,8 @@ from .emit.expressions import snake
 from .emit.ir import DOMAINS, Quantity
 from .emit.program import program
 from .maths import energy, flight
-from .model import quantities as Q
 from .model.equations import Model, ModelError, Term
-from .model.quantities import side_1, side_2, u, v1, v2, x1, x2
+from .model.quantities import ROBOT, side_1, side_2, u, v1, v2, x1, x2
 
 FINITE = {name: domain for name, domain in DOMAINS.items() if -math.inf not in domain and math.inf not in domain}
 """Domains of a parameter of a term, which may not be infinite."""
@@ -138,7 +137,7 @@ def _why_not(name: Any, prefix: str) -> str | None:
     if not isinstance(name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
         return "it must be a str of letters, digits and _, a letter first"
     reasons = (
-        (name in {quantity.name for quantity in Q.ROBOT.quantities}, "it must not be one of the robot's already"),
+        (name in {quantity.name for quantity in ROBOT.quantities}, "it must not be one of the robot's already"),
         (name in _names_of_the_derivation(), "it must not be one that the generated code has already"),
         (
             name.isupper() and not re.fullmatch("[A-Z]_?[0-9]*", name),
@@ -204,15 +203,13 @@ def _check_text(text: object, what: str, *, backslash: bool) -> None:
 def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...], prefix: str) -> tuple[Term, ...]:
     if "terms" not in defined:
         raise ModelError("the file must define `terms`, a tuple of hopform.model.Term")
-    symbols = {*Q.ROBOT.symbols, *(parameter.symbol for parameter in parameters), x1, x2, v1, v2, u, side_1, side_2}
+    symbols = {*ROBOT.symbols, *(parameter.symbol for parameter in parameters), x1, x2, v1, v2, u, side_1, side_2}
     taken = _names_of_the_derivation() | {symbol.name for symbol in symbols}
     made: list[Term] = []
     for term in _sequence(defined["terms"], "terms", Term):
         if not isinstance(term.name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9 _-]*", term.name):
-            raise ModelError(
-                f"the name of a term is {_shown(term.name)}: it must be letters, digits, blanks, - and _, a letter "
-                "first"
-            )
+            allowed = "letters, digits, blanks, - and _, a letter first"
+            raise ModelError(f"the name of a term is {_shown(term.name)}: it must be {allowed}")
         fields = {f"{energy.field_name(term.name)}_{mass}" for mass in (1, 2)}
         if fields & taken or _has_prefix(energy.field_name(term.name), prefix):
             raise ModelError(

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
-from ..model import equations
-from ..model.equations import Model
+from ..model.equations import Model, kinetic, potential
 from ..model.quantities import *
 from .time_domain import AT, v2_t, x1_t, y_t
 
@@ -28,7 +27,7 @@ x1_0, aed, stored, moving, speed, gain = (quantity.symbol for quantity in (X1_0,
 displacement, length, unloaded = sp.symbols("displacement length unloaded", real=True)
 
 body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
-total_energy = equations.kinetic + equations.potential
+total_energy = kinetic + potential
 
 PRODUCTS = dict(zip(MOMENTS.symbols, (v1, v2, v1**2, v1 * v2, v2**2, y * v1, y * v2, displacement * v2), strict=True))
 """The products whose integrals are known, by their integral."""

@@ -63,12 +63,7 @@ FLIGHT_LEDGER = Record(
     "FlightLedger",
     "Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart.",
     python_name="FlightWork",
-).of(
-    Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
-    Quantity("offset_work", r"k c \Delta x_1", "J", "work of the constant force k c"),
-    Quantity("viscous_1", r"-\int b_1 v_1^2", "J", "viscous loss of the actuator"),
-    Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
-)
+).of(*(each for each in LEDGER.quantities if each.symbol in (motor_work, offset_work, viscous_1, coulomb_1)))
 HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body, counted from L_0 + c")
 DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")
 WAY_OF_FLIGHT = Record(
@@ -100,9 +95,8 @@ def refuse_what_flight_cannot_carry(term: Term) -> None:
     if term.acts not in ACTS:
         raise ModelError(f"{here} in {term.acts!r}: it must be one of {', '.join(map(repr, ACTS))}")
     if term.is_in_leg and term.acts == "flight":
-        raise ModelError(
-            f"{here} in the leg, which carries nothing in flight: it must not be declared for flight alone"
-        )
+        where = "in the leg, which carries nothing in flight"
+        raise ModelError(f"{here} {where}: it must not be declared for flight alone")
     if term.is_in_leg and sp.expand(sp.diff(term.force_1, v1) + sp.diff(term.force_1, v2)) != 0:
         raise ModelError(
             f"{here} in the leg by force_1 = {term.force_1}, which depends on v1 and v2 otherwise than by v1 - v2: in "

@@ -16,13 +16,6 @@ import sympy as sp
 from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.quantities import *
 
-RISE = Record("Rise", "Step response: change of a function of time in a phase, and its first three derivatives.").of(
-    scalar("rise", "1", "the function less its initial value"),
-    scalar("rise_rate", "1/s", "its rate"),
-    scalar("rise_curvature", "1/s^2", "the derivative of its rate"),
-    scalar("rise_third", "1/s^3", "the derivative of that"),
-)
-rise, rise_rate, rise_curvature, rise_third = RISE.symbols
 RESIDUAL = scalar("residual", "1", "the final value less the function")
 residual = RESIDUAL.symbol
 
@@ -47,24 +40,11 @@ HIGHER_DERIVATIVES = (
 """Derivatives of W behind the second, each from those before it."""
 
 
-@function(takes=(POLES, NUMERATOR, BASIS), returns=RISE)
-def step_response() -> Steps:
-    """Step response: change of a function of time since the start of the phase.
-
-    h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first three derivatives.
-    """
-    yield from HIGHER_DERIVATIVES[:2]
-    yield Step(rise, H3 * Wd + H2 * W + H1 * W1, "(19), (21)")
-    yield Step(rise_rate, H3 * Wdd + H2 * Wd + H1 * W, "derivative of (19), (21)")
-    yield Step(rise_curvature, H3 * W_third + H2 * Wdd + H1 * Wd, "second derivative of (19), (21)")
-    yield Step(rise_third, H3 * W_fourth + H2 * W_third + H1 * Wdd, "third derivative of (19), (21)")
-
-
 @function(takes=(POLES, NUMERATOR, BASIS, RESIDUAL_0), returns=RESIDUAL)
 def residual_to_steady_state() -> Steps:
     """Residual of a function of time to its steady state.
 
-    The step response less its final value, of terms that decay: it keeps its digits after the transients.
+    h(t) of (19), (21) less its final value, of terms that decay: it keeps its digits after the transients.
     """
     yield Step(
         residual,

@@ -49,6 +49,14 @@ class Answer:
         return [textwrap.fill(self.note, 120)] if self.note else []
 
     @property
+    def lines(self) -> list[str]:
+        """Its fields as lines of a dictionary: the type of each; of a column unit and meaning."""
+        texts = (
+            f"{each.type}: {each.meaning}".removesuffix(": ") if self.columns else each.type for each in self.fields
+        )
+        return [f'"{each.name}": "{text}",' for each, text in zip(self.fields, texts, strict=True)]
+
+    @property
     def heads(self) -> tuple[str, str, str]:
         return ("column", "unit", "meaning") if self.columns else ("field", "type", "meaning")
 

@@ -16,7 +16,6 @@ from functools import cached_property
 import sympy as sp
 
 from ..emit.ir import Quantity, Record
-from . import quantities as Q
 from .quantities import *
 
 
@@ -83,11 +82,11 @@ class Model:
 
     @property
     def robot(self) -> Record:
-        own = Q.ROBOT.quantities
+        own = ROBOT.quantities
         if "foot" in self.fixed:  # no contact force is taken over k
             own = tuple(replace(each, domain="nonnegative") if each.symbol == k else each for each in own)
         falling = tuple(FALLING[name] for name in MASSES if name in self.friction_by_sign)
-        return replace(Q.ROBOT, quantities=own + falling + self.parameters)
+        return replace(ROBOT, quantities=own + falling + self.parameters)
 
     @cached_property
     def levels(self) -> tuple[sp.Expr, sp.Expr]:

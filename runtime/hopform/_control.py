@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform._batch import Progress, solve_stances
-from hopform._checks import MEMORY, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
+from hopform._checks import MEMORY, Array, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
@@ -76,8 +76,7 @@ class Command(Shown):
     def _arrays(self) -> Arrays:
         u, apex = self.curve()
         arrays: dict[str, Any] = {"u": (("u",), u), "apex": (("u",), apex), "h_des": ((), self.question.target[0])}
-        arrays |= {"chosen_u": ((), self.u, {"units": "A"}), "chosen_apex": ((), self.apex, {"units": "m"})}
-        return arrays | {"status": ((), self.status)}
+        return arrays | {"chosen_u": ((), self.u), "chosen_apex": ((), self.apex), "status": ((), self.status)}
 
 
 def choose_current(
@@ -137,7 +136,6 @@ def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: obje
     return apex, level, nonnegative("stop_margin", stop_margin, "m"), positive("horizon", horizon, "s")
 
 
-Array = NDArray[np.float64]
 ROWS = 16
 """Heights that are solved between two calls of the progress callback."""
 MOST_CELLS = MEMORY // 256
@@ -205,12 +203,12 @@ class Reachability(Shown):
 
     def _arrays(self) -> Arrays:
         points = {name: [getattr(each, name) for each in self.fixed_points] for name in ("u", "height", "multiplier")}
-        units = {"u": {"units": "A"}, "height": {"units": "m"}, "multiplier": dict[str, str]()}
+
         arrays: dict[str, Any] = {"height": (("height",), self.heights), "u": (("u",), self.currents)}
         arrays |= {name: (("height", "u"), getattr(self, name)) for name in ("apex", "admissible")}
         bounds = ("lowest", "u_lowest", "highest", "u_highest", "hold")
         arrays |= {name: (("height",), getattr(self, name)) for name in bounds}
-        return arrays | {f"fixed_{name}": (("fixed_point",), values, units[name]) for name, values in points.items()}
+        return arrays | {f"fixed_{name}": (("fixed_point",), values) for name, values in points.items()}
 
     def gaps(self, row: int) -> tuple[tuple[float, float], ...]:
         """Ranges of currents of the map without take-off, between two that take off, at a height."""

@@ -42,7 +42,7 @@ WebAssembly.instantiate(bytes, {}).then(({instance: {exports: c}}) => {
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    spec = importlib.util.spec_from_file_location("play", ROOT / "tools" / "play.py")
+    spec = importlib.util.spec_from_file_location("play", PAGE / "build.py")
     assert spec is not None and spec.loader is not None
     play = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(play)

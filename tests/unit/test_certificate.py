@@ -39,8 +39,7 @@ NONE: Unit = (sp.S.Zero,) * 4
 # A numerator is that of a function of any unit; H_3 is its rate. Here that unit is A, which nothing else brings.
 GENERIC = {
     Q.H3: "A/s", Q.H2: "A/s^2", Q.H1: "A/s^3", Q.A: "A/s^2", Q.B: "A/s^3",
-    time_domain.rise: "A", time_domain.rise_rate: "A/s", time_domain.rise_curvature: "A/s^2",
-    time_domain.rise_third: "A/s^3", Q.residual_0: "A", time_domain.residual: "A",
+    Q.residual_0: "A", time_domain.residual: "A",
 }  # fmt: skip
 
 

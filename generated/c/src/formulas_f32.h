@@ -209,14 +209,6 @@ typedef struct {
     float W2;  /* [s^4] integral of W1 */
 } hopform_integrals_f32;
 
-/* Step response: change of a function of time in a phase, and its first three derivatives. */
-typedef struct {
-    float rise;            /* [1] the function less its initial value */
-    float rise_rate;       /* [1/s] its rate */
-    float rise_curvature;  /* [1/s^2] the derivative of its rate */
-    float rise_third;      /* [1/s^3] the derivative of that */
-} hopform_rise_f32;
-
 /* W, its derivatives and integrals a short time later, by a Taylor step. */
 typedef struct {
     float Wdd_t;  /* [1] second derivative of W */
@@ -686,24 +678,6 @@ static inline hopform_pair_numerator_f32 hopform_deflated_numerator_f32(const ho
     const float A = H2 - H3*p;  /* (18) terms in s, pole a removed */
     const float B = H1 - H3*q;  /* (18) constant terms, pole a removed */
     const hopform_pair_numerator_f32 result = {A, B};
-    return result;
-}
-
-/* Step response: change of a function of time since the start of the phase. */
-static inline hopform_rise_f32 hopform_step_response_f32(const hopform_poles_f32 *poles,
-    const hopform_numerator_f32 *numerator,
-    const hopform_basis_f32 *basis)
-{
-    const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
-    const float H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
-    const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1;
-    const float W_third = -W*s_3 - Wd*s_2 - Wdd*s_1;             /* (11) denominator on W */
-    const float W_fourth = -W_third*s_1 - Wd*s_3 - Wdd*s_2;      /* (11) denominator on W' */
-    const float rise = H1*W1 + H2*W + H3*Wd;                     /* (19), (21) */
-    const float rise_rate = H1*W + H2*Wd + H3*Wdd;               /* derivative of (19), (21) */
-    const float rise_curvature = H1*Wd + H2*Wdd + H3*W_third;    /* second derivative of (19), (21) */
-    const float rise_third = H1*Wdd + H2*W_third + H3*W_fourth;  /* third derivative of (19), (21) */
-    const hopform_rise_f32 result = {rise, rise_rate, rise_curvature, rise_third};
     return result;
 }
 

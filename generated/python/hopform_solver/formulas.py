@@ -35,7 +35,6 @@ from hopform_solver.records import (
     Rates,
     Real,
     Response,
-    Rise,
     Robot,
     RobotChange,
     Series,
@@ -424,22 +423,6 @@ def deflated_numerator(poles: Poles, numerator: Numerator) -> PairNumerator:
     A = H2 - H3*p  # (18) terms in s, pole a removed
     B = H1 - H3*q  # (18) constant terms, pole a removed
     return PairNumerator(A, B)
-
-
-def step_response(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
-    """Step response: change of a function of time since the start of the phase.
-
-    """
-    s_1, s_2, s_3 = poles.s_1, poles.s_2, poles.s_3
-    H3, H2, H1 = numerator.H3, numerator.H2, numerator.H1
-    Wdd, Wd, W, W1 = basis.Wdd, basis.Wd, basis.W, basis.W1
-    W_third = -W*s_3 - Wd*s_2 - Wdd*s_1             # (11) denominator on W
-    W_fourth = -W_third*s_1 - Wd*s_3 - Wdd*s_2      # (11) denominator on W'
-    rise = H1*W1 + H2*W + H3*Wd                     # (19), (21)
-    rise_rate = H1*W + H2*Wd + H3*Wdd               # derivative of (19), (21)
-    rise_curvature = H1*Wd + H2*Wdd + H3*W_third    # second derivative of (19), (21)
-    rise_third = H1*Wdd + H2*W_third + H3*W_fourth  # third derivative of (19), (21)
-    return Rise(rise, rise_rate, rise_curvature, rise_third)
 
 
 def residual_to_steady_state(poles: Poles, numerator: Numerator, basis: Basis, residual_0: Real) -> Real:

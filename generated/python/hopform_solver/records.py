@@ -707,19 +707,6 @@ class Integrals(NamedTuple):
     """[s^4] integral of W1"""
 
 
-class Rise(NamedTuple):
-    """Step response: change of a function of time in a phase, and its first three derivatives."""
-
-    rise: Real
-    """[1] the function less its initial value"""
-    rise_rate: Real
-    """[1/s] its rate"""
-    rise_curvature: Real
-    """[1/s^2] the derivative of its rate"""
-    rise_third: Real
-    """[1/s^3] the derivative of that"""
-
-
 class Propagated(NamedTuple):
     """W, its derivatives and integrals a short time later, by a Taylor step."""
 
@@ -858,7 +845,7 @@ class FlightWork(NamedTuple):
     motor_work: Real
     """[J] work of the motor"""
     offset_work: Real
-    """[J] work of the constant force k c"""
+    """[J] work of the offset force k c"""
     viscous_1: Real
     """[J] viscous loss of the actuator"""
     coulomb_1: Real
@@ -910,7 +897,7 @@ class FlightLedger(NamedTuple):
     motor_work: Real
     """[J] work of the motor"""
     offset_work: Real
-    """[J] work of the constant force k c"""
+    """[J] work of the offset force k c"""
     viscous_1: Real
     """[J] viscous loss of the actuator"""
     coulomb_1: Real

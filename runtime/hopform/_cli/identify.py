@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-import hopform
-from hopform import HopformError, Robot, fit_force, friction_threshold, read_recording
+from hopform import HopformError, Robot, fit_force, friction_threshold, load_robot, read_recording
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
@@ -101,7 +100,7 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformE
     at = int(np.abs(left).argmax())
     share = max(1.0 - float(np.var(left)) / float(np.var(trace.measured)), 0.0)
     force = trace.quantity == "force"
-    position, drives = own.column_of("x1" if force else trace.quantity), own.current_column()
+    position, drives = own.column_of("x1" if force else trace.quantity), own.found("u")
     lengths = " and ".join(each.title for each in own.columns.values() if each.quantity in ("length", "angle"))
     asked = [f"is the unit of {lengths} right"]
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
@@ -218,7 +217,7 @@ def identify(
     check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), *read], more=[("--out", out), *pages])
     if json and export and not out:
         raise HopformError("--json and --export both print; give --export a file by --out")
-    base = hopform.load_robot(robot)
+    base = load_robot(robot)
     masses, values = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
         asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
@@ -240,7 +239,7 @@ def record(
 ) -> None:  # fmt: skip
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
-    base = hopform.load_robot(robot)
+    base = load_robot(robot)
     made = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
         hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,

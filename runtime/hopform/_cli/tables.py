@@ -9,8 +9,7 @@ from rich.console import RenderableType
 from rich.table import Column, Table
 from rich.text import Text
 
-import hopform
-from hopform import Command, Equation, FixedPoint, Hop, PrintedCommand, Reachability, Robot, Run, Stance
+from hopform import ROBOTS, Command, Equation, FixedPoint, Hop, PrintedCommand, Reachability, Robot, Run, Stance
 from hopform._cli.bands import Bands, Draws, text_of
 from hopform._cli.output import Record, number, record, spaced, table, to_json
 from hopform._errors import printable
@@ -71,7 +70,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
 
     head = ("parameter", *map(name_of, shown), "unit", *meaning)
     about = ((name_of(robot), printable(" ".join(robot.description.split()))) for robot in shown if robot.description)
-    notes = [*map(": ".join, about), *([OURS] if any(robot.name in hopform.ROBOTS for robot in shown) else [])]
+    notes = [*map(": ".join, about), *([OURS] if any(robot.name in ROBOTS for robot in shown) else [])]
     return spaced(table("", head, map(row, FIELDS), ("parameter", "unit", "meaning")), "\n".join(notes))
 
 

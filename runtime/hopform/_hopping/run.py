@@ -8,7 +8,7 @@ remains of the actuator's return in flight is carried into the next stance.
 import io
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from inspect import getattr_static
@@ -26,7 +26,7 @@ from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, duration_of, name_of, span
-from hopform._solver.package import formulas, records
+from hopform._solver.package import OURS, formulas, records
 from hopform._stance import DOUBLE, Real, Stance, State, aed_at, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
@@ -37,33 +37,10 @@ MOST_TICKS = 1_000_000
 Progress = Callable[[int, int], object]
 RunStatus = Literal["completed", "stopped", "tripped"]
 
-COLUMNS: tuple[tuple[str, str, str], ...] = (
-    ("index", "i4", "0 for the first touchdown"),
-    ("ground", "f8", "[m] height of the ground under the foot"),
-    ("height", "f8", "[m] hop height of the apex from which it falls"),
-    ("touchdown_time", "f8", "[s] since the start"),
-    ("x1", "f8", "[m] at touchdown"),
-    ("v1", "f8", "[m/s] at touchdown"),
-    ("v2", "f8", "[m/s] at touchdown, after the impact"),
-    ("u", "f8", "[A] current; its mean over the stance where it has steps"),
-    ("status", "U15", "ending of the stance"),
-    ("duration", "f8", "[s] of the stance"),
-    ("takeoff_x1", "f8", "[m] NaN without take-off, as all that follows from it"),
-    ("takeoff_v1", "f8", "[m/s]"),
-    ("takeoff_x2", "f8", "[m] height of the body over level 0"),
-    ("takeoff_v2", "f8", "[m/s]"),
-    ("apex", "f8", "[m] hop height of the apex that follows"),
-    ("aed", "f8", "[J] change of the body's energy over the stance as (24) predicts it"),
-    ("gained", "f8", "[J] the same after the fact, from the states at both ends"),
-    ("energy_lost_at_impact", "f8", "[J]"),
-    ("hits_stop", "?", "the actuator met a stop in the stance or in the flight before"),
-    ("bottoms_out", "?", "it met its upper stop in the stance"),
-)
+_TYPES = {"index": "i4", "status": "U15", "hits_stop": "?", "bottoms_out": "?"}
+_OF_TABLE: Mapping[str, str] = OURS.answers.ANSWERS["Table of a run"]
+COLUMNS = tuple((name, _TYPES.get(name, "f8"), text) for name, text in _OF_TABLE.items())
 """The table of a run: name, type, unit and meaning of each column; heights over level 0."""
-
-
-def _model(name: str, value: object) -> Robot | None:
-    return None if value is None else checks.instance(name, value, Robot, "a Robot")
 
 
 @dataclass(frozen=True)
@@ -86,7 +63,7 @@ class Errors(checks.Checked):
     current_scale: float = field(default=1.0, metadata=by(positive, "of the current"))
     quantum: float = field(default=0.0, metadata=by(nonnegative, "s"))
     delay: float = field(default=0.0, metadata=by(nonnegative, "s"))
-    model: Robot | None = field(default=None, metadata=by(_model))
+    model: Robot | None = field(default=None, metadata=by(checks.instance, (Robot, type(None)), "a Robot"))
 
 
 NONE = Errors()
@@ -239,8 +216,7 @@ class Hop(_Legs):
         if len(stance.u) == 1 or stance.duration == 0.0:
             return stance.u[0][1]
         t, u = (np.array(column) for column in zip(*stance.u, strict=True))
-        lengths = np.diff(np.minimum([*t, stance.duration], stance.duration))
-        return float(lengths @ u / stance.duration)
+        return float(np.diff(np.minimum([*t, stance.duration], stance.duration)) @ u / stance.duration)
 
     @property
     def takeoff_time(self) -> float:
@@ -364,8 +340,8 @@ class Run(_Legs):
 
 def _attrs(text: str) -> dict[str, str]:
     """Unit and meaning from the text of a column."""
-    unit, _, meaning = text.rpartition("]")
-    return {name: words for name, words in (("units", unit.removeprefix("[")), ("long_name", meaning.strip())) if words}
+    unit, _, meaning = text.partition(": ")
+    return {name: words for name, words in (("units", unit.strip("-")), ("long_name", meaning)) if words}
 
 
 def simulate(
@@ -494,10 +470,9 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
     """Gains of the force as the plant feels it, where the controller's own idea of gamma2 or of the robot is
     another.
     """
-    plant, model = task.plant, task.model
+    plant, model, gains = task.plant, task.model, task.gains
     if plant is model or (plant.gamma2 == 0.0 or model.gamma2 == 0.0):
-        return task.gains
-    gains = task.gains
+        return gains
     if gains is None:
         fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if v2 * v2 + 2.0 * model.g * x1 > 0.0 else 0.0
         gains = records.Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))

@@ -26,7 +26,6 @@ _NUMBERS = "numbers in units of the signal"
 _EACH = 64  # [B] a sample
 MOST_DRAWN = 10**9
 """Samples that a simulation draws at most, on average."""
-_KINDS: dict[int, records.Contact] = {solver.TOUCHDOWN: "touchdown", solver.TAKEOFF: "takeoff"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +61,7 @@ class TouchdownDetector(Checked):
         for n, sample in enumerate(items("samples", samples, f"a sequence of {_NUMBERS}", MEMORY // _EACH)):
             contact, event = solver.touchdown(settings, contact, finite(f"samples[{n}]", sample, "units of the signal"))
             if event:
-                found.append(Event(n * self.dt, _KINDS[event]))
+                found.append(Event(n * self.dt, records.CONTACTS[event]))
         return tuple(found)
 
     def false_alarm_rate(self, noise: SupportsFloat) -> float:

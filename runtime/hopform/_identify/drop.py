@@ -16,15 +16,13 @@ import numpy as np
 
 from hopform._checks import flag
 from hopform._errors import HopformError
-from hopform._identify import recordings as of_recordings
-from hopform._identify import segments
 from hopform._identify.estimation import Parameter
 from hopform._identify.fits import Fit, Options, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings
 from hopform._identify.motion import Array, Known, Values
-from hopform._identify.recordings import Recording, Units
+from hopform._identify.recordings import Recording, Units, calm, mended, noise_of, quantum_of, runs, steps_of
 from hopform._identify.rigs import Kind as Rig
-from hopform._identify.segments import CUTOFFS, filtered_part, moving_rows
+from hopform._identify.segments import CUTOFFS, decays, drops, filtered_part, moving_rows, rest_of
 
 _MOST_RANGE = {"m": 3.0, "rad": 12.0}
 """From end to end: no spring of a hopper is longer, no spring of a joint turns by more."""
@@ -41,9 +39,9 @@ class Oscillation(NamedTuple):
 
 def oscillation_of(time: Array, values: Array) -> Oscillation:
     """Frequency and friction of an oscillation about a rest, from its extrema; a guess where there are too few."""
-    noise = max(of_recordings.noise_of(values), of_recordings.quantum_of(values))
-    values = of_recordings.calm(values)
-    rest = segments.rest_of(values, 10)
+    noise = max(noise_of(values), quantum_of(values))
+    values = calm(values)
+    rest = rest_of(values, 10)
     omega = _spectral_peak(time, values - rest)
     extrema = _extrema(time, values - rest, math.pi / omega, 4.0 * noise)
     if len(extrema) < 3:
@@ -73,7 +71,7 @@ def _extrema(time: Array, values: Array, half: float, least: float) -> list[tupl
     noise.
     """
     found = list[tuple[float, float]]()
-    for begin, end in of_recordings.runs(np.signbit(values)):
+    for begin, end in runs(np.signbit(values)):
         if time[min(end, values.size - 1)] - time[begin] < 0.4 * half and begin > 0:
             continue
         peak = begin + int(np.abs(values[begin:end]).argmax())
@@ -116,7 +114,7 @@ class _Body(Kind):
         """With what fixes the scale; HopformError for a drop of an angle, or without gravity."""
         known, recordings = group.known, group.recordings
         if self.rig != "attached" and group.units.position != "m":
-            raise recordings[0].error_of("x2", "is an angle; a drop is of a height in m", 1)
+            raise recordings[0].error("is an angle; a drop is of a height in m", 1, recordings[0].column_of("x2"))
         if self.rig != "attached" and not known["g"] > 0.0:
             raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {known['g']!r}")
         if self.driven and known["x1_min"] > known["x1_max"]:
@@ -153,7 +151,7 @@ class _Body(Kind):
         if letter not in ("x1", "v1"):
             return parameter
         low, high, x1 = known["x1_min"], known["x1_max"], cut.x if cut.x1 is None else cut.x1
-        place, near = float(np.median(x1[:5])), 8.0 * max(of_recordings.noise_of(x1), of_recordings.quantum_of(x1))
+        place, near = float(np.median(x1[:5])), 8.0 * max(noise_of(x1), quantum_of(x1))
         if letter == "v1":
             low, high = (0.0 if place < low + near else -math.inf), (0.0 if place > high - near else math.inf)
         return parameter._replace(start=min(max(parameter.start, low), high), low=low, high=high)
@@ -202,9 +200,9 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
         most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
         message = f"moves over {np.ptp(values):.3g} {unit}; {most}: is its unit right?"
-        raise recording.error_of("x2", message, recording.line + int(np.abs(values - np.median(values)).argmax()))
-    clean = of_recordings.mended(values)
-    spans = segments.decays(recording, clean) if rig == "attached" else segments.drops(recording, clean, rig == "free")
+        raise recording.error_of("x2", message, int(np.abs(values - np.median(values)).argmax()))
+    clean = mended(values)
+    spans = decays(recording, clean) if rig == "attached" else drops(recording, clean, rig == "free")
     driven = kind.driven and recording.has_current()
     x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
     cuts = list[Cut]()
@@ -217,7 +215,7 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
         which = f", {'decay' if rig == 'attached' else 'drop'} {n}" if len(spans) > 1 else ""
         time, label = recording.time[start:end], f"{recording.source}{which}"
         begin = float(time[0])
-        steps = of_recordings.steps_of(recording, start, end) if driven else ((0.0, 0.0),)
+        steps = steps_of(recording, start, end) if driven else ((0.0, 0.0),)
         beside = None if x1 is None else x1[start:end]
         still = {"x1": 0.0, "v1": 0.0} if rig == "free" and x1 is None else {}
         cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, beside, still))
@@ -239,11 +237,11 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
         return
     powers = np.vander(recording.time[line : line + count] - recording.time[line], 3)
     found = -2.0 * float(np.linalg.lstsq(powers, x[:count], rcond=None)[0][0])
-    margin = 6.0 * of_recordings.noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
+    margin = 6.0 * noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
     if not g / 3.0 - margin < found < 3.0 * g + margin:
         fall = f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}"
         message = f"{fall}: is its unit right, is that of time, is this the release?"
-        raise recording.error_of("x2", message, recording.line + line)
+        raise recording.error_of("x2", message, line)
 
 
 def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
@@ -277,8 +275,8 @@ def _stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
     depth = max(float(x[0] - x[lowest]), 1e-3)
     early = max(int(np.count_nonzero(x[:lowest] > x[0] - 0.3 * depth)), 5)
     v, start = np.polyfit(time[:early], x[:early] + 0.5 * g * time[:early] ** 2, 1)
-    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
-    off = np.abs(of_recordings.calm(x) - start - v * time + 0.5 * g * time**2)[early:] > 8.0 * noise + 0.01 * depth
+    noise = max(noise_of(x), quantum_of(x), 1e-9)
+    off = np.abs(calm(x) - start - v * time + 0.5 * g * time**2)[early:] > 8.0 * noise + 0.01 * depth
     length = float((x - x1)[early + int(off.argmax())])
     step = float(np.median(np.diff(time)))
     omega = math.sqrt(1.8 * g * depth) / max(length - float((x - x1)[lowest]), 1e-3)

@@ -192,17 +192,14 @@ def solve(
         scaled = rows * coordinates.slopes(values) / per_sample[:, np.newaxis]
         return *_condensed(np.concatenate(parts) / per_sample, scaled, loss), parts, rows
 
-    def seen_at(z: Array) -> Array:
-        return at(z.tobytes())[0]
-
-    def slopes_at(z: Array) -> Array:
-        return at(z.tobytes())[1]
+    def part(number: int) -> Callable[[Array], object]:
+        return lambda z: at(z.tobytes())[number]
 
     start = coordinates.into({p.name: p.start for p in parameters})
     if parameters:
         ends = {"ftol": precision, "xtol": precision, "gtol": 1e-12, "max_nfev": most}
         how = {"bounds": (coordinates.low, coordinates.high), **ends}
-        start = optimize.least_squares(seen_at, start, slopes_at, **how).x
+        start = optimize.least_squares(part(0), start, part(1), **how).x
     seen, _, parts, rows = at(start.tobytes())
     least = tuple(parts), weights, rows, float(seen @ seen)
     return Solution(tuple(parameters), coordinates.out(start) | held, *least, at.cache_info().misses, loss, experiments)
@@ -382,9 +379,7 @@ def spread(solution: Solution) -> Spread:
     errors = zip(solution.parameters, np.sqrt(np.diag(covariance)).tolist(), strict=True)
     weak |= {p.name for p, e in errors if p.kind == "positive" and e > _NOT_IDENTIFIABLE * solution.values[p.name]}
     together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
-    for index, name in enumerate(names):
-        if name in weak:
-            covariance[index, index] = np.inf
+    covariance[np.diag_indices(names.size)] = np.where([name in weak for name in names], np.inf, np.diag(covariance))
     return Spread(covariance, tuple(name for name in names if name in weak), together)
 
 

@@ -25,12 +25,11 @@ from numpy.typing import NDArray
 
 from hopform._checks import finite, flag
 from hopform._errors import HopformError
-from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, student
 from hopform._identify.fits import checked
 from hopform._identify.kinds import Group, Kind, Recordings, read_some
 from hopform._identify.motion import Array, of_scipy
-from hopform._identify.recordings import HOPPER, Recording, Units, units_of
+from hopform._identify.recordings import HOPPER, Recording, Units, noise_of, outliers, quantum_of, runs, units_of
 from hopform._identify.rigs import UNITS, Experiment
 from hopform._identify.search import Problem
 from hopform._show import Arrays, Card, Curve, Shown, span
@@ -182,12 +181,11 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
 def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:
     """The onset in each ramp of a recording: ramps begin where the current leaves 0, and go on while its sign stays."""
     x, u = recording.position("x1"), recording.driving_current()
-    kept = ~of_recordings.outliers(x) if robust else np.full(x.size, True)
+    kept = ~outliers(x) if robust else np.full(x.size, True)
     ramps = [begin + np.flatnonzero(kept[begin:end]) for begin, end in _ramps(u)]
     found = [_onset(recording, ramp, x, u, spring) for ramp in ramps if ramp.size >= 20]
     if not found:
-        missing = "no ramp is found: the current must grow slowly from 0, in 20 samples at least"
-        raise recording.error_of("x1", missing, recording.line)
+        raise recording.error_of("x1", "no ramp is found: the current must grow slowly from 0, in 20 samples at least")
     return found
 
 
@@ -196,7 +194,7 @@ def _ramps(u: Array) -> list[tuple[int, int]]:
     width = max(u.size // 200, 1)
     smooth = np.convolve(np.pad(u, width, mode="edge"), np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
     sign = np.where(np.abs(smooth) > 0.02 * float(np.abs(smooth).max()), np.sign(smooth), 0.0)
-    spans = [(a, b) for a, b in of_recordings.runs(sign) if sign[a] != 0.0]
+    spans = [(a, b) for a, b in runs(sign) if sign[a] != 0.0]
     most = max((float(np.abs(smooth[a:b]).max()) for a, b in spans), default=0.0)
     large = [(a, b) for a, b in spans if float(np.abs(smooth[a:b]).max()) > 0.3 * most]
     return [(max(a - 2 * width, 0), a + int(np.abs(smooth[a:b]).argmax()) + 1) for a, b in large]
@@ -204,17 +202,17 @@ def _ramps(u: Array) -> list[tuple[int, int]]:
 
 def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spring: bool) -> Rise:
     """The onset in the samples of one ramp."""
-    t, x, u, line = recording.time[ramp], x[ramp], u[ramp], recording.line + int(ramp[0])
-    noise = max(of_recordings.noise_of(x), 0.3 * of_recordings.quantum_of(x), 1e-12)
+    t, x, u, begin = recording.time[ramp], x[ramp], u[ramp], int(ramp[0])
+    noise = max(noise_of(x), 0.3 * quantum_of(x), 1e-12)
     rest = float(np.median(x[: max(x.size // 20, 5)]))
     # Far from rest for good: a fifth of a second's samples beyond eight times the noise.
     beyond = np.abs(x - rest) > 8.0 * noise
     later = np.flatnonzero(beyond & (np.cumsum(~beyond[::-1])[::-1] <= 0.02 * x.size))
     if not later.size:
-        raise recording.error_of("x1", "the actuator does not move under the ramp: let the current grow further", line)
+        raise recording.error_of("x1", "the actuator does not move under the ramp: let the current grow further", begin)
     seen = int(later[0])
     if seen < 10:
-        raise recording.error_of("x1", "the actuator moves before the ramp begins: let it come to rest first", line)
+        raise recording.error_of("x1", "the actuator moves before the ramp begins: let it come to rest first", begin)
     # The motion is followed to 60 times the noise.
     far = np.flatnonzero(np.abs(x - rest) > 60.0 * noise)
     last = min(max(int(far[0]) if far.size else x.size, seen + 8), x.size)

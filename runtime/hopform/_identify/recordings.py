@@ -147,75 +147,7 @@ class Recording(Shown):
     def position(self, of: str) -> Array:
         """The measured x1 or x2 [m]; HopformError if there is none, or if it cannot be one."""
         column = self.column_of(of)
-        self._check_position(column)
-        return column.values
-
-    def current(self) -> Array:
-        """The measured current [A], or what else drives: a voltage [V], a force [N], a torque [N m]."""
-        column = self.column_of("u")
-        reach, (least, most) = float(np.abs(column.values).max()), _DRIVEN_BY[column.quantity]
-        if reach > 0.0 and not least <= reach <= most:
-            raise self._beyond(column, f"what drives a hopper reaches {least:g} to {most:g} {SI[column.quantity]}")
-        return column.values
-
-    def driving_current(self) -> Array:
-        """The same; HopformError if it never changes, so that nothing of the motor can be identified."""
-        values = self.current()
-        if float(np.ptp(values)) == 0.0:
-            raise self.error_of("u", f"is constant at {values[0]:.6g}: record its step too", self.line)
-        return values
-
-    def with_late_current(self, delay: float) -> "Recording":
-        """The same with its current later by a delay [s], the first one before, linear between samples."""
-        column = self.column_of("u")
-        late = column._replace(values=np.interp(self.time - delay, self.time, column.values))
-        return replace(self, columns={name: late if each is column else each for name, each in self.columns.items()})
-
-    def has_current(self) -> bool:
-        return self.current_column() is not None
-
-    def current_column(self) -> Column | None:
-        """The column of the current, or None."""
-        return self._found("u")
-
-    def _found(self, of: str) -> Column | None:
-        return next((self.columns[name] for name in TITLES[of] if name in self.columns), None)
-
-    def column_of(self, of: str) -> Column:
-        """The column of the measured x1, x2 or current u; HopformError if there is none."""
-        what, quantities = ("a current", DRIVES) if of == "u" else (f"a position {of}", _MOST_WAY)
-        column = self._found(of)
-        if column is None:
-            titles = ", ".join(column.title for column in self.columns.values())
-            wanted = f"one must be named {' or '.join(TITLES[of])}, with its unit"
-            raise self.error(f"no column is {what}: {wanted}; there are {titles}", 1)
-        if column.quantity not in quantities:
-            raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
-        return column
-
-    def units(self, of: str) -> Units:
-        """The units of x1 or x2, and of what drives it."""
-        drive = self.current_column()
-        position = "m" if self.column_of(of).quantity == "length" else "rad"
-        return Units(position, DRIVES.get(drive.quantity, "A") if drive else "A")
-
-    def error(self, message: str, line: int | None = None, column: Column | None = None) -> HopformError:
-        """An error that says where it is."""
-        return fault(self.source, message, line, column.title if column else None)
-
-    def error_of(self, of: str, message: str, line: int) -> HopformError:
-        """An error about the measured x1, x2 or current u."""
-        return self.error(message, line, self.column_of(of))
-
-    def _beyond(self, column: Column, allowed: str) -> HopformError:
-        """The error about values that are too large or too small, at the largest."""
-        worst = int(np.abs(column.values).argmax())
-        message = f"reaches {column.values[worst]:.6g} {SI[column.quantity]}; {allowed}: is its unit right?"
-        return self.error(message, self.line + worst, column)
-
-    def _check_position(self, column: Column) -> None:
-        values = column.values
-        reach = float(np.ptp(values))
+        values, reach = column.values, float(np.ptp(column.values))
         if reach == 0.0:
             raise self.error("is constant: nothing moves", self.line, column)
         others = [c for c in self.columns.values() if c.quantity in DRIVES]
@@ -233,6 +165,67 @@ class Recording(Shown):
         if float(np.std(values)) < 3.0 * noise:
             message = f"does not move beyond its noise of {noise:.2g} {unit}: let it move further"
             raise self.error(message, self.line, column)
+        return values
+
+    def current(self) -> Array:
+        """The measured current [A], or what else drives: a voltage [V], a force [N], a torque [N m]."""
+        column = self.column_of("u")
+        reach, (least, most) = float(np.abs(column.values).max()), _DRIVEN_BY[column.quantity]
+        if reach > 0.0 and not least <= reach <= most:
+            raise self._beyond(column, f"what drives a hopper reaches {least:g} to {most:g} {SI[column.quantity]}")
+        return column.values
+
+    def driving_current(self) -> Array:
+        """The same; HopformError if it never changes, so that nothing of the motor can be identified."""
+        values = self.current()
+        if float(np.ptp(values)) == 0.0:
+            raise self.error_of("u", f"is constant at {values[0]:.6g}: record its step too")
+        return values
+
+    def with_late_current(self, delay: float) -> "Recording":
+        """The same with its current later by a delay [s], the first one before, linear between samples."""
+        column = self.column_of("u")
+        late = column._replace(values=np.interp(self.time - delay, self.time, column.values))
+        return replace(self, columns={name: late if each is column else each for name, each in self.columns.items()})
+
+    def has_current(self) -> bool:
+        return self.found("u") is not None
+
+    def found(self, of: str) -> Column | None:
+        """The column of x1, x2 or the current u, or None."""
+        return next((self.columns[name] for name in TITLES[of] if name in self.columns), None)
+
+    def column_of(self, of: str) -> Column:
+        """The column of the measured x1, x2 or current u; HopformError if there is none."""
+        what, quantities = ("a current", DRIVES) if of == "u" else (f"a position {of}", _MOST_WAY)
+        column = self.found(of)
+        if column is None:
+            titles = ", ".join(column.title for column in self.columns.values())
+            wanted = f"one must be named {' or '.join(TITLES[of])}, with its unit"
+            raise self.error(f"no column is {what}: {wanted}; there are {titles}", 1)
+        if column.quantity not in quantities:
+            raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
+        return column
+
+    def units(self, of: str) -> Units:
+        """The units of x1 or x2, and of what drives it."""
+        drive = self.found("u")
+        position = "m" if self.column_of(of).quantity == "length" else "rad"
+        return Units(position, DRIVES.get(drive.quantity, "A") if drive else "A")
+
+    def error(self, message: str, line: int | None = None, column: Column | None = None) -> HopformError:
+        """An error that says where it is."""
+        return fault(self.source, message, line, column.title if column else None)
+
+    def error_of(self, of: str, message: str, sample: int = 0) -> HopformError:
+        """An error about the measured x1, x2 or current u at a sample."""
+        return self.error(message, self.line + sample, self.column_of(of))
+
+    def _beyond(self, column: Column, allowed: str) -> HopformError:
+        """The error about values that are too large or too small, at the largest."""
+        worst = int(np.abs(column.values).argmax())
+        message = f"reaches {column.values[worst]:.6g} {SI[column.quantity]}; {allowed}: is its unit right?"
+        return self.error(message, self.line + worst, column)
 
 
 def _jump(values: Array) -> float:
@@ -469,7 +462,7 @@ def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> St
     time, u = recording.time[start:end], recording.current()[start:end]
     if time.size > records.MOST_STEPS:
         message = f"has {time.size} samples; a fit in position takes up to {records.MOST_STEPS}: record at a lower rate"
-        raise recording.error_of("x1", message, recording.line + records.MOST_STEPS)
+        raise recording.error_of("x1", message, records.MOST_STEPS)
     return current_steps(time, u)
 
 

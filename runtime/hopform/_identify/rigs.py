@@ -86,7 +86,9 @@ class _Filter:
     def __init__(self, time: Array, lag: float) -> None:
         self.lag, self.step = lag, np.diff(time)
         h = self.step / max(lag, 1e-300)
-        self.decay, self.moments = np.exp(-h), _moments(h)
+        self.decay = np.exp(-h)
+        # Those of a cubic's powers, int_0^1 s^n e^(-h (1 - s)) h ds = h/(n + 1) 1F1(1; n + 2; -h) (DLMF 13.4.1).
+        self.moments = [h / (n + 1) * of_scipy("special").hyp1f1(1, n + 2, -h) for n in range(4)]
 
     def __call__(self, x: Array, v: Array, first: float | None = None) -> Array:
         """y at the samples; from `first`, or from the steady state of a motion without acceleration."""
@@ -95,18 +97,10 @@ class _Filter:
         h, (m0, m1, m2, m3) = self.step, self.moments
         rise, left, right = np.diff(x), h * v[:-1], h * v[1:]
         gain = x[:-1] * m0 + left * m1 + (3.0 * rise - 2.0 * left - right) * m2 + (left + right - 2.0 * rise) * m3
-        return _recursion(self.decay, np.concatenate([[x[0] - self.lag * v[0] if first is None else first], gain]))
-
-
-def _moments(h: Array) -> list[Array]:
-    """Those of a cubic's powers, int_0^1 s^n e^(-h (1 - s)) h ds = h/(n + 1) 1F1(1; n + 2; -h) (DLMF 13.4.1)."""
-    return [h / (n + 1) * of_scipy("special").hyp1f1(1, n + 2, -h) for n in range(4)]
-
-
-def _recursion(decay: Array, gain: Array) -> Array:
-    """y_(n+1) = decay_n y_n + gain_(n+1) from y_0 = gain_0: a system of equations with two diagonals."""
-    bands = np.stack([np.ones_like(gain), np.append(-decay, 0.0)])
-    return np.asarray(of_scipy("linalg").solve_banded((1, 0), bands, gain, check_finite=False))
+        gain = np.concatenate([[x[0] - self.lag * v[0] if first is None else first], gain])
+        # y_(n+1) = decay_n y_n + gain_(n+1) from y_0 = gain_0: a system of equations with two diagonals.
+        bands = np.stack([np.ones_like(gain), np.append(-self.decay, 0.0)])
+        return np.asarray(of_scipy("linalg").solve_banded((1, 0), bands, gain, check_finite=False))
 
 
 Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]

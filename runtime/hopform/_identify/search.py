@@ -189,18 +189,15 @@ _SAME = 1e-3
 def _further(parameters: Sequence[Parameter], found: Values) -> list[dict[str, float]]:
     """Starts all around: what is shared by factors of up to 2, friction from none to much, drawn alike every time."""
     rng = np.random.default_rng(len(parameters))
-    starts = list[dict[str, float]]()
-    for _ in range(12):
-        start = dict[str, float]()
-        for p in parameters:
-            if p.own:
-                start[p.name] = p.start
-            elif p.kind in ("nonnegative", "fraction"):
-                start[p.name] = float(rng.uniform(0.0, 2.0)) * max(found[p.name], p.start, 0.1 * p.scale)
-            else:
-                start[p.name] = p.start * math.exp(float(rng.uniform(-0.7, 0.7)))
-        starts.append(start)
-    return starts
+
+    def drawn(p: Parameter) -> float:
+        if p.own:
+            return p.start
+        if p.kind in ("nonnegative", "fraction"):
+            return float(rng.uniform(0.0, 2.0)) * max(found[p.name], p.start, 0.1 * p.scale)
+        return p.start * math.exp(float(rng.uniform(-0.7, 0.7)))
+
+    return [{p.name: drawn(p) for p in parameters} for _ in range(12)]
 
 
 def _weighed(problem: Problem, found: Solution, fixed: Values) -> Solution:

@@ -16,9 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hopform._errors import HopformError
-from hopform._identify import recordings as of_recordings
 from hopform._identify.motion import Array, of_scipy
-from hopform._identify.recordings import FEWEST, Recording, calm, noise_of, quantum_of, runs
+from hopform._identify.recordings import FEWEST, Recording, calm, noise_of, outliers, quantum_of, runs
 
 Span = tuple[int, int]
 _ALIKE = 0.03
@@ -57,7 +56,7 @@ def decays(recording: Recording, values: Array) -> list[Span]:
 def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     """The decay from the largest deviation of some samples on; HopformError if none follows it."""
     if end - begin <= FEWEST:
-        raise recording.error_of("x2", f"too short: {end - begin} samples", recording.line + begin)
+        raise recording.error_of("x2", f"too short: {end - begin} samples", begin)
     noise, values = max(noise_of(whole), quantum_of(whole)), calm(whole[begin:end])
     rest, tail = rest_of(values), values[-max(values.size // 20, 5) :]
     reach = float(np.abs(values - rest).max())
@@ -66,7 +65,7 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     halves = runs(np.signbit(left))
     sizes = [float(np.abs(left[a:b]).max()) for a, b in halves]
     half_periods = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
-    at = recording.line + begin + start
+    at = begin + start
     moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
     few = (half_periods < 2 and moves > 0.05) or (half_periods < 3 and moves > 0.3)
     if few or reach <= 10.0 * noise or left.size <= FEWEST:
@@ -74,7 +73,7 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     way = np.abs(left - left[0])
     turn = int((way >= float(way.max()) - 8.0 * noise).argmax())
     if moves > 0.05 and turn >= 0.95 * (left.size - 1):
-        raise recording.error_of("x2", "too short: it ends before the body turns back", recording.line + end - 1)
+        raise recording.error_of("x2", "too short: it ends before the body turns back", end - 1)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     last = start + (halves[grows[0] - 1][0] if grows else left.size)
     near = np.abs(left) >= reach - 8.0 * noise  # held, or about its turn: the last sample of it
@@ -155,14 +154,13 @@ def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float
     fallen = np.flatnonzero(values < level - beyond)
     if not fallen.size:
         instead = ", it rises: is it a height, upwards?" if float(values.max()) > level + beyond else ""
-        message = f"the release is not found: the height does not fall{instead}"
-        raise recording.error_of("x2", message, recording.line + begin)
+        raise recording.error_of("x2", f"the release is not found: the height does not fall{instead}", begin)
     start, last, least = int(fallen[0]), values.size, 8.0 * noise + 0.02 * float(np.ptp(values))
     higher = np.flatnonzero(values[start:] > level + least)  # than it was let go at: there a hand is at work
     if higher.size and not driven:
         last = _taken(values, start, start + int(higher[0]), least)
     if last - start < FEWEST:
-        raise recording.error_of("x2", _TOO_SHORT.format(last - start), recording.line + begin + start)
+        raise recording.error_of("x2", _TOO_SHORT.format(last - start), begin + start)
     return begin + start, begin + last
 
 
@@ -246,7 +244,7 @@ def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = 
     x, u, time = recording.position("x1"), recording.driving_current(), recording.time
     step = float(np.median(np.diff(time)))
     cut = min(cutoff or min(0.1 / step, 50.0), 0.45 / step)
-    kept = ~of_recordings.outliers(x) if mend else np.full(x.size, True)
+    kept = ~outliers(x) if mend else np.full(x.size, True)
     time, x, u = time[kept], x[kept], u[kept]
     long, spans = _spans(time, step, cut)
     while _covered(time, long) < 0.5 * _covered(time, spans) and cut > _SLOWEST:
@@ -291,7 +289,7 @@ def filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> F
     raw = np.interp(t, time, x)
     if np.abs(np.diff(time) - step).max() > 1e-3 * step:
         raw = np.asarray(of_scipy("interpolate").Akima1DInterpolator(time, x)(np.minimum(t, time[-1])))
-    still = 3.0 * max(of_recordings.noise_of(raw), of_recordings.quantum_of(x)) * cut
+    still = 3.0 * max(noise_of(raw), quantum_of(x)) * cut
     position, v, acceleration = (low_passed(raw, cut, rate, n) for n in range(3))
     side = np.where(np.abs(v) > still, np.sign(v), 0.0)
     drive = np.interp(t, time, u)

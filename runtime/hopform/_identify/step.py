@@ -20,13 +20,12 @@ from numpy.typing import NDArray
 from hopform._checks import flag, positive
 from hopform._errors import HopformError
 from hopform._identify import estimation
-from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.fits import Fit, Options, Trace, checked, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
 from hopform._identify.motion import Array, Known, Values
 from hopform._identify.nuisances import SPEEDS, Diagnosis, brought, said, stiffest
-from hopform._identify.recordings import Recording, Units
+from hopform._identify.recordings import Recording, Units, mended, noise_of, quantum_of, steps_of, units_of
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import follow
 from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, moving_rows, robust_linear
@@ -65,8 +64,8 @@ class _Actuator(Kind):
         """With each recording as one motion, which may begin at rest."""
         cuts = list[Cut]()
         for n, each in enumerate(group.recordings, first):
-            x, under = each.position("x1"), of_recordings.steps_of(each)
-            still = {"v": 0.0} if rests_at_first(of_recordings.mended(x)) else {}
+            x, under = each.position("x1"), steps_of(each)
+            still = {"v": 0.0} if rests_at_first(mended(x)) else {}
             cuts.append(Cut(each, n, each.source, each.time, x, 0.0, under, still=still))
         return replace(group, cuts=cuts)
 
@@ -80,7 +79,7 @@ class _Actuator(Kind):
         """
         if letter != "x" or "v" not in cut.still:
             return parameter
-        wide = 8.0 * max(of_recordings.noise_of(cut.x), of_recordings.quantum_of(cut.x), 1e-9)
+        wide = 8.0 * max(noise_of(cut.x), quantum_of(cut.x), 1e-9)
         return parameter._replace(low=parameter.start - wide, high=parameter.start + wide)
 
     def further(self, starts: Sequence[Guess]) -> list[Guess]:
@@ -96,13 +95,13 @@ AIR = _Actuator("step", "air", "x1", parts=(0.35, 1.0))
 
 def rests_at_first(x: Array) -> bool:
     """Whether a recording starts at rest: its first samples differ by noise alone."""
-    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-12)
+    noise = max(noise_of(x), quantum_of(x), 1e-12)
     return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
 
 
 def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff: float) -> dict[str, float]:
     """A start from the filtered equation, a linear least squares per unit of m_eff, scaled by what is known."""
-    x = of_recordings.mended(recording.position("x1"))
+    x = mended(recording.position("x1"))
     rows = filtered(recording, cutoff, mend=True)
     spring = "k" in letters
     found = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else []))
@@ -137,7 +136,7 @@ def fit_force(
     """
     began = clock.perf_counter()
     several = read_some(recordings)
-    units = of_recordings.units_of(several, "x1", driven=True)
+    units = units_of(several, "x1", driven=True)
     values = checked_known(known, ("gamma2", "m_eff"), units)
     if units.drive == units.force and not values:
         values["gamma2"] = -1.0
@@ -155,7 +154,7 @@ def fit_force(
     a, b, parts = equation.a, equation.b, equation.parts
     if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
         message = "does not distinguish friction, mass and load: move both ways, at several speeds"
-        raise several[0].error_of("x1", message, several[0].line)
+        raise several[0].error_of("x1", message)
     found, covariance, residual = _linear(a, b, loss)
     estimates, spread = _force_estimates(equation, found, covariance, units)
     step = max(float(np.median(np.diff(each.time))) for each in several)

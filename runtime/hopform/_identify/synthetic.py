@@ -3,7 +3,7 @@ fits.
 """
 
 import math
-from typing import Any, Literal, SupportsFloat
+from typing import Any, SupportsFloat
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from hopform._identify.recordings import Column, Recording, current_steps
 from hopform._robots import Robot, checked_robot
 from hopform._solver.package import records
 
-Test = Literal["drop", "free", "decay", "step", "air", "ramp"]
-TESTS: tuple[Test, ...] = ("drop", "free", "decay", "step", "air", "ramp")
+TESTS = ("drop", "free", "decay", "step", "air", "ramp")
 
 MOST_SAMPLES = MEMORY // 1024
 """Samples of a recording at most: in arrays and as text each takes up to 1 kB."""

@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._errors import BackendError, HopformError
-from hopform._solver import library as of_library
 from hopform._solver import package
-from hopform._solver.library import Backend, handle, opened
+from hopform._solver.library import LIBRARY, Backend, handle, opened
 from hopform._solver.package import OURS, ROWS, Array, Columns, Events, LegState, Package, Precision, Steps, records
 
 PHASES_NOT_KEPT = 1
@@ -123,7 +122,7 @@ def layout(structure: Any) -> struct.Struct:
 def library() -> Library:
     """The library that belongs to this installation; BackendError if there is none or it is stale."""
     handle()
-    return Library(of_library.LIBRARY, "hopform", OURS)
+    return Library(LIBRARY, "hopform", OURS)
 
 
 class _Motion:

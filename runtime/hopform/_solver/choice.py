@@ -8,10 +8,9 @@ from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
 from hopform._solver import c
 from hopform._solver.arrays import ArrayFlight, OnArrays, Solved
-from hopform._solver.c import C
 from hopform._solver.package import OURS, Package
 
-BackEnd: TypeAlias = C | OnArrays
+BackEnd: TypeAlias = c.C | OnArrays
 """A back end over any generated package, by its compiled library or by NumPy; both have the same methods.
 
 A state is x1, v1, v2 and the compression y. HopformError where numbers leave the range of the precision.
@@ -28,7 +27,7 @@ class Solver:
         """library: loads the compiled one; BackendError if there is none or it is stale."""
         self.package, self.arrays = package, OnArrays(package)
         self._library = library
-        self._compiled: C | None = None
+        self._compiled: c.C | None = None
         self._best: BackEnd | None = None
 
     def back_end(self, name: str | None) -> BackEnd:
@@ -41,9 +40,9 @@ class Solver:
             return self.compiled() if name == "c" else self.arrays
         raise HopformError(f"backend must be 'c' or 'numpy', got {shown(name)}")
 
-    def compiled(self) -> C:
+    def compiled(self) -> c.C:
         """The compiled library; BackendError if it is unusable."""
-        self._compiled = self._compiled or C(self._library())
+        self._compiled = self._compiled or c.C(self._library())
         return self._compiled
 
     def _found(self) -> BackEnd:

@@ -101,7 +101,7 @@ typedef struct {
 /** Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart. */
 typedef struct {
     float motor_work;   /**< [J] work of the motor */
-    float offset_work;  /**< [J] work of the constant force k c */
+    float offset_work;  /**< [J] work of the offset force k c */
     float viscous_1;    /**< [J] viscous loss of the actuator */
     float coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f32;

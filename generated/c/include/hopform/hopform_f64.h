@@ -101,7 +101,7 @@ typedef struct {
 /** Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart. */
 typedef struct {
     double motor_work;   /**< [J] work of the motor */
-    double offset_work;  /**< [J] work of the constant force k c */
+    double offset_work;  /**< [J] work of the offset force k c */
     double viscous_1;    /**< [J] viscous loss of the actuator */
     double coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f64;

@@ -1,7 +1,7 @@
-"""`python tools/play.py DIR` builds the page to play with, DIR/index.html: one file that needs no server.
+"""`python docs/play/build.py DIR` builds the page to play with, DIR/index.html: one file that needs no server.
 
-The library as `hopform export` writes it and docs/play/play.c are compiled to WebAssembly by the pinned ziglang, and
-put into the page with its style, its program and the facts that it shows: quantities, words, robots, digests.
+The library as `hopform export` writes it and play.c are compiled to WebAssembly by the pinned ziglang, and put into the
+page with its style, its program and the facts that it shows: quantities, words, robots, digests.
 """
 
 import base64
@@ -18,8 +18,8 @@ import hopform
 from hopform._export import Wanted, package, selftest
 from hopform._solver.package import records
 
-ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "play"
+PAGE = Path(__file__).resolve().parent
+ROOT = PAGE.parent.parent
 FLAGS = [
     "-target", "wasm32-wasi", "-nostdlib", "-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno",
     "-fno-sanitize=undefined", "-fvisibility=hidden", "-ffunction-sections", "-fdata-sections", "-mbulk-memory",

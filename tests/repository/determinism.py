@@ -1,4 +1,4 @@
-"""Derive again under other circumstances, compare the bytes with generated/: `python tools/determinism.py`.
+"""Derive again under other circumstances, compare the bytes with generated/: `python -m tests.repository.determinism`.
 
 Every Python from 3.11 up in ~/.pyenv/versions or on PATH, with an older sympy and the newest, and two hash seeds;
 `--this-python` keeps to the interpreter that runs this. `python -m derive --check` compares, and says what differs.
@@ -14,7 +14,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 SYMPY = ["sympy==1.13.3", "sympy"]
 HASH_SEEDS = ["0", "20261"]
 
