@@ -8,7 +8,7 @@ The search goes from interval to interval, all lanes at once. In each, roots are
 first by the numbered rules of docs/explanation/certificate.md, under the names that they have in the C library.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -21,7 +21,9 @@ from hopform_solver.limits import EPS, NEVER, SMALLEST_EXPONENT, UNDERFLOW
 from hopform_solver.records import Basis, Numerator, Poles
 
 Curve: TypeAlias = Callable[[Numbers, Array, Array], Array]
-"""Jets of functions of some lanes at a time, with the propagator there, and below them their fourth derivatives."""
+"""Jets of functions of some lanes at a time, with the propagator there, up to their fourth derivatives."""
+ORDERS = 9
+"""Rows of a propagator."""
 
 SLOTS = 1 + max(len(mode.guards) for mode in MODES)
 SLOT = np.arange(SLOTS)[:, np.newaxis]
@@ -106,10 +108,11 @@ def node_of(poles: Poles) -> Array:
 
 
 def propagator_of(poles: Array, basis: Basis) -> Array:
-    """W2, W1, W and the derivatives of W up to the fourth, in rows."""
-    third = -(poles[3] * basis.Wdd + poles[4] * basis.Wd + poles[5] * basis.W)
-    fourth = -(poles[3] * third + poles[4] * basis.Wdd + poles[5] * basis.Wd)
-    return np.array([basis.W2, basis.W1, basis.W, basis.Wd, basis.Wdd, third, fourth])
+    """W2, W1, W and the derivatives of W up to the sixth, in rows."""
+    rows = [*basis[::-1]]
+    while len(rows) < ORDERS:
+        rows.append(-(poles[3] * rows[-1] + poles[4] * rows[-2] + poles[5] * rows[-3]))
+    return np.array(rows)
 
 
 def propagator_at(poles: Array, t: Array) -> Array:
@@ -125,19 +128,11 @@ def carried(poles: Array, propagator: Array, d: Array) -> Array:
     return propagator_of(poles, Basis(*formulas.taylor_step(Poles(*poles), basis_of(propagator), d)))
 
 
-def jets_of(of: EventSet, propagator: Array) -> Array:
-    """Value, rate, curvature and third derivative of event functions; the propagator's last axes are theirs."""
-    H3, H2, H1, *H0 = of.numerator
-    jets = H3 * propagator[3:7] + H2 * propagator[2:6] + H1 * propagator[1:5]
-    for row in H0:
-        jets += row * propagator[:4]
+def jets_of(of: EventSet, propagator: Array, rows: int = 4) -> Array:
+    """Value, rate, curvature and further derivatives of event functions; the propagator's last axes are theirs."""
+    jets = np.asarray(sum(H * propagator[3 - n :][:rows] for n, H in enumerate(of.numerator)))
     jets[0] += of.start
-    return np.asarray(jets)
-
-
-def next_derivative(poles: Array, jets: Sequence[Array] | Array) -> Array:
-    """The derivative that follows the last three rows of jets, as the poles give it."""
-    return np.asarray(-(poles[3] * jets[-1] + poles[4] * jets[-2] + poles[5] * jets[-3]))
+    return jets
 
 
 def jets_at_start(of: EventSet) -> Array:
@@ -194,14 +189,10 @@ def step_converges(poles: Array, jet: Array, t: Array, step: Array) -> Flags:
     bend = per_rate * np.abs(curvature)
     twist = per_rate * np.abs(step * third)
     error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * np.abs(step * step * fourth)
-    share = choose(t > 0.0, step / t, 1.0)
+    share, eps = choose(t > 0.0, step / t, 1.0), EPS[t.dtype]
     near = step * step * (poles[3] * poles[3] + poles[4]) + share * share
-    eps = EPS[t.dtype]
-    return np.asarray(
-        (np.abs(value) <= 2.0 * np.abs(step * rate))
-        & (np.abs(step) * error <= eps * t)
-        & (near * near * near <= 0.0078125 * eps)
-    )
+    converges = (np.abs(value) <= 2.0 * np.abs(step * rate)) & (np.abs(step) * error <= eps * t)
+    return np.asarray(converges & (near * near * near <= 0.0078125 * eps))
 
 
 def root_between(
@@ -241,22 +232,15 @@ def root_between(
 
 
 def curve_of(of: EventSet, order: int = 0) -> Curve:
-    """Jets of event functions, or less their rates for the order 1, with the fourth derivatives."""
-
-    def curve(lanes: Numbers, _: Array, propagator: Array) -> Array:
-        own = take(of, lanes)
-        jet = [*jets_of(own, propagator)]
-        jet.append(next_derivative(own.poles, jet) + own.numerator[3:].sum(axis=0))
-        return -np.array([*jet[1:], next_derivative(own.poles, jet)]) if order else np.array(jet)
-
-    return curve
+    """Jets of event functions, or less their rates for the order 1."""
+    return lambda lanes, _, propagator: (1 - 2 * order) * jets_of(take(of, lanes), propagator, 5 + order)[order:]
 
 
-def turn_between(
+def minimum_between(
     of: EventSet, low: Array, start: Array, high: Array, end: Array, at_high: Array
 ) -> tuple[Array, Array]:
-    """Where functions have their minimum between times, with their jets there, before which they fall and after which
-    they rise: the times, and the propagator there.
+    """Rule 4: where functions have their minimum between times, with their jets there, before which they fall and after
+    which they rise: the times, and the propagator there.
     """
     guess = low + (high - low) * rough_root(-start[1:], -end[1:], high - low)
     return root_between(of.poles, curve_of(of, order=1), low, high, at_high, guess)
@@ -351,17 +335,6 @@ def _quiet_time_of_decay(node: Node, jet: Array, bound: Array) -> Array:
     return choose((product > 0.0) & (left > 0.0), quiet, 0.0)
 
 
-def minimum_between(
-    of: EventSet, low: Array, start: Array, high: Array, end: Array, at_high: Array
-) -> tuple[Array, Flags]:
-    """Rule 4: the minima of functions between times between which their rates become positive: when, and which are
-    below zero.
-    """
-    t, propagator = turn_between(of, low, start, high, end, at_high)
-    jet = jets_of(of, propagator)
-    return t, np.asarray(jet[0] < -rounding_of(of, propagator, t, jet[1]))
-
-
 # ---- the search ----
 
 
@@ -384,7 +357,7 @@ def first_interval(of: EventSet, limit: Array) -> Interval:
     start, size = jets_at_start(of), limit.size
     lost = (start[0] < 0.0) & (start[1] <= 0.0)
     np.maximum(start[0], 0.0, out=start[0])
-    at_start = np.zeros((7, size), limit.dtype)
+    at_start = np.zeros((ORDERS, size), limit.dtype)
     at_start[4] = 1.0
     return Interval(
         np.arange(size), of, limit, np.zeros_like(limit), np.minimum(Node(*of.node).t, limit), at_start,
@@ -444,11 +417,9 @@ def end_at_first_crossing(on: Interval, lanes: Numbers) -> Flags:
         share[slot, lane] = choose((soon > 0.0) & (soon < 0.5 * rough), soon, rough)  # a fast pole's, at the start
         lanes = np.flatnonzero(share.min(axis=0) < 2.0)
         first = share[:, lanes].argmin(axis=0)
-        of, low, high = on.of.at(first, lanes), on.low[lanes], on.high[lanes]
+        of, (low, high, at_high) = on.of.at(first, lanes), take((on.low, on.high, on.propagator), lanes)
         guess = low + (high - low) * share[first, lanes]
-        on.high[lanes], on.propagator[:, lanes] = root_between(
-            of.poles, curve_of(of), low, high, on.propagator[:, lanes], guess
-        )
+        on.high[lanes], on.propagator[:, lanes] = root_between(of.poles, curve_of(of), low, high, at_high, guess)
         on.found[lanes] = first
         look_there(on, lanes)
         slot, lane = crossings(on, lanes)
@@ -492,8 +463,10 @@ def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Arr
     deep = dips & ~is_held_up_by_tangents(start, end, Node(*of.node).pole, h, on.rounding[slot, lane])
     cuts = (cut > low) & (cut < high) & ~dips  # else no number lies in between
     if deep.any():
-        at_high = on.propagator.take(lane, -1)
-        cut[deep], cuts[deep] = minimum_between(*take((of, low, start, high, end, at_high), deep))
+        within = take((of, low, start, high, end, on.propagator.take(lane, -1)), deep)
+        t, lowest = minimum_between(*within)
+        least = jets_of(within[0], lowest)
+        cut[deep], cuts[deep] = t, least[0] < -rounding_of(within[0], lowest, t, least[1])
     on.found[lane[cuts]], is_cut[lane[cuts]] = NONE, True
     np.minimum.at(on.high, lane[cuts], cut[cuts])
     return is_cut

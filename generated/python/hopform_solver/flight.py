@@ -18,19 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hopform_solver import events, formulas, records
-from hopform_solver.elements import (
-    COMPRESSION,
-    ELEMENTS,
-    MODES,
-    PER_COMPRESSION,
-    PER_VELOCITY,
-    POSITION,
-    STOPPED,
-    STOPS,
-    FlightPhase,
-    FlightSolution,
-)
+from hopform_solver import elements, events, formulas, records
+from hopform_solver.elements import COMPRESSION, ELEMENTS, POSITION, STOPPED, STOPS, FlightPhase, FlightSolution
 from hopform_solver.lanes import Array, Numbers, choose, take
 from hopform_solver.ledgers import moments_of, sums_before
 from hopform_solver.limits import AXES_OF_MOMENTS, EPS, FASTEST_LEG, LEG_HAS_DAMPER, NEVER
@@ -49,7 +38,7 @@ REST, STOP, HORIZON, TOUCHDOWN = 2, 3, 4, 5
 """What ends a phase; else the pull reaches the limit of the current to the side 1 or -1, or leaves it, to 0."""
 ENDS = {HORIZON: "horizon", TOUCHDOWN: "touchdown"}
 
-TIME, PROPAGATOR, WAYS = 0, slice(1, 8), slice(8, None)
+TIME, PROPAGATOR, WAYS = 0, slice(1, 1 + events.ORDERS), slice(1 + events.ORDERS, None)
 """Rows of instants of a phase: since it began, the propagator there, how far the element has slipped, and the
 derivatives of that. Steps towards a root of the second derivative, or the third one, take four further ones.
 """
@@ -60,13 +49,6 @@ def largest_force(robot: Robot) -> Real:
     """The largest force of the motor, 0 if it has none."""
     factor = abs(robot.gamma2)
     return np.fmin(factor * robot.u_max, NEVER[factor.dtype]) if factor > 0.0 else factor
-
-
-def _lost(robot: Robot, velocity: Real) -> Real:
-    """What the element with stops loses at one."""
-    return formulas.loss_at_stop(
-        robot, LegState(*np.multiply.outer(np.arange(len(LegState._fields)) == VELOCITY, velocity))
-    )
 
 
 # ---- a phase over time ----
@@ -327,7 +309,7 @@ def _begin(chain: _Chain) -> Real:
     chain.acceleration = _acceleration(chain, chain.velocity, chain.side)
     if chain.side == 0:
         _settle(chain, chain.acceleration)
-    return _lost(chain.robot, velocity) if strikes else velocity * 0.0
+    return formulas.loss_at_stop(chain.robot, LegState(*chain.start)) if strikes else velocity * 0.0
 
 
 def _rest(chain: _Chain, hits: bool) -> int:
@@ -450,31 +432,32 @@ def flight_at(flight: FlightSolution, t: ArrayLike) -> LegState:
     return LegState(*(row.reshape(np.shape(t)) for row in states))
 
 
-def _work_in(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Array, Array]:
+def _work_in(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Array, LegState]:
     """The entries of the ledger over the first t of phases, and the element's velocity then.
 
     In a phase it moves as in a stance in which the other one is held, on a spring of the law.
     """
     since, position, velocity, acceleration, side, limit, _ = phase
     (poles, ways), zero, robot = _motion_in(flight, phase, t), np.zeros_like(t), flight.robot
-    (alone,) = (mode for mode in MODES if mode.slips[STOPPED] and not mode.slips[FALLS])
+    (alone,) = (mode for mode in elements.MODES if mode.slips[STOPPED] and not mode.slips[FALLS])
     rates, drive, start, sides = (np.zeros((n, t.size), t.dtype) for n in (len(records.Rates._fields), 2, 4, 2))
-    rates[[PER_COMPRESSION, PER_VELOCITY, *alone.polynomial]] = -poles.q, -poles.p, poles.p, poles.q
+    rates[[elements.PER_COMPRESSION, elements.PER_VELOCITY, *alone.polynomial]] = -poles.q, -poles.p, poles.p, poles.q
     start[VELOCITY], drive[STOPPED], sides[STOPPED] = velocity, acceleration + poles.p * velocity, side
     moments = moments_of(records.Rates(*rates), poles, records.Drive(*drive), LegState(*start), sides, t)
     rise = (flight.start[FALL] - formulas.fall_of(robot) * (since + 0.5 * t)) * t
     over = records.Way(ways[0], moments[AXES_OF_MOMENTS.index([VELOCITY, VELOCITY])], rise)
     work = formulas.flight_ledger_of(robot, flight.gains, largest_force(robot), position, side, limit, over)
-    return np.array([zero + entry for entry in work]), ways[1]
+    start[VELOCITY] = ways[1]
+    return np.array([zero + entry for entry in work]), LegState(*start)
 
 
 def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> FlightLedger:
     """The ledger from take-off to times t [s], in t's shape."""
     times, phases, index = _read(flight, t)
     since, *_, event = phases
-    whole, velocity = _work_in(flight, phases, np.append(np.diff(since), since[:1]))
+    whole, at_end = _work_in(flight, phases, np.append(np.diff(since), since[:1]))
     hits = np.append(event[1:] == ELEMENT.hits_stop, False)
-    lost = choose(hits, _lost(flight.robot, velocity), 0.0)
+    lost = choose(hits, formulas.loss_at_stop(flight.robot, at_end), 0.0)
     sums = sums_before([*whole, lost], flight.start_loss)[:, index]
     sums[:-1] += _work_in(flight, take(phases, index), times - since[index])[0]
     *work, stop_loss = (row.reshape(np.shape(t)) for row in sums)

@@ -14,7 +14,6 @@ import numpy as np
 
 from hopform_solver.elements import LARGEST_POSITION, POSITION, STOPS, Trials
 from hopform_solver.lanes import Array, Flags, take
-from hopform_solver.lanes import choose as either
 from hopform_solver.limits import NEAR_WITHIN, REACHED_WITHIN
 from hopform_solver.records import COMMANDS, LegState, Robot
 from hopform_solver.trial import try_currents
@@ -173,7 +172,7 @@ class _Cells:
         """
         search, from_, to, gap, peak = self.search, self.from_, self.to, self.gap, self.peak
         range_, starts, whole = search.robot.u_max, search.admits(from_), gap.least_of_halves
-        rise = np.abs(either(starts, peak.from_rise, peak.to_rise))
+        rise = np.abs(np.where(starts, peak.from_rise, peak.to_rise))
         weight = 2.0 * (np.abs(gap.from_rise) + np.abs(gap.to_rise)) / rise  # the multiplier of the limit
         sums = (one + weight * other for one, other in zip(gap[:4], peak[:4], strict=True))
         both = _Curve._make([*sums, self.smooth])

@@ -4,7 +4,7 @@
 import numpy as np
 
 from hopform_solver.elements import COMPRESSION, NUMERATORS
-from hopform_solver.events import EventSet, Node, jets_at_start, jets_of, node_of, propagator_at, turn_between
+from hopform_solver.events import EventSet, Node, jets_at_start, jets_of, minimum_between, node_of, propagator_at
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import EPS
@@ -46,7 +46,7 @@ def minima(poles: Poles, numerator: Numerator, length: Array) -> tuple[Numbers, 
     low, high = np.append(np.zeros_like(length[one]), low), np.append(length[one], high)
     own = take(of, found)
     at_low, at_high = propagator_at(own.poles, low), propagator_at(own.poles, high)
-    return found, turn_between(own, low, jets_of(own, at_low), high, jets_of(own, at_high), at_high)[0]
+    return found, minimum_between(own, low, jets_of(own, at_low), high, jets_of(own, at_high), at_high)[0]
 
 
 def _most_turns(of: EventSet, start: Array, end: Array) -> Array:

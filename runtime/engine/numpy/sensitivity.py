@@ -15,18 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hopform_solver import formulas
-from hopform_solver.elements import (
-    AXIS_OF_EVENT,
-    COLUMN_OF_AXIS,
-    COMPRESSION,
-    ELEMENTS,
-    INPUTS,
-    POSITION,
-    ROWS,
-    STOPPED,
-    STOPS,
-)
+from hopform_solver import elements, formulas
+from hopform_solver.elements import AXIS_OF_EVENT, COMPRESSION, ELEMENTS, INPUTS, POSITION, ROWS, STOPPED, STOPS
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
@@ -173,7 +163,7 @@ def _begin(solution: Solution, lanes: Numbers) -> Array:
     """Changes at the start: no velocity is left of a mass that is held, or that a stop took at once."""
     side = solution.phase(solution.first[lanes]).side
     change = np.zeros((lanes.size, 5, len(COLUMNS)), side.dtype)
-    change[:, np.arange(ONE), COLUMN_OF_AXIS] = 1.0
+    change[:, np.arange(ONE), elements.COLUMN_OF_AXIS] = 1.0
     for element, slips in zip(ELEMENTS, side != 0.0, strict=True):
         change[~slips, element.velocity] = 0.0
     change[solution.start_loss.reshape(-1)[lanes] < 0.0, VELOCITY] = 0.0
@@ -204,7 +194,7 @@ def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
     moved = np.moveaxis(change[:, :ONE] + speed * late[:, np.newaxis], 1, 0)
     if CONTACT_IS_COMPRESSION:
         moved[COMPRESSION] = 0.0
-    at_end, at_start = StateChange(*moved), StateChange(*unit[COLUMN_OF_AXIS, np.newaxis])
+    at_end, at_start = StateChange(*moved), StateChange(*unit[elements.COLUMN_OF_AXIS, np.newaxis])
     before = formulas.body_energy_change(robot, begin, by, at_start)
     aed = formulas.body_energy_change(robot, end, by, at_end) - before
     apex, height = formulas.apex_change(robot, end, by, at_end), formulas.height_change(by, at_end)

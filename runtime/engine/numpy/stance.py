@@ -15,7 +15,7 @@ from hopform_solver.elements import COMPRESSION, ELEMENTS, FOLLOWS, MODES, NUMER
 from hopform_solver.lanes import Array, Flags, Numbers, choose, lanes_in, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
-from hopform_solver.phases import Phase, Plan, arrive, motion_of, plan_of, poles_of, state_in_phase
+from hopform_solver.phases import Phase, Plan, arrive, drive_of, motion_of, plan_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, At, LegState, Motion, Poles, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
@@ -27,10 +27,7 @@ TERMS = np.array([[NUMERATORS[axis] + n for n in range(3)] for axis in VELOCITIE
 """Of each element the axis of its velocity, and its terms in Motion."""
 COMPRESSION_FOLLOWS = np.array(FOLLOWS[COMPRESSION], np.int8)[:, np.newaxis]
 FIXED = np.array([[each.is_fixed] for each in ELEMENTS])
-REVERSES, STICKS, SLIPS, HITS_STOP = (
-    np.array([[getattr(each, what)] for each in ELEMENTS], np.int8)
-    for what in ("reverses", "sticks", "slips", "hits_stop")
-)
+REVERSES, STICKS, SLIPS, HITS_STOP = np.array([each[2:6] for each in ELEMENTS], np.int8).T[..., np.newaxis]
 DIGIT = 3 ** (len(ELEMENTS) - 1 - ELEMENT)
 """A mode as one number: the signs of the velocities, 1 added, are its digits."""
 
@@ -224,17 +221,14 @@ def _closed_forms(chain: _Chain, poles: Poles, terms: Array) -> tuple[Array, Num
     Where the forces on the element that slips alone cancel without compression, that rings about 0 as a velocity does:
     its first zero is known however far it has faded by then.
     """
-    side, state, plan = chain.side, chain.state, chain.plan
+    side, state = chain.side, chain.state
     rest_time, rests = np.full_like(chain.t, NEVER[chain.t.dtype]), np.full(chain.t.shape, LIMIT)
     alone = (side != 0.0) & ((side != 0.0).sum(axis=0) == 1)
     if (lanes := np.flatnonzero(alone.any(axis=0))).size:
         rows = side * state[VELOCITIES], side * terms[TERMS[:, 0]], VELOCITY
         speed, rate, rests[lanes] = ((alone * each).sum(axis=0)[lanes] for each in rows)
         rest_time[lanes] = events.time_to_rest(take(poles, lanes), speed, rate)
-    drive, contact = (
-        np.array([*formulas.drive_of(plan.robot, plan.rates, chain.phase.u, *side)]),
-        state[COMPRESSION],
-    )
+    drive, contact = np.array(drive_of(chain.phase)), state[COMPRESSION]
     rings = (alone & (drive == 0.0)).any(axis=0) & (contact >= 0.0) & CONTACT_IS_COMPRESSION
     if rings.any():
         lift = events.time_to_rest(poles, contact, (COMPRESSION_FOLLOWS * state[VELOCITIES]).sum(axis=0))
@@ -251,24 +245,16 @@ def _meet_stops(guards: _Guards, on: events.Interval, certified: Flags) -> Numbe
     lanes = np.flatnonzero(certified & np.isfinite(guards.stop.start[on.lane]))
     of, (high, at_high) = take(guards.stop, on.lane[lanes]), take((on.high, on.propagator), lanes)
     short = events.jets_of(of, at_high)
-    beyond = np.flatnonzero(short[0] < -_grazing_tolerance(of.start, of.numerator * at_high[3::-1]))
+    beyond = np.flatnonzero(short[0] < -events.rounding_of(of, at_high, high, 0.0 * high))
     if beyond.size:
         lanes, of, short, high, at_high = take((lanes, of, short, high, at_high), beyond)
         soon = np.sqrt(of.start / (of.start - short[0]))  # of the interval, under a huge force: each step takes 3/4
         guess = choose(soon < EPS[high.dtype], soon * high, high - events.step_to_root(short))
-        on.high[lanes], on.propagator[:, lanes] = events.root_between(
-            of.poles, events.curve_of(of), np.zeros_like(high), high, at_high, guess
-        )
+        found = events.root_between(of.poles, events.curve_of(of), np.zeros_like(high), high, at_high, guess)
+        on.high[lanes], on.propagator[:, lanes] = found
         is_met = (on.found[lanes] != 0) | (high > on.high[lanes] * (1.0 + 8.0 * EPS[high.dtype]))
         met[lanes[is_met]] = STOP[STOPPED]
     return met
-
-
-def _grazing_tolerance(start: Array, terms: Array) -> Array:
-    """An extremum of a position, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the
-    terms.
-    """
-    return np.asarray(16.0 * EPS[start.dtype] * (np.abs(start) + np.abs(terms).sum(axis=0)))
 
 
 def _cross_at_the_limit(guards: _Guards, on: events.Interval, certified: Flags) -> None:
@@ -277,9 +263,8 @@ def _cross_at_the_limit(guards: _Guards, on: events.Interval, certified: Flags) 
     own, limit = on.lane[lanes], on.limit[lanes]
     is_first = guards.kind[:, own] < np.where(guards.rest_time[own] > limit, LIMIT, guards.rests[own])
     value, rate = on.end[:2, :, lanes]
-    crosses = (
-        is_first & (value < -8.0 * EPS[limit.dtype] * limit * rate) & (rate * limit < -16.0 * on.rounding[:, lanes])
-    )
+    crosses = is_first & (value < -8.0 * EPS[limit.dtype] * limit * rate)
+    crosses &= rate * limit < -16.0 * on.rounding[:, lanes]
     on.found[lanes] = np.where(crosses.any(axis=0), crosses.argmax(axis=0), -1)
 
 
@@ -326,7 +311,7 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End
     """The first event of the phases that start at the chain's states."""
     guards = _put_guards(chain, poles, motion)
     limit, stops = np.minimum(guards.rest_time, until), np.full(until.shape, LIMIT)
-    end = _End(limit.copy(), stops.copy(), np.zeros_like(limit), np.zeros((7, limit.size), limit.dtype))
+    end = _End(limit.copy(), stops.copy(), np.zeros_like(limit), np.zeros((events.ORDERS, limit.size), limit.dtype))
     on = events.first_interval(guards.of, limit)
     ended = (on.found >= 0) | ~(limit > 0.0)
     on.high[ended] = 0.0
@@ -372,9 +357,8 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:
     rate, slip = terms.sum(axis=1), (side != 0.0).sum(axis=0)
     chain.is_known[...] = (end.kind == VELOCITY) & (slip == 1)
     chain.free[...] = side * (friction - np.maximum(np.abs(rate), UNDERFLOW[chain.t.dtype]))
-    stops = (
-        ((end.kind == VELOCITY) | (end.kind == STOP))[STOPPED] & (slip == len(ELEMENTS)) & (friction[STOPPED] <= 0.0)
-    )
+    stops = ((end.kind == VELOCITY) | (end.kind == STOP))[STOPPED]
+    stops &= (slip == len(ELEMENTS)) & (friction[STOPPED] <= 0.0)
     if stops.any():
         free = _free_accelerations(chain.phase)[STOPPED]
         moved = np.array(motion)[NUMERATORS[COMPRESSION] :][:3] * end.propagator[3:0:-1]
@@ -401,7 +385,7 @@ def _motion_from(chain: _Chain) -> Motion:
 def _advance(chain: _Chain, motion: Motion, end: _End) -> Flags:
     """Move to the ends of phases; returns where the element with stops turns and touches the one ahead."""
     terms = _position_terms(chain, np.array(motion)) * end.propagator[3::-1]
-    bound = _grazing_tolerance(chain.gap_ahead, terms)
+    bound = 16.0 * EPS[chain.t.dtype] * (np.abs(chain.gap_ahead) + np.abs(terms).sum(axis=0))  # of a grazing contact
     chain.gap[...] += choose(chain.side[STOPPED] == 0.0, 0.0, terms[::-1].sum(axis=0))
     near = np.isfinite(bound) & (np.abs(chain.gap_ahead) <= bound)
     touches: Flags = near & (end.kind == VELOCITY[STOPPED])
@@ -410,21 +394,16 @@ def _advance(chain: _Chain, motion: Motion, end: _End) -> Flags:
     return touches
 
 
-def _stop_at(chain: _Chain, there: Flags) -> None:
-    """The position is at the stop ahead."""
-    lanes = np.flatnonzero(there)
-    ends = np.array([chain.plan.robot[stop][lanes] for stop in STOPS])
-    chain.state[POSITION, lanes] = at = choose(chain.side[STOPPED, lanes] > 0.0, ends[1], ends[0])
-    chain.gap[:, lanes] = at - ends
-
-
 def _pass(chain: _Chain, log: Log, end: _End, touches: Flags) -> None:
     """The states and modes right after the end of a phase, recorded as the next phase: elements at rest stick, reverse,
     or go on after a touch; those that are held may begin to slip where the current takes its next value.
     """
     going, hits, rests = end.kind == LIMIT, end.kind == STOP, end.kind == VELOCITY
     # One that it touches where it turns is no event, but that is where it is.
-    _stop_at(chain, hits[STOPPED] | touches)
+    there = np.flatnonzero(hits[STOPPED] | touches)
+    ends = np.array([chain.plan.robot[stop][there] for stop in STOPS])
+    chain.state[POSITION, there] = at = choose(chain.side[STOPPED, there] > 0.0, ends[1], ends[0])
+    chain.gap[:, there] = at - ends
     rests |= hits
     chain.state[VELOCITIES] = choose(rests, 0.0, chain.state[VELOCITIES])
     chain.step[going] += 1
