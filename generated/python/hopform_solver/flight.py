@@ -24,7 +24,7 @@ from hopform_solver.lanes import Array, Numbers, choose, take
 from hopform_solver.ledgers import moments_of, sums_before
 from hopform_solver.limits import AXES_OF_MOMENTS, EPS, FASTEST_LEG, LEG_HAS_DAMPER, NEVER
 from hopform_solver.phases import pair_alone, stable_rates_of
-from hopform_solver.records import Basis, Energy, FlightLedger, FlightRates, Gains, LegState, Poles, Real, Robot
+from hopform_solver.records import Energy, FlightLedger, FlightRates, Gains, LegState, Poles, Real, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in records.FLIGHT_ENDINGS.items()}
 EVENT: dict[str, int] = {text: number for number, text in records.FLIGHT_EVENTS.items()}
@@ -126,10 +126,9 @@ class _Chain:
     position: Real
     velocity: Real
     acceleration: Real
-    at_highest: tuple[Real, Array, tuple[FlightPhase, ...]]
-    """when the foot has been highest, in which state, in the last of which phases; until it has been above the ground
+    at_highest: tuple[Real, Real, Array, tuple[FlightPhase, ...]]
+    """how high the foot has been, when and in which state, in the last of which phases; until it is above the ground
     """
-    highest: Real = -np.inf
     airborne: bool = False
     side: int = 0
     limit: int = 0
@@ -139,13 +138,11 @@ class _Chain:
         """Record a phase, and see where its foot is over the ground: from the take-off, so that nothing adds up."""
         moves = self.position, self.velocity, self.acceleration
         self.phases.append(FlightPhase(self.t, *moves, self.side, self.limit, event))
-        fall, zero = formulas.fall_of(self.robot), np.zeros(1, self.t.dtype)
-        rise = (self.start[FALL] - 0.5 * fall * self.t) * self.t
-        height = (self.start[POSITION] - self.position) + rise - self.start[COMPRESSION]
-        rate, size = self.start[FALL] - fall * self.t, abs(height) + abs(self.leg)
-        self.foot = _Function(height, size, -1.0, 0.0, rate, -fall, bool(self.leg))
         self.poles = np.array(_poles_of(self.rates, np.array([self.limit])))
-        self.first = self.at(zero, events.propagator_of(self.poles, Basis(zero + 1.0, zero, zero, zero, zero)))
+        self.first = self.at(np.array([self.t * 0.0]), events.propagator_at_start(self.poles))
+        rate, y = self.ended_at(self.first[:, 0])[1][[FALL, COMPRESSION]]
+        size = abs(y) + abs(self.leg)
+        self.foot = _Function(-y, size, -1.0, 0.0, rate, -formulas.fall_of(self.robot), bool(self.leg))
 
     def at(self, t: Array, propagator: Array | None = None) -> Array:
         """Instants."""
@@ -253,8 +250,8 @@ def _time_of_rest(chain: _Chain) -> Real:
 def _look_at_foot(chain: _Chain, at: Array) -> None:
     """Before the foot has been above the ground: whether it is, and whether it is higher than before."""
     height = chain.jets(chain.foot, at[:, np.newaxis])[0, 0]
-    if height > chain.highest:
-        chain.highest, chain.at_highest = height, (*chain.ended_at(at), tuple(chain.phases))
+    if height > chain.at_highest[0]:
+        chain.at_highest = (height, *chain.ended_at(at), tuple(chain.phases))
     chain.airborne = bool(height > chain.foot.rounding(at))
 
 
@@ -328,14 +325,14 @@ def _too_low(chain: _Chain) -> bool:
     """The foot cannot come as high again as it was: it falls, and is too low for the shortest leg."""
     shortest = chain.position - chain.robot[STOPS[0]] + np.maximum(chain.leg_at(chain.t * 0.0), 0.0)
     falls = not chain.airborne and chain.foot.rate < 0.0
-    return bool(falls and np.isfinite(shortest) and chain.foot.start + shortest < chain.highest)
+    return bool(falls and np.isfinite(shortest) and chain.foot.start + shortest < chain.at_highest[0])
 
 
 def _run(chain: _Chain, max_phases: int) -> tuple[str, Real, Array, tuple[FlightPhase, ...]]:
     """Ending, when, in which state, and the phases."""
     chain.begin_phase(0)
     _look_at_foot(chain, chain.first[:, 0])
-    chain.airborne = chain.highest > 0.0
+    chain.airborne = chain.at_highest[0] > 0.0
     while not _too_low(chain):
         at, end = _find_end(chain)
         if end == HORIZON and not chain.airborne:
@@ -352,8 +349,8 @@ def _run(chain: _Chain, max_phases: int) -> tuple[str, Real, Array, tuple[Flight
             chain.limit = chain.limit or end
             chain.acceleration, chain.limit = _acceleration(chain, chain.velocity, chain.side), end
             chain.begin_phase(EVENT["u_saturates" if end else "u_desaturates"])
-    chain.t = chain.at_highest[0]
-    return "tripped", *chain.at_highest
+    chain.t = chain.at_highest[1]
+    return "tripped", *chain.at_highest[1:]
 
 
 # ---- what users call ----
@@ -388,7 +385,7 @@ def solve_flight(
         law = Gains(*(dtype(gain) for gain in wanted))
     chain = _Chain(
         one, law, formulas.flight_rates_of(one, law, largest), largest, dtype(horizon), first, leg, relaxes,
-        zero, first[POSITION], first[VELOCITY], zero, (zero, first, ()),
+        zero, first[POSITION], first[VELOCITY], zero, (-np.inf, zero, first, ()),
     )  # fmt: skip
     start_loss = _begin(chain)
     ending, duration, end, phases = _run(chain, max_phases)

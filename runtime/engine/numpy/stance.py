@@ -16,7 +16,7 @@ from hopform_solver.lanes import Array, Flags, Numbers, choose, lanes_in, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
 from hopform_solver.phases import Phase, Plan, arrive, drive_of, motion_of, plan_of, poles_of, state_in_phase
-from hopform_solver.records import ENDINGS, At, LegState, Motion, Poles, Robot
+from hopform_solver.records import ENDINGS, At, Basis, LegState, Motion, Poles, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
 """The numbers of endings."""
@@ -27,7 +27,10 @@ TERMS = np.array([[NUMERATORS[axis] + n for n in range(3)] for axis in VELOCITIE
 """Of each element the axis of its velocity, and its terms in Motion."""
 COMPRESSION_FOLLOWS = np.array(FOLLOWS[COMPRESSION], np.int8)[:, np.newaxis]
 FIXED = np.array([[each.is_fixed] for each in ELEMENTS])
-REVERSES, STICKS, SLIPS, HITS_STOP = np.array([each[2:6] for each in ELEMENTS], np.int8).T[..., np.newaxis]
+REVERSES, STICKS, SLIPS, HITS_STOP = (
+    np.array([[getattr(each, what)] for each in ELEMENTS], np.int8)
+    for what in ("reverses", "sticks", "slips", "hits_stop")
+)
 DIGIT = 3 ** (len(ELEMENTS) - 1 - ELEMENT)
 """A mode as one number: the signs of the velocities, 1 added, are its digits."""
 
@@ -49,7 +52,6 @@ class Solution:
 
     shape: tuple[int, ...]
     plan: Plan
-    u_times: Array
     u_values: Array
     start: LegState
     duration: Array
@@ -194,8 +196,6 @@ def _put_guards(chain: _Chain, poles: Poles, motion: Motion) -> _Guards:
         here = lanes_in(mode.slips, side)
         for slot, (element, goal) in enumerate(mode.guards, 1):
             lanes = np.flatnonzero(here & ~_blocked(chain, goal)[element])
-            if not lanes.size:
-                continue
             if goal:
                 of = -goal * np.array(ELEMENTS[element].free_numerator(chain.plan.rates, motion))
                 now = chain.friction[element] - goal * free[element]
@@ -285,7 +285,7 @@ def _sharpen_takeoff(chain: _Chain, on: events.Interval, certified: Flags) -> Fl
     before = on.high[lanes]
     for _ in range(4):
         t = on.high[lanes]
-        correction = events.steady_state_correction(of, settled, events.basis_of(on.propagator[:, lanes]), t)
+        correction = events.steady_state_correction(of, settled, Basis(*on.propagator[4::-1, lanes]), t)
         moved = (correction != 0.0) & (t + correction <= on.limit[lanes])
         if not moved.any():
             break
@@ -316,9 +316,8 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End
     ended = (on.found >= 0) | ~(limit > 0.0)
     on.high[ended] = 0.0
     while True:
-        if ended.any():
-            _close(guards, on, np.flatnonzero(ended), stops, end)
-            on = take(on, ~ended)
+        _close(guards, on, np.flatnonzero(ended), stops, end)
+        on = take(on, ~ended)
         if not on.lane.size:
             break
         certified = events.find_first_root(on)
@@ -389,8 +388,7 @@ def _advance(chain: _Chain, motion: Motion, end: _End) -> Flags:
     chain.gap[...] += choose(chain.side[STOPPED] == 0.0, 0.0, terms[::-1].sum(axis=0))
     near = np.isfinite(bound) & (np.abs(chain.gap_ahead) <= bound)
     touches: Flags = near & (end.kind == VELOCITY[STOPPED])
-    basis = events.basis_of(end.propagator)
-    chain.state[...] = arrive(LegState(*chain.state), motion, basis, chain.side)
+    chain.state[...] = arrive(LegState(*chain.state), motion, Basis(*end.propagator[4::-1]), chain.side)
     return touches
 
 
@@ -454,8 +452,7 @@ def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) ->
     while True:
         rests = ~ended & (chain.side == 0.0).all(axis=0) & (chain.step + 1 >= u_times.size)
         close(rests, "rest")
-        if (ended := ended | rests).any():
-            chain = take(chain, ~ended)
+        chain = take(chain, ~(ended | rests))
         if not chain.t.size:
             return
         until, motion = np.minimum(next_times[chain.step], chain.horizon), _motion_from(chain)
@@ -518,9 +515,8 @@ def solve(
     times, values = np.asarray(u_times, dtype).reshape(-1), np.asarray(u, dtype)
     if times.size == 1:
         values = values[..., np.newaxis]
-    inputs = [np.asarray(field, dtype) for field in (*robot, *start, horizon)]
-    shape = np.broadcast_shapes(*(field.shape for field in inputs), values.shape[:-1])
-    flat = np.array([np.broadcast_to(field, shape).reshape(-1) for field in inputs])
+    inputs = np.array(np.broadcast_arrays(*robot, *start, horizon, values[..., 0])[:-1], dtype)
+    flat, shape = inputs.reshape(len(inputs), -1), inputs.shape[1:]
     values = np.broadcast_to(values, (*shape, times.size)).reshape(-1, times.size)
     robots, first = Robot(*flat[: len(robot)]), LegState(*flat[len(robot) : -1])
     plan, size = plan_of(robots), int(np.prod(shape))
@@ -542,7 +538,7 @@ def solve(
     apex = choose(lifts, formulas.apex_after(robots, end), np.nan)
     kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < counted[phases.lane]
     solution = Solution(
-        shape, plan, times, values, first, duration.reshape(shape), LegState(*(field.reshape(shape) for field in end)),
+        shape, plan, values, first, duration.reshape(shape), LegState(*(field.reshape(shape) for field in end)),
         apex.reshape(shape), aed.reshape(shape), loss.reshape(shape), ending.reshape(shape), counted.reshape(shape),
         take(phases, kept),
     )  # fmt: skip
