@@ -4,12 +4,12 @@
 import numpy as np
 
 from hopform_solver.elements import COMPRESSION, NUMERATORS
-from hopform_solver.events import EventSet, Node, jets_at_start, jets_of, node_of, propagator_at, turn_between
+from hopform_solver.events import EventSet, jets_of, minimum_between, node_of, propagator_at, propagator_at_start
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import EPS
 from hopform_solver.phases import arrive, motion_of, poles_of
-from hopform_solver.records import Basis, Numerator, Poles
+from hopform_solver.records import Numerator, Poles
 from hopform_solver.stance import COMPRESSION_FOLLOWS, Solution
 
 LOOKS = 32
@@ -17,11 +17,6 @@ LOOKS = 32
 MOST_LOOKS = 65536
 HALVINGS = 24
 """How often the first of these parts is halved towards the start, where fast poles turn."""
-
-
-def rate_of(numerator: Numerator, basis: Basis) -> Array:
-    """The rate of what leaves its initial value by a numerator."""
-    return np.asarray(numerator.H3 * basis.Wdd + numerator.H2 * basis.Wd + numerator.H1 * basis.W)
 
 
 def minima(poles: Poles, numerator: Numerator, length: Array) -> tuple[Numbers, Array]:
@@ -32,28 +27,25 @@ def minima(poles: Poles, numerator: Numerator, length: Array) -> tuple[Numbers, 
     """
     of = EventSet(np.array(poles), node_of(poles), np.array(numerator), np.zeros_like(length))
     at_end = propagator_at(of.poles, length)
-    start, end = jets_at_start(of), jets_of(of, at_end)
+    start, end = jets_of(of, propagator_at_start(of.poles)), jets_of(of, at_end)
     turns = (start[1] < 0.0) & (end[1] > 0.0)
     most = 1 + (turns | ((start[1] > 0.0) & (end[1] < 0.0)))
     sizes = (np.abs(of.numerator * at_end[n : n - 3 : -1]).sum(axis=0) for n in (4, 5))
     decided = [np.abs(jet) > 64.0 * EPS[length.dtype] * size for jet, size in zip(end[1:3], sizes, strict=True)]
-    once = (
-        (length < 0.95 * Node(*of.node).half_period) & decided[0] & decided[1] & (_most_turns(of, start, end) <= most)
-    )
+    once = (length < 0.95 * of.node.half_period) & decided[0] & decided[1] & (_most_turns(of, start, end) <= most)
     one, rest = np.flatnonzero(once & turns), np.flatnonzero(~once)
     phase, low, high = _looks(poles, numerator, length, rest)
     found = np.append(one, phase)
     low, high = np.append(np.zeros_like(length[one]), low), np.append(length[one], high)
     own = take(of, found)
     at_low, at_high = propagator_at(own.poles, low), propagator_at(own.poles, high)
-    return found, turn_between(own, low, jets_of(own, at_low), high, jets_of(own, at_high), at_high)[0]
+    return found, minimum_between(own, low, jets_of(own, at_low), high, jets_of(own, at_high), at_high)[0]
 
 
 def _most_turns(of: EventSet, start: Array, end: Array) -> Array:
     """How often the rates of functions may vanish between times that lie less than half a period of the pair apart."""
-    (rate, bend, d), (rate_then, bend_then, d_then) = (
-        (*jet[1:3], jet[3] + Node(*of.node).pole * jet[2]) for jet in (start, end)
-    )
+    pole = of.node.pole
+    (rate, bend, d), (rate_then, bend_then, d_then) = ((*jet[1:3], jet[3] + pole * jet[2]) for jet in (start, end))
     before, after = ((x * y < 0.0) * 1 + (y * z < 0.0) for x, y, z in ((rate, bend, d), (rate_then, bend_then, d_then)))
     decided = (rate != 0.0) & (bend != 0.0) & (d * d_then != 0.0)
     return np.where(decided, before - after + (d * d_then < 0.0), 3)
@@ -69,7 +61,7 @@ def _looks(poles: Poles, numerator: Numerator, length: Array, phases: Numbers) -
     share = choose(place > -HALVINGS, parts / looks[index], np.zeros(index.size))
     phase = phases[index]
     t = length[phase] * share.astype(length.dtype)
-    rate = rate_of(take(numerator, phase), basis_at(take(poles, phase), t))
+    rate = np.asarray(sum(map(np.multiply, take(numerator, phase), basis_at(take(poles, phase), t))))
     turns = np.flatnonzero((rate[:-1] < 0.0) & (rate[1:] >= 0.0) & (phase[:-1] == phase[1:]))
     return phase[turns], t[turns], t[turns + 1]
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from hopform_solver import formulas
 from hopform_solver.elements import COMPRESSION, DRIVEN, LARGEST_POSITION, PER_AMPERE, POSITION, STOPPED, Trials
-from hopform_solver.extrema import minima, rate_of, turns
+from hopform_solver.extrema import minima, turns
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Numbers, choose, put, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
@@ -60,22 +60,18 @@ def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_ph
         trials.events[lanes] = trials.events[lanes] * _PRIME + phases.mode[index] + 16 * phases.event[index]
         if n:
             _cross(solution, trials, change, arrived[VELOCITY][lanes], rate[lanes], lanes, index)
-        moving = _moving(phase, take(change, lanes))
+        per_ampere, now = np.zeros_like(phase.side), take(change, lanes)
+        per_ampere[DRIVEN] = phase.plan.rates[PER_AMPERE]
+        by_u = motion_under(phase.plan.rates, Drive(*per_ampere), now, phase.side)
+        moving = _Moving(phase, poles_of(phase.plan, phase.side), motion_of(phase), now, by_u)
         _find_minima(trials, lanes, moving, length)
         basis = basis_at(moving.poles, length)
         at_end = moving.at(basis)
         put(arrived, lanes, at_end[0])
         put(change, lanes, at_end[1])
-        rate[lanes] = rate_of(formulas.contact_numerator(phase.plan.robot, moving.motion), basis)
+        rate[lanes] = sum(map(np.multiply, formulas.contact_numerator(phase.plan.robot, moving.motion), basis))
     _lift(solution, trials, change, first + count - 1)
     return trials
-
-
-def _moving(phase: Phase, change: LegState) -> _Moving:
-    per_ampere = np.zeros_like(phase.side)
-    per_ampere[DRIVEN] = phase.plan.rates[PER_AMPERE]
-    by_u = motion_under(phase.plan.rates, Drive(*per_ampere), change, phase.side)
-    return _Moving(phase, poles_of(phase.plan, phase.side), motion_of(phase), change, by_u)
 
 
 def _note(trials: Trials, name: str, lanes: Numbers, found: Array, found_u: Array, sign: float) -> None:
@@ -95,9 +91,8 @@ def _find_minima(trials: Trials, lanes: Numbers, moving: _Moving, length: Array)
     least = formulas.contact_of(found.phase.plan.robot, state)
     least_u = formulas.contact_slope(found.phase.plan.robot, change)
     np.add.at(trials.minima, lanes[may[row]], 1)
-    for one in np.argsort(-least, kind="stable"):  # the least last; hardly any stance has two
-        here, where = slice(one, one + 1), lanes[may[row[one : one + 1]]]
-        _note(trials, "least_contact", where, least[here], least_u[here], -1.0)
+    for one in np.argsort(-least, kind="stable")[:, np.newaxis]:  # the least last; hardly any stance has two
+        _note(trials, "least_contact", lanes[may[row[one]]], least[one], least_u[one], -1.0)
 
 
 def _cross(
@@ -108,27 +103,25 @@ def _cross(
     velocity, rate: of the element that has stops, and of the contact force, when they were met.
     """
     stack = np.array(take(change, lanes)).T[:, :, np.newaxis]
-    passed = cross(solution, now, velocity, stack, np.zeros((now.size, 1), velocity.dtype), 0.0)
-    new = LegState(*passed.change[..., 0].T)
+    bound = np.zeros((now.size, 1), velocity.dtype)
+    hits, before, after, speed, late, passed = cross(solution, now, velocity, stack, bound, 0.0)
+    new = LegState(*passed[..., 0].T)
     put(change, lanes, new)
-    trials.smooth[lanes] &= passed.speed != 0.0
+    trials.smooth[lanes] &= speed != 0.0
     phase, old_side = solution.phase(now), solution.phase(now - 1).side
     robot, state = phase.plan.robot, np.array(phase.start)
-    met, left = (
-        LegState(*(each[..., 0] + speeds * passed.late).T)
-        for each, speeds in ((stack, passed.before), (passed.change, passed.after))
-    )
+    met, left = (LegState(*(each[..., 0] + speeds * late).T) for each, speeds in ((stack, before), (passed, after)))
     at_stop = state.copy()
     at_stop[VELOCITY] = velocity
-    hit = np.flatnonzero(passed.hits & (passed.speed > 0.0))
+    hit = np.flatnonzero(hits & (speed > 0.0))
     _note_hit(trials, lanes[hit], *take((LegState(*at_stop), met, robot), hit))
     _note(trials, LARGEST_POSITION, lanes, state[POSITION], new[POSITION], 1.0)
     # Where nothing moves, the sides before and after tell, and not what rounding leaves of the velocities.
     stands = np.asarray(CONTACT_IS_COMPRESSION & ~state[VELOCITIES].any(axis=0))
-    jumps = (not CONTACT_IS_COMPRESSION) & passed.hits
+    jumps = (not CONTACT_IS_COMPRESSION) & hits
     old, goes = ((COMPRESSION_FOLLOWS * side).sum(axis=0) for side in (old_side, phase.side))
-    after = formulas.contact_slope(robot, LegState(*passed.after.T))
-    up = choose(stands, (old < 0.0) & ~(goes < 0.0), ((rate < 0.0) | jumps) & ~(after < 0.0)).nonzero()[0]
+    rises = ~(formulas.contact_slope(robot, LegState(*after.T)) < 0.0)
+    up = choose(stands, (old < 0.0) & ~(goes < 0.0), ((rate < 0.0) | jumps) & rises).nonzero()[0]
     least, least_u = formulas.contact_of(robot, phase.start)[up], formulas.contact_slope(robot, left)[up]
     trials.minima[lanes[up]] += 1
     _note(trials, "least_contact", lanes[up], least, least_u, -1.0)

@@ -14,7 +14,6 @@ import numpy as np
 
 from hopform_solver.elements import LARGEST_POSITION, POSITION, STOPS, Trials
 from hopform_solver.lanes import Array, Flags, take
-from hopform_solver.lanes import choose as either
 from hopform_solver.limits import NEAR_WITHIN, REACHED_WITHIN
 from hopform_solver.records import COMMANDS, LegState, Robot
 from hopform_solver.trial import try_currents
@@ -84,8 +83,9 @@ class _Curve(NamedTuple):
 
     @property
     def coefficients(self) -> Array:
-        """Bernstein coefficients of quartics that the functions are taken to lie above: of the cubics that the ends
-        determine, the middle one lowered by what the functions may be off.
+        """Bernstein coefficients of quartics that the functions are taken to lie above, below the least of which no
+        value of the quartics lies: of the cubics that the ends determine, the middle one lowered by what the functions
+        may be off.
         """
         from_, from_rise, to, to_rise, smooth = self
         first, last = from_rise - (to - from_), to_rise - (to - from_)
@@ -93,11 +93,6 @@ class _Curve(NamedTuple):
         off = np.where(smooth, LEAN * np.abs(first + last) + BEND * spread, KINK * spread)
         middle = 0.5 * (from_ + to) + (from_rise - to_rise) / 6.0 - off
         return np.array([from_, from_ + 0.25 * from_rise, middle, to - 0.25 * to_rise, to])
-
-    @property
-    def least(self) -> Array:
-        """The least coefficients, below which no value of the quartics lies."""
-        return np.asarray(self.coefficients.min(axis=0))
 
     @property
     def least_of_halves(self) -> Array:
@@ -152,7 +147,7 @@ class _Cells:
         """No rebound takes off that does not do so at the ends: the least contact force of each stays above zero."""
         in_from, in_to, least = self.from_.minima > 0, self.to.minima > 0, self.curve("least_contact")
         from_, to = least.from_ > np.abs(least.from_rise), least.to > np.abs(least.to_rise)
-        return np.where(in_from & in_to, least.least > 0.0, (~in_from | from_) & (~in_to | to))
+        return np.where(in_from & in_to, least.coefficients.min(axis=0) > 0.0, (~in_from | from_) & (~in_to | to))
 
     @property
     def _at_jump(self) -> Array:
@@ -173,15 +168,16 @@ class _Cells:
         """
         search, from_, to, gap, peak = self.search, self.from_, self.to, self.gap, self.peak
         range_, starts, whole = search.robot.u_max, search.admits(from_), gap.least_of_halves
-        rise = np.abs(either(starts, peak.from_rise, peak.to_rise))
+        rise = np.abs(np.where(starts, peak.from_rise, peak.to_rise))
         weight = 2.0 * (np.abs(gap.from_rise) + np.abs(gap.to_rise)) / rise  # the multiplier of the limit
         sums = (one + weight * other for one, other in zip(gap[:4], peak[:4], strict=True))
         both = _Curve._make([*sums, self.smooth])
-        turns = peak.least < np.minimum(peak.from_, peak.to)
+        lowest = peak.coefficients.min(axis=0)
+        turns = lowest < np.minimum(peak.from_, peak.to)
         alike = (starts == search.admits(to)) | (turns & (self.width > EDGE * range_))
         judged = np.where(alike, whole, np.fmax(whole, both.least_of_halves))
         none, unlike = ~from_.takes_off & ~to.takes_off, from_.takes_off != to.takes_off
-        judged = np.where(none | (peak.least >= 0.0), np.inf, judged)
+        judged = np.where(none | (lowest >= 0.0), np.inf, judged)
         narrow = self.width <= np.where(none, np.sqrt(search.eps), STEP) * range_
         judged = np.where(unlike | ~self.quiet, np.where(narrow, self._at_jump, 0.0), judged)
         wide = self.width > np.where(none, DOWN, np.where(self.smooth, WIDE, COARSE)) * range_

@@ -8,7 +8,7 @@ The search goes from interval to interval, all lanes at once. In each, roots are
 first by the numbered rules of docs/explanation/certificate.md, under the names that they have in the C library.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -21,7 +21,9 @@ from hopform_solver.limits import EPS, NEVER, SMALLEST_EXPONENT, UNDERFLOW
 from hopform_solver.records import Basis, Numerator, Poles
 
 Curve: TypeAlias = Callable[[Numbers, Array, Array], Array]
-"""Jets of functions of some lanes at a time, with the propagator there, and below them their fourth derivatives."""
+"""Jets of functions of some lanes at a time, with the propagator there, up to their fourth derivatives."""
+ORDERS = 9
+"""Rows of a propagator."""
 
 SLOTS = 1 + max(len(mode.guards) for mode in MODES)
 SLOT = np.arange(SLOTS)[:, np.newaxis]
@@ -47,20 +49,21 @@ class Node(NamedTuple):
 
 
 class EventSet(NamedTuple):
-    """The event functions of each lane: H3, H2, H1 of each slot, its start, and the poles and their node in rows.
+    """The event functions of each lane: H3, H2, H1 of each slot, its start, the poles in rows, and their node.
 
     A fourth row of the numerator goes with the second integral of W.
     """
 
     poles: Array
-    node: Array
+    node: Node
     numerator: Array
     start: Array
 
     def at(self, slots: Numbers | int, lanes: Numbers) -> "EventSet":
         """One function each, of those slots."""
-        poles, node = take((self.poles, self.node), lanes)
-        return EventSet(poles, node, self.numerator[:, slots, lanes], self.start[slots, lanes])
+        return EventSet(
+            *take((self.poles, self.node), lanes), self.numerator[:, slots, lanes], self.start[slots, lanes]
+        )
 
 
 class Interval(NamedTuple):
@@ -83,15 +86,15 @@ class Interval(NamedTuple):
     is_late: Flags  # its take-off has been sharpened, once at most
 
 
-def node_of(poles: Poles) -> Array:
-    """A Node in rows. It lies at nearly half a period where the pair is not damped, sooner where it is."""
+def node_of(poles: Poles) -> Node:
+    """It lies at nearly half a period where the pair is not damped, sooner where it is."""
     never = NEVER[poles.q.dtype]
     mean = 0.5 * poles.p
     square = mean * mean - poles.q
     rings, root = square < 0.0, np.sqrt(np.abs(square))
     fast = mean + root
     slow = choose(fast > 0.0, poles.q / fast, 0.0)
-    node = Node(
+    return Node(
         choose(poles.q > UNDERFLOW[poles.q.dtype], 2.984 / np.sqrt(poles.q), never),
         choose(rings, np.pi / root, never),
         choose(rings & (poles.a > 0.0) & (mean > poles.a), 10.0 / (mean - poles.a), never),
@@ -99,51 +102,38 @@ def node_of(poles: Poles) -> Array:
         choose(rings, 0.0, np.minimum(fast, np.maximum(poles.a, slow))),
         choose(rings, 0.0, np.minimum(poles.a, slow)),
     )
-    return np.array(node)
 
 
 # ---- the propagator and jets ----
 
 
 def propagator_of(poles: Array, basis: Basis) -> Array:
-    """W2, W1, W and the derivatives of W up to the fourth, in rows."""
-    third = -(poles[3] * basis.Wdd + poles[4] * basis.Wd + poles[5] * basis.W)
-    fourth = -(poles[3] * third + poles[4] * basis.Wdd + poles[5] * basis.Wd)
-    return np.array([basis.W2, basis.W1, basis.W, basis.Wd, basis.Wdd, third, fourth])
+    """W2, W1, W and the derivatives of W up to the sixth, in rows."""
+    rows = [*basis[::-1]]
+    while len(rows) < ORDERS:
+        rows.append(-(poles[3] * rows[-1] + poles[4] * rows[-2] + poles[5] * rows[-3]))
+    return np.array(rows)
 
 
 def propagator_at(poles: Array, t: Array) -> Array:
     return propagator_of(poles, basis_at(Poles(*poles), t))
 
 
-def basis_of(propagator: Array) -> Basis:
-    return Basis(*propagator[4::-1])
+def propagator_at_start(poles: Array) -> Array:
+    zero = np.zeros_like(poles[0])
+    return propagator_of(poles, Basis(zero + 1.0, zero, zero, zero, zero))
 
 
 def carried(poles: Array, propagator: Array, d: Array) -> Array:
     """The propagator a short time later, by its Taylor series."""
-    return propagator_of(poles, Basis(*formulas.taylor_step(Poles(*poles), basis_of(propagator), d)))
+    return propagator_of(poles, Basis(*formulas.taylor_step(Poles(*poles), Basis(*propagator[4::-1]), d)))
 
 
-def jets_of(of: EventSet, propagator: Array) -> Array:
-    """Value, rate, curvature and third derivative of event functions; the propagator's last axes are theirs."""
-    H3, H2, H1, *H0 = of.numerator
-    jets = H3 * propagator[3:7] + H2 * propagator[2:6] + H1 * propagator[1:5]
-    for row in H0:
-        jets += row * propagator[:4]
+def jets_of(of: EventSet, propagator: Array, rows: int = 4) -> Array:
+    """Value, rate, curvature and further derivatives of event functions; the propagator's last axes are theirs."""
+    jets = np.asarray(sum(H * propagator[3 - n :][:rows] for n, H in enumerate(of.numerator)))
     jets[0] += of.start
-    return np.asarray(jets)
-
-
-def next_derivative(poles: Array, jets: Sequence[Array] | Array) -> Array:
-    """The derivative that follows the last three rows of jets, as the poles give it."""
-    return np.asarray(-(poles[3] * jets[-1] + poles[4] * jets[-2] + poles[5] * jets[-3]))
-
-
-def jets_at_start(of: EventSet) -> Array:
-    (H3, H2, H1), (s_1, s_2) = of.numerator, of.poles[3:5]
-    curvature = H2 - H3 * s_1
-    return np.array([of.start, H3, curvature, H1 - s_1 * curvature - s_2 * H3])
+    return jets
 
 
 def rounding_of(of: EventSet, propagator: Array, t: Array, rate: Array) -> Array:
@@ -194,14 +184,10 @@ def step_converges(poles: Array, jet: Array, t: Array, step: Array) -> Flags:
     bend = per_rate * np.abs(curvature)
     twist = per_rate * np.abs(step * third)
     error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * np.abs(step * step * fourth)
-    share = choose(t > 0.0, step / t, 1.0)
+    share, eps = choose(t > 0.0, step / t, 1.0), EPS[t.dtype]
     near = step * step * (poles[3] * poles[3] + poles[4]) + share * share
-    eps = EPS[t.dtype]
-    return np.asarray(
-        (np.abs(value) <= 2.0 * np.abs(step * rate))
-        & (np.abs(step) * error <= eps * t)
-        & (near * near * near <= 0.0078125 * eps)
-    )
+    converges = (np.abs(value) <= 2.0 * np.abs(step * rate)) & (np.abs(step) * error <= eps * t)
+    return np.asarray(converges & (near * near * near <= 0.0078125 * eps))
 
 
 def root_between(
@@ -215,8 +201,7 @@ def root_between(
     lanes, t = np.arange(low.size), guess
     for n in range(100):
         t = choose((t > low) & (t < high), t, low + 0.5 * (high - low))
-        if not (going := (t > low) & (t < high)).all():
-            lanes, low, high, t = take((lanes, low, high, t), going)
+        lanes, low, high, t = take((lanes, low, high, t), (t > low) & (t < high))
         if not lanes.size:
             break
         own = poles.take(lanes, -1)
@@ -241,22 +226,15 @@ def root_between(
 
 
 def curve_of(of: EventSet, order: int = 0) -> Curve:
-    """Jets of event functions, or less their rates for the order 1, with the fourth derivatives."""
-
-    def curve(lanes: Numbers, _: Array, propagator: Array) -> Array:
-        own = take(of, lanes)
-        jet = [*jets_of(own, propagator)]
-        jet.append(next_derivative(own.poles, jet) + own.numerator[3:].sum(axis=0))
-        return -np.array([*jet[1:], next_derivative(own.poles, jet)]) if order else np.array(jet)
-
-    return curve
+    """Jets of event functions, or less their rates for the order 1."""
+    return lambda lanes, _, propagator: (1 - 2 * order) * jets_of(take(of, lanes), propagator, 5 + order)[order:]
 
 
-def turn_between(
+def minimum_between(
     of: EventSet, low: Array, start: Array, high: Array, end: Array, at_high: Array
 ) -> tuple[Array, Array]:
-    """Where functions have their minimum between times, with their jets there, before which they fall and after which
-    they rise: the times, and the propagator there.
+    """Rule 4: where functions have their minimum between times, with their jets there, before which they fall and after
+    which they rise: the times, and the propagator there.
     """
     guess = low + (high - low) * rough_root(-start[1:], -end[1:], high - low)
     return root_between(of.poles, curve_of(of, order=1), low, high, at_high, guess)
@@ -283,21 +261,19 @@ def is_held_up_by_bernstein(
     """Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g
     differs by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count.
     """
-    a, p, q, s_1 = of.poles[:4]
-    H3, H2, H1 = of.numerator
+    (a, p, q, s_1), (H3, H2, H1) = of.poles[:4], of.numerator
     mu = 0.5 * p
     ww = q - mu * mu
     e = (H1 - a * (H2 - a * H3)) / formulas.residue(Poles(*of.poles))
     c = H3 - e
     sw = H2 - H3 * s_1 + a * e + mu * c
     M6 = q * q * np.sqrt(q * (c * c + sw * sw / ww)) + a * a * a * a * a * np.abs(e)  # the envelopes of the modes
-    f, tw = 0.2 * h, 0.05 * h * h
+    f, tw, hhh = 0.2 * h, 0.05 * h * h, h * h * h
     b1, b4 = start[0] + f * start[1], end[0] - f * end[1]
     b2, b3 = b1 + f * start[1] + tw * start[2], b4 - f * end[1] + tw * end[2]
     least = np.minimum(np.minimum(b1, b2), np.minimum(b3, b4))
     least = choose(start[0] > 0.0, np.minimum(least, start[0]), least)
     least = choose(ends_at_root, least, np.minimum(least, end[0]))
-    hhh = h * h * h
     return np.asarray(least > M6 * hhh * hhh / 43200.0 + bound)
 
 
@@ -314,14 +290,17 @@ def is_held_up_by_tangents(start: Array, end: Array, pole: Array, h: Array, boun
 
 def quiet_time(of: EventSet, jet: Array, bound: Array) -> Array:
     """Rule 5: how long from jets on functions, for certain, have no root; NEVER if they have none at all."""
-    rings = Node(*of.node).half_period < NEVER[bound.dtype]
-    ringing = _quiet_time_of_ringing(Poles(*of.poles), jet, bound)
-    return ringing if rings.all() else choose(rings, ringing, _quiet_time_of_decay(Node(*of.node), jet, bound))
+    rings, known = of.node.half_period < NEVER[bound.dtype], _fall_of_ringing(Poles(*of.poles), jet, bound)
+    left, fall, pole = known if rings.all() else choose(rings, known, _fall_of_decay(of.node, jet, bound))
+    always = ~(fall < 0.0) | (left * pole > -fall)
+    return choose(left > 0.0, choose(always, NEVER[bound.dtype], -left / fall), 0.0)
 
 
-def _quiet_time_of_ringing(poles: Poles, jet: Array, bound: Array) -> Array:
-    """g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude
-    that does not grow; what does not, g - X, falls by no more than x times the time, or x/a.
+def _fall_of_ringing(poles: Poles, jet: Array, bound: Array) -> Array:
+    """How much of g is left over, how fast that falls at most, and the pole with which this fades.
+
+    g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
+    does not grow; what does not, g - X, falls by no more than x times the time, or x/a.
     """
     value, rate, curvature, third = jet
     mu = 0.5 * poles.p
@@ -330,13 +309,10 @@ def _quiet_time_of_ringing(poles: Poles, jet: Array, bound: Array) -> Array:
     X = -(curvature + poles.a * x + poles.p * r) / poles.q
     wY = r + mu * X
     left = value - X - 1.001 * np.sqrt(X * X + wY * wY / (poles.q - mu * mu)) - bound
-    falls = x < 0.0
-    always = ~falls | (left * poles.a > -x)
-    quiet = choose(always, NEVER[bound.dtype], -left / x)
-    return choose(left > 0.0, quiet, 0.0)
+    return np.array(np.broadcast_arrays(left, x, poles.a))
 
 
-def _quiet_time_of_decay(node: Node, jet: Array, bound: Array) -> Array:
+def _fall_of_decay(node: Node, jet: Array, bound: Array) -> Array:
     """The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the
     start over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3).
     """
@@ -346,20 +322,7 @@ def _quiet_time_of_decay(node: Node, jet: Array, bound: Array) -> Array:
     second = np.minimum(curvature + l_1 * rate, 0.0)
     falls = np.minimum(third + (l_1 + l_2) * curvature + product * rate, 0.0) / product
     left = value + np.minimum(rate, 0.0) / l_1 + second / product - bound
-    always = ~(falls < 0.0) | (left * node.third > -falls)
-    quiet = choose(always, NEVER[bound.dtype], -left / falls)
-    return choose((product > 0.0) & (left > 0.0), quiet, 0.0)
-
-
-def minimum_between(
-    of: EventSet, low: Array, start: Array, high: Array, end: Array, at_high: Array
-) -> tuple[Array, Flags]:
-    """Rule 4: the minima of functions between times between which their rates become positive: when, and which are
-    below zero.
-    """
-    t, propagator = turn_between(of, low, start, high, end, at_high)
-    jet = jets_of(of, propagator)
-    return t, np.asarray(jet[0] < -rounding_of(of, propagator, t, jet[1]))
+    return np.array(np.broadcast_arrays(choose(product > 0.0, left, 0.0), falls, node.third))
 
 
 # ---- the search ----
@@ -367,9 +330,8 @@ def minimum_between(
 
 def deflated(on: Interval, jets: Array, t: Array) -> Array:
     """d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself."""
-    node = Node(*on.of.node)
-    d: Array = jets[2] + node.pole * jets[1]
-    if (late := np.flatnonzero(t > node.fades)).size:
+    d: Array = jets[2] + on.of.node.pole * jets[1]
+    if (late := np.flatnonzero(t > on.of.node.fades)).size:
         poles = Poles(*on.of.poles[:, late])
         left = formulas.deflated_numerator(poles, Numerator(*on.of.numerator[..., late]))
         pair = pair_at(poles, t[late])
@@ -381,13 +343,12 @@ def first_interval(of: EventSet, limit: Array) -> Interval:
     """From the start of each phase to its node, or to its limit; a function that is below zero already when the phase
     begins is found there.
     """
-    start, size = jets_at_start(of), limit.size
+    at_start, size = propagator_at_start(of.poles), limit.size
+    start = jets_of(of, at_start[:, np.newaxis])
     lost = (start[0] < 0.0) & (start[1] <= 0.0)
     np.maximum(start[0], 0.0, out=start[0])
-    at_start = np.zeros((7, size), limit.dtype)
-    at_start[4] = 1.0
     return Interval(
-        np.arange(size), of, limit, np.zeros_like(limit), np.minimum(Node(*of.node).t, limit), at_start,
+        np.arange(size), of, limit, np.zeros_like(limit), np.minimum(of.node.t, limit), at_start,
         start, start.copy(), start[0].copy(), np.where(lost.any(axis=0), lost.argmax(axis=0), NONE),
         np.zeros(size, np.intp), np.zeros(size, np.bool_), np.zeros(size, np.bool_),
     )  # fmt: skip
@@ -401,8 +362,7 @@ def begin_interval(on: Interval, lanes: Numbers) -> None:
         return
     start, low, limit, of = take((on.end, on.high, on.limit, on.of), lanes)
     np.maximum(start[0], 0.0, out=start[0])
-    node = Node(*of.node)
-    quiet = quiet_time(of, start, 16.0 * EPS[low.dtype] * np.abs(of.start)).min(axis=0)
+    quiet, node = quiet_time(of, start, 16.0 * EPS[low.dtype] * np.abs(of.start)).min(axis=0), of.node
     is_quiet = quiet > 2.0 * node.t
     faded = -0.5 * of.poles[1] * low < SMALLEST_EXPONENT[low.dtype]  # the pair: what is left is monotone
     far: Array = low + choose(is_quiet, quiet, np.minimum(np.maximum(node.t, 3.0 * low), 0.95 * node.half_period))
@@ -444,11 +404,9 @@ def end_at_first_crossing(on: Interval, lanes: Numbers) -> Flags:
         share[slot, lane] = choose((soon > 0.0) & (soon < 0.5 * rough), soon, rough)  # a fast pole's, at the start
         lanes = np.flatnonzero(share.min(axis=0) < 2.0)
         first = share[:, lanes].argmin(axis=0)
-        of, low, high = on.of.at(first, lanes), on.low[lanes], on.high[lanes]
+        of, (low, high, at_high) = on.of.at(first, lanes), take((on.low, on.high, on.propagator), lanes)
         guess = low + (high - low) * share[first, lanes]
-        on.high[lanes], on.propagator[:, lanes] = root_between(
-            of.poles, curve_of(of), low, high, on.propagator[:, lanes], guess
-        )
+        on.high[lanes], on.propagator[:, lanes] = root_between(of.poles, curve_of(of), low, high, at_high, guess)
         on.found[lanes] = first
         look_there(on, lanes)
         slot, lane = crossings(on, lanes)
@@ -467,7 +425,7 @@ def uncertified(on: Interval, open_: Flags, d: Array, d_then: Array) -> tuple[Nu
     of, start, end, rounding = on.of.at(slot, lane), *(x[..., slot, lane] for x in (on.start, on.end, on.rounding))
     h, is_open = (on.high - on.low)[lane], open_[slot, lane]
     is_open |= ~(quiet_time(of, start, rounding) > h)
-    some = np.flatnonzero(is_open & ~open_[slot, lane] & (Node(*of.node).half_period < NEVER[h.dtype]))
+    some = np.flatnonzero(is_open & ~open_[slot, lane] & (of.node.half_period < NEVER[h.dtype]))
     if some.size:
         of, start, end, h, rounding = take((of, start, end, h, rounding), some)
         ends_there = slot[some] == on.found[lane[some]]
@@ -489,11 +447,13 @@ def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Arr
     changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
     cut = low + np.clip(choose(changes, before / (before - after), 0.25), 0.015625, 0.984375) * h
     dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)
-    deep = dips & ~is_held_up_by_tangents(start, end, Node(*of.node).pole, h, on.rounding[slot, lane])
+    deep = dips & ~is_held_up_by_tangents(start, end, of.node.pole, h, on.rounding[slot, lane])
     cuts = (cut > low) & (cut < high) & ~dips  # else no number lies in between
     if deep.any():
-        at_high = on.propagator.take(lane, -1)
-        cut[deep], cuts[deep] = minimum_between(*take((of, low, start, high, end, at_high), deep))
+        within = take((of, low, start, high, end, on.propagator.take(lane, -1)), deep)
+        t, lowest = minimum_between(*within)
+        least = jets_of(within[0], lowest)
+        cut[deep], cuts[deep] = t, least[0] < -rounding_of(within[0], lowest, t, least[1])
     on.found[lane[cuts]], is_cut[lane[cuts]] = NONE, True
     np.minimum.at(on.high, lane[cuts], cut[cuts])
     return is_cut

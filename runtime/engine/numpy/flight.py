@@ -18,24 +18,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hopform_solver import events, formulas, records
-from hopform_solver.elements import (
-    COMPRESSION,
-    ELEMENTS,
-    MODES,
-    PER_COMPRESSION,
-    PER_VELOCITY,
-    POSITION,
-    STOPPED,
-    STOPS,
-    FlightPhase,
-    FlightSolution,
-)
+from hopform_solver import elements, events, formulas, records
+from hopform_solver.elements import COMPRESSION, ELEMENTS, POSITION, STOPPED, STOPS, FlightPhase, FlightSolution
 from hopform_solver.lanes import Array, Numbers, choose, take
 from hopform_solver.ledgers import moments_of, sums_before
 from hopform_solver.limits import AXES_OF_MOMENTS, EPS, FASTEST_LEG, LEG_HAS_DAMPER, NEVER
 from hopform_solver.phases import pair_alone, stable_rates_of
-from hopform_solver.records import Basis, Energy, FlightLedger, FlightRates, Gains, LegState, Poles, Real, Robot
+from hopform_solver.records import Energy, FlightLedger, FlightRates, Gains, LegState, Poles, Real, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in records.FLIGHT_ENDINGS.items()}
 EVENT: dict[str, int] = {text: number for number, text in records.FLIGHT_EVENTS.items()}
@@ -49,7 +38,7 @@ REST, STOP, HORIZON, TOUCHDOWN = 2, 3, 4, 5
 """What ends a phase; else the pull reaches the limit of the current to the side 1 or -1, or leaves it, to 0."""
 ENDS = {HORIZON: "horizon", TOUCHDOWN: "touchdown"}
 
-TIME, PROPAGATOR, WAYS = 0, slice(1, 8), slice(8, None)
+TIME, PROPAGATOR, WAYS = 0, slice(1, 1 + events.ORDERS), slice(1 + events.ORDERS, None)
 """Rows of instants of a phase: since it began, the propagator there, how far the element has slipped, and the
 derivatives of that. Steps towards a root of the second derivative, or the third one, take four further ones.
 """
@@ -60,13 +49,6 @@ def largest_force(robot: Robot) -> Real:
     """The largest force of the motor, 0 if it has none."""
     factor = abs(robot.gamma2)
     return np.fmin(factor * robot.u_max, NEVER[factor.dtype]) if factor > 0.0 else factor
-
-
-def _lost(robot: Robot, velocity: Real) -> Real:
-    """What the element with stops loses at one."""
-    return formulas.loss_at_stop(
-        robot, LegState(*np.multiply.outer(np.arange(len(LegState._fields)) == VELOCITY, velocity))
-    )
 
 
 # ---- a phase over time ----
@@ -144,10 +126,9 @@ class _Chain:
     position: Real
     velocity: Real
     acceleration: Real
-    at_highest: tuple[Real, Array, tuple[FlightPhase, ...]]
-    """when the foot has been highest, in which state, in the last of which phases; until it has been above the ground
+    at_highest: tuple[Real, Real, Array, tuple[FlightPhase, ...]]
+    """how high the foot has been, when and in which state, in the last of which phases; until it is above the ground
     """
-    highest: Real = -np.inf
     airborne: bool = False
     side: int = 0
     limit: int = 0
@@ -157,13 +138,11 @@ class _Chain:
         """Record a phase, and see where its foot is over the ground: from the take-off, so that nothing adds up."""
         moves = self.position, self.velocity, self.acceleration
         self.phases.append(FlightPhase(self.t, *moves, self.side, self.limit, event))
-        fall, zero = formulas.fall_of(self.robot), np.zeros(1, self.t.dtype)
-        rise = (self.start[FALL] - 0.5 * fall * self.t) * self.t
-        height = (self.start[POSITION] - self.position) + rise - self.start[COMPRESSION]
-        rate, size = self.start[FALL] - fall * self.t, abs(height) + abs(self.leg)
-        self.foot = _Function(height, size, -1.0, 0.0, rate, -fall, bool(self.leg))
         self.poles = np.array(_poles_of(self.rates, np.array([self.limit])))
-        self.first = self.at(zero, events.propagator_of(self.poles, Basis(zero + 1.0, zero, zero, zero, zero)))
+        self.first = self.at(np.array([self.t * 0.0]), events.propagator_at_start(self.poles))
+        rate, y = self.ended_at(self.first[:, 0])[1][[FALL, COMPRESSION]]
+        size = abs(y) + abs(self.leg)
+        self.foot = _Function(-y, size, -1.0, 0.0, rate, -formulas.fall_of(self.robot), bool(self.leg))
 
     def at(self, t: Array, propagator: Array | None = None) -> Array:
         """Instants."""
@@ -271,8 +250,8 @@ def _time_of_rest(chain: _Chain) -> Real:
 def _look_at_foot(chain: _Chain, at: Array) -> None:
     """Before the foot has been above the ground: whether it is, and whether it is higher than before."""
     height = chain.jets(chain.foot, at[:, np.newaxis])[0, 0]
-    if height > chain.highest:
-        chain.highest, chain.at_highest = height, (*chain.ended_at(at), tuple(chain.phases))
+    if height > chain.at_highest[0]:
+        chain.at_highest = (height, *chain.ended_at(at), tuple(chain.phases))
     chain.airborne = bool(height > chain.foot.rounding(at))
 
 
@@ -327,7 +306,7 @@ def _begin(chain: _Chain) -> Real:
     chain.acceleration = _acceleration(chain, chain.velocity, chain.side)
     if chain.side == 0:
         _settle(chain, chain.acceleration)
-    return _lost(chain.robot, velocity) if strikes else velocity * 0.0
+    return formulas.loss_at_stop(chain.robot, LegState(*chain.start)) if strikes else velocity * 0.0
 
 
 def _rest(chain: _Chain, hits: bool) -> int:
@@ -346,14 +325,14 @@ def _too_low(chain: _Chain) -> bool:
     """The foot cannot come as high again as it was: it falls, and is too low for the shortest leg."""
     shortest = chain.position - chain.robot[STOPS[0]] + np.maximum(chain.leg_at(chain.t * 0.0), 0.0)
     falls = not chain.airborne and chain.foot.rate < 0.0
-    return bool(falls and np.isfinite(shortest) and chain.foot.start + shortest < chain.highest)
+    return bool(falls and np.isfinite(shortest) and chain.foot.start + shortest < chain.at_highest[0])
 
 
 def _run(chain: _Chain, max_phases: int) -> tuple[str, Real, Array, tuple[FlightPhase, ...]]:
     """Ending, when, in which state, and the phases."""
     chain.begin_phase(0)
     _look_at_foot(chain, chain.first[:, 0])
-    chain.airborne = chain.highest > 0.0
+    chain.airborne = chain.at_highest[0] > 0.0
     while not _too_low(chain):
         at, end = _find_end(chain)
         if end == HORIZON and not chain.airborne:
@@ -370,8 +349,8 @@ def _run(chain: _Chain, max_phases: int) -> tuple[str, Real, Array, tuple[Flight
             chain.limit = chain.limit or end
             chain.acceleration, chain.limit = _acceleration(chain, chain.velocity, chain.side), end
             chain.begin_phase(EVENT["u_saturates" if end else "u_desaturates"])
-    chain.t = chain.at_highest[0]
-    return "tripped", *chain.at_highest
+    chain.t = chain.at_highest[1]
+    return "tripped", *chain.at_highest[1:]
 
 
 # ---- what users call ----
@@ -406,7 +385,7 @@ def solve_flight(
         law = Gains(*(dtype(gain) for gain in wanted))
     chain = _Chain(
         one, law, formulas.flight_rates_of(one, law, largest), largest, dtype(horizon), first, leg, relaxes,
-        zero, first[POSITION], first[VELOCITY], zero, (zero, first, ()),
+        zero, first[POSITION], first[VELOCITY], zero, (-np.inf, zero, first, ()),
     )  # fmt: skip
     start_loss = _begin(chain)
     ending, duration, end, phases = _run(chain, max_phases)
@@ -450,31 +429,32 @@ def flight_at(flight: FlightSolution, t: ArrayLike) -> LegState:
     return LegState(*(row.reshape(np.shape(t)) for row in states))
 
 
-def _work_in(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Array, Array]:
+def _work_in(flight: FlightSolution, phase: FlightPhase, t: Array) -> tuple[Array, LegState]:
     """The entries of the ledger over the first t of phases, and the element's velocity then.
 
     In a phase it moves as in a stance in which the other one is held, on a spring of the law.
     """
     since, position, velocity, acceleration, side, limit, _ = phase
     (poles, ways), zero, robot = _motion_in(flight, phase, t), np.zeros_like(t), flight.robot
-    (alone,) = (mode for mode in MODES if mode.slips[STOPPED] and not mode.slips[FALLS])
+    (alone,) = (mode for mode in elements.MODES if mode.slips[STOPPED] and not mode.slips[FALLS])
     rates, drive, start, sides = (np.zeros((n, t.size), t.dtype) for n in (len(records.Rates._fields), 2, 4, 2))
-    rates[[PER_COMPRESSION, PER_VELOCITY, *alone.polynomial]] = -poles.q, -poles.p, poles.p, poles.q
+    rates[[elements.PER_COMPRESSION, elements.PER_VELOCITY, *alone.polynomial]] = -poles.q, -poles.p, poles.p, poles.q
     start[VELOCITY], drive[STOPPED], sides[STOPPED] = velocity, acceleration + poles.p * velocity, side
     moments = moments_of(records.Rates(*rates), poles, records.Drive(*drive), LegState(*start), sides, t)
     rise = (flight.start[FALL] - formulas.fall_of(robot) * (since + 0.5 * t)) * t
     over = records.Way(ways[0], moments[AXES_OF_MOMENTS.index([VELOCITY, VELOCITY])], rise)
     work = formulas.flight_ledger_of(robot, flight.gains, largest_force(robot), position, side, limit, over)
-    return np.array([zero + entry for entry in work]), ways[1]
+    start[VELOCITY] = ways[1]
+    return np.array([zero + entry for entry in work]), LegState(*start)
 
 
 def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> FlightLedger:
     """The ledger from take-off to times t [s], in t's shape."""
     times, phases, index = _read(flight, t)
     since, *_, event = phases
-    whole, velocity = _work_in(flight, phases, np.append(np.diff(since), since[:1]))
+    whole, at_end = _work_in(flight, phases, np.append(np.diff(since), since[:1]))
     hits = np.append(event[1:] == ELEMENT.hits_stop, False)
-    lost = choose(hits, _lost(flight.robot, velocity), 0.0)
+    lost = choose(hits, formulas.loss_at_stop(flight.robot, at_end), 0.0)
     sums = sums_before([*whole, lost], flight.start_loss)[:, index]
     sums[:-1] += _work_in(flight, take(phases, index), times - since[index])[0]
     *work, stop_loss = (row.reshape(np.shape(t)) for row in sums)

@@ -15,8 +15,8 @@ from hopform_solver.records import Basis, Decay, Pair, PairCore, Poles, Response
 # What is left of a series when its terms are below this adds nothing to sums above 1e-4, whichever lanes go together.
 LOST = {np.dtype(np.float32): 1e-13, np.dtype(np.float64): 1e-22}
 # 1/3!, -1/4!, 1/5!, ... as the Horner scheme wants them, the last one first.
-DECAY_TAIL = {
-    np.dtype(kind): [(-1.0) ** n / math.factorial(n + 3) for n in reversed(range(count))]
+DECAY_TAIL: dict[np.dtype[np.generic], Array] = {
+    np.dtype(kind): np.array([(-1.0) ** n / math.factorial(n + 3) for n in reversed(range(count))], kind)
     for kind, count in ((np.float32, 11), (np.float64, 18))
 }
 
@@ -30,11 +30,7 @@ def decay_at(a: Array, t: Array) -> Decay:
 def _short_decay(a: Array, t: Array) -> Decay:
     """By a series, from the highest integral down."""
     z = a * t
-    total = np.zeros_like(z)
-    for coefficient in DECAY_TAIL[z.dtype]:
-        total *= z
-        total += coefficient
-    e3 = t * t * t * total
+    e3 = t * t * t * np.polyval(DECAY_TAIL[z.dtype], z)
     e2 = 0.5 * t * t - a * e3
     e1 = t - a * e2
     return Decay(1.0 - a * e1, e1, e2, e3)
@@ -149,11 +145,8 @@ def basis_at(poles: Poles, t: Array) -> Basis:
     split = ~held & (formulas.residue(poles) * t * t >= 1.0)
     short = ~(held | split) & (poles.s_1 * t < 4.0)
     close = ~(held | split | short)
-    return by_case(((held, _held_basis), (split, split_basis), (short, short_basis), (close, close_basis)), poles, t)
-
-
-def _held_basis(poles: Poles, t: Array) -> Basis:
-    return Basis(*pair_at(poles, t))
+    cases = (split, split_basis), (short, short_basis), (close, close_basis)
+    return by_case(((held, lambda *at: Basis(*pair_at(*at))), *cases), poles, t)
 
 
 def positive_root(P: Array, T: Array) -> Array:

@@ -11,22 +11,12 @@ that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being derivat
 An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from hopform_solver import formulas
-from hopform_solver.elements import (
-    AXIS_OF_EVENT,
-    COLUMN_OF_AXIS,
-    COMPRESSION,
-    ELEMENTS,
-    INPUTS,
-    POSITION,
-    ROWS,
-    STOPPED,
-    STOPS,
-)
+from hopform_solver import elements, formulas
+from hopform_solver.elements import AXIS_OF_EVENT, COMPRESSION, ELEMENTS, INPUTS, POSITION, ROWS, STOPPED, STOPS
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Flags, Numbers, choose, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
@@ -111,8 +101,7 @@ def _advance(phase: Phase, t: Array, change: Array) -> Array:
     by_u = np.eye(len(COLUMNS), dtype=t.dtype)[np.newaxis, INPUTS.index("u")]
     robot, u, side = _column(phase.plan.robot), phase.u[:, np.newaxis], phase.side[..., np.newaxis]
     slopes = formulas.slopes_of(robot, u, side[0], side[1], _robot_change(t.dtype), by_u)
-    shape = t.size, len(COLUMNS)
-    of_share = np.stack([np.broadcast_to(np.asarray(slope, t.dtype), shape) for slope in slopes], axis=1)
+    of_share = np.stack([np.broadcast_to(slope, (t.size, len(COLUMNS))) for slope in slopes], axis=1, dtype=t.dtype)
     moved = np.moveaxis(transition(mode, response), -1, 0) @ change
     moved[:, :ONE] += np.moveaxis(by_share, -1, 0) @ of_share
     return np.asarray(moved)
@@ -125,31 +114,19 @@ def _column(record: Any) -> Any:
 
 def speeds_of(phase: Phase) -> Array:
     """z' (n, 5) where phases start."""
-    side_1, side_2 = phase.side
-    speeds = formulas.speeds_of(phase.plan.rates, drive_of(phase), side_1, side_2, phase.start)
+    speeds = formulas.speeds_of(phase.plan.rates, drive_of(phase), phase.side[0], phase.side[1], phase.start)
     return np.stack([*speeds, np.zeros_like(phase.u)], axis=1)
 
 
-class Crossing(NamedTuple):
-    """Changes through events.
-
-    hits: a stop is met. before, after: z' (n, rows). speed: at which what becomes 0 does so. late: how much later the
-    event comes (n, columns). change: right after it (n, rows, columns).
-    """
-
-    hits: Flags
-    before: Array
-    after: Array
-    speed: Array
-    late: Array
-    change: Array
-
-
-def cross(solution: Solution, now: Numbers, met: Array, change: Array, bound: Array, graze: float) -> Crossing:
-    """Changes right after the events that start phases `now`; nothing jumps at a slip or a step of the current.
+def cross(
+    solution: Solution, now: Numbers, met: Array, change: Array, bound: Array, graze: float
+) -> tuple[Flags, Array, Array, Array, Array, Array]:
+    """Changes through the events that start phases `now`; nothing jumps at a slip or a step of the current.
 
     met: the velocity with which a stop is met. change: before the event (n, rows, columns). bound: that of the stop (n,
     columns). graze: how late what has no speed is.
+    Returns whether a stop is met, z' before and after (n, rows), the speed at which what becomes 0 does so, how much
+    later the event comes (n, columns), and the change right after it (n, rows, columns).
     """
     old, new = solution.phase(now - 1), solution.phase(now)
     each, row, start = np.arange(now.size), np.take(AXIS_OF_EVENT, solution.phases.event[now]), np.array(new.start)
@@ -166,14 +143,14 @@ def cross(solution: Solution, now: Numbers, met: Array, change: Array, bound: Ar
     jumps = np.flatnonzero(row >= 0)
     passed[jumps, row[jumps]] = (bound - speed_after * late)[jumps]
     passed[hits, VELOCITY] = -after[hits, VELOCITY, np.newaxis] * late[hits]
-    return Crossing(hits, before, after, speed[:, 0], late, passed)
+    return hits, before, after, speed[:, 0], late, passed
 
 
 def _begin(solution: Solution, lanes: Numbers) -> Array:
     """Changes at the start: no velocity is left of a mass that is held, or that a stop took at once."""
     side = solution.phase(solution.first[lanes]).side
     change = np.zeros((lanes.size, 5, len(COLUMNS)), side.dtype)
-    change[:, np.arange(ONE), COLUMN_OF_AXIS] = 1.0
+    change[:, np.arange(ONE), elements.COLUMN_OF_AXIS] = 1.0
     for element, slips in zip(ELEMENTS, side != 0.0, strict=True):
         change[~slips, element.velocity] = 0.0
     change[solution.start_loss.reshape(-1)[lanes] < 0.0, VELOCITY] = 0.0
@@ -187,7 +164,7 @@ def _pass(solution: Solution, now: Numbers, lengths: Array, change: Array) -> Ar
     bound = np.zeros((now.size, len(COLUMNS)), change.dtype)
     hits = np.flatnonzero(solution.phases.event[now] == ELEMENTS[STOPPED].hits_stop)
     bound[hits, stop[hits]] = 1.0
-    return cross(solution, now, state_in_phase(old, lengths)[VELOCITY], change, bound, np.nan).change
+    return cross(solution, now, state_in_phase(old, lengths)[VELOCITY], change, bound, np.nan)[-1]
 
 
 def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
@@ -204,7 +181,7 @@ def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
     moved = np.moveaxis(change[:, :ONE] + speed * late[:, np.newaxis], 1, 0)
     if CONTACT_IS_COMPRESSION:
         moved[COMPRESSION] = 0.0
-    at_end, at_start = StateChange(*moved), StateChange(*unit[COLUMN_OF_AXIS, np.newaxis])
+    at_end, at_start = StateChange(*moved), StateChange(*unit[elements.COLUMN_OF_AXIS, np.newaxis])
     before = formulas.body_energy_change(robot, begin, by, at_start)
     aed = formulas.body_energy_change(robot, end, by, at_end) - before
     apex, height = formulas.apex_change(robot, end, by, at_end), formulas.height_change(by, at_end)

@@ -15,8 +15,8 @@ from hopform_solver.elements import COMPRESSION, ELEMENTS, FOLLOWS, MODES, NUMER
 from hopform_solver.lanes import Array, Flags, Numbers, choose, lanes_in, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, FOOT_IS_FIXED, NEVER, UNDERFLOW
-from hopform_solver.phases import Phase, Plan, arrive, motion_of, plan_of, poles_of, state_in_phase
-from hopform_solver.records import ENDINGS, At, LegState, Motion, Poles, Robot
+from hopform_solver.phases import Phase, Plan, arrive, drive_of, motion_of, plan_of, poles_of, state_in_phase
+from hopform_solver.records import ENDINGS, At, Basis, LegState, Motion, Poles, Robot
 
 ENDING: dict[str, int] = {text: number for number, text in ENDINGS.items()}
 """The numbers of endings."""
@@ -52,7 +52,6 @@ class Solution:
 
     shape: tuple[int, ...]
     plan: Plan
-    u_times: Array
     u_values: Array
     start: LegState
     duration: Array
@@ -197,8 +196,6 @@ def _put_guards(chain: _Chain, poles: Poles, motion: Motion) -> _Guards:
         here = lanes_in(mode.slips, side)
         for slot, (element, goal) in enumerate(mode.guards, 1):
             lanes = np.flatnonzero(here & ~_blocked(chain, goal)[element])
-            if not lanes.size:
-                continue
             if goal:
                 of = -goal * np.array(ELEMENTS[element].free_numerator(chain.plan.rates, motion))
                 now = chain.friction[element] - goal * free[element]
@@ -224,17 +221,14 @@ def _closed_forms(chain: _Chain, poles: Poles, terms: Array) -> tuple[Array, Num
     Where the forces on the element that slips alone cancel without compression, that rings about 0 as a velocity does:
     its first zero is known however far it has faded by then.
     """
-    side, state, plan = chain.side, chain.state, chain.plan
+    side, state = chain.side, chain.state
     rest_time, rests = np.full_like(chain.t, NEVER[chain.t.dtype]), np.full(chain.t.shape, LIMIT)
     alone = (side != 0.0) & ((side != 0.0).sum(axis=0) == 1)
     if (lanes := np.flatnonzero(alone.any(axis=0))).size:
         rows = side * state[VELOCITIES], side * terms[TERMS[:, 0]], VELOCITY
         speed, rate, rests[lanes] = ((alone * each).sum(axis=0)[lanes] for each in rows)
         rest_time[lanes] = events.time_to_rest(take(poles, lanes), speed, rate)
-    drive, contact = (
-        np.array([*formulas.drive_of(plan.robot, plan.rates, chain.phase.u, *side)]),
-        state[COMPRESSION],
-    )
+    drive, contact = np.array(drive_of(chain.phase)), state[COMPRESSION]
     rings = (alone & (drive == 0.0)).any(axis=0) & (contact >= 0.0) & CONTACT_IS_COMPRESSION
     if rings.any():
         lift = events.time_to_rest(poles, contact, (COMPRESSION_FOLLOWS * state[VELOCITIES]).sum(axis=0))
@@ -251,24 +245,16 @@ def _meet_stops(guards: _Guards, on: events.Interval, certified: Flags) -> Numbe
     lanes = np.flatnonzero(certified & np.isfinite(guards.stop.start[on.lane]))
     of, (high, at_high) = take(guards.stop, on.lane[lanes]), take((on.high, on.propagator), lanes)
     short = events.jets_of(of, at_high)
-    beyond = np.flatnonzero(short[0] < -_grazing_tolerance(of.start, of.numerator * at_high[3::-1]))
+    beyond = np.flatnonzero(short[0] < -events.rounding_of(of, at_high, high, 0.0 * high))
     if beyond.size:
         lanes, of, short, high, at_high = take((lanes, of, short, high, at_high), beyond)
         soon = np.sqrt(of.start / (of.start - short[0]))  # of the interval, under a huge force: each step takes 3/4
         guess = choose(soon < EPS[high.dtype], soon * high, high - events.step_to_root(short))
-        on.high[lanes], on.propagator[:, lanes] = events.root_between(
-            of.poles, events.curve_of(of), np.zeros_like(high), high, at_high, guess
-        )
+        found = events.root_between(of.poles, events.curve_of(of), np.zeros_like(high), high, at_high, guess)
+        on.high[lanes], on.propagator[:, lanes] = found
         is_met = (on.found[lanes] != 0) | (high > on.high[lanes] * (1.0 + 8.0 * EPS[high.dtype]))
         met[lanes[is_met]] = STOP[STOPPED]
     return met
-
-
-def _grazing_tolerance(start: Array, terms: Array) -> Array:
-    """An extremum of a position, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the
-    terms.
-    """
-    return np.asarray(16.0 * EPS[start.dtype] * (np.abs(start) + np.abs(terms).sum(axis=0)))
 
 
 def _cross_at_the_limit(guards: _Guards, on: events.Interval, certified: Flags) -> None:
@@ -277,9 +263,8 @@ def _cross_at_the_limit(guards: _Guards, on: events.Interval, certified: Flags) 
     own, limit = on.lane[lanes], on.limit[lanes]
     is_first = guards.kind[:, own] < np.where(guards.rest_time[own] > limit, LIMIT, guards.rests[own])
     value, rate = on.end[:2, :, lanes]
-    crosses = (
-        is_first & (value < -8.0 * EPS[limit.dtype] * limit * rate) & (rate * limit < -16.0 * on.rounding[:, lanes])
-    )
+    crosses = is_first & (value < -8.0 * EPS[limit.dtype] * limit * rate)
+    crosses &= rate * limit < -16.0 * on.rounding[:, lanes]
     on.found[lanes] = np.where(crosses.any(axis=0), crosses.argmax(axis=0), -1)
 
 
@@ -300,7 +285,7 @@ def _sharpen_takeoff(chain: _Chain, on: events.Interval, certified: Flags) -> Fl
     before = on.high[lanes]
     for _ in range(4):
         t = on.high[lanes]
-        correction = events.steady_state_correction(of, settled, events.basis_of(on.propagator[:, lanes]), t)
+        correction = events.steady_state_correction(of, settled, Basis(*on.propagator[4::-1, lanes]), t)
         moved = (correction != 0.0) & (t + correction <= on.limit[lanes])
         if not moved.any():
             break
@@ -326,14 +311,13 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End
     """The first event of the phases that start at the chain's states."""
     guards = _put_guards(chain, poles, motion)
     limit, stops = np.minimum(guards.rest_time, until), np.full(until.shape, LIMIT)
-    end = _End(limit.copy(), stops.copy(), np.zeros_like(limit), np.zeros((7, limit.size), limit.dtype))
+    end = _End(limit.copy(), stops.copy(), np.zeros_like(limit), np.zeros((events.ORDERS, limit.size), limit.dtype))
     on = events.first_interval(guards.of, limit)
     ended = (on.found >= 0) | ~(limit > 0.0)
     on.high[ended] = 0.0
     while True:
-        if ended.any():
-            _close(guards, on, np.flatnonzero(ended), stops, end)
-            on = take(on, ~ended)
+        _close(guards, on, np.flatnonzero(ended), stops, end)
+        on = take(on, ~ended)
         if not on.lane.size:
             break
         certified = events.find_first_root(on)
@@ -372,9 +356,8 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, end: _End) -> None:
     rate, slip = terms.sum(axis=1), (side != 0.0).sum(axis=0)
     chain.is_known[...] = (end.kind == VELOCITY) & (slip == 1)
     chain.free[...] = side * (friction - np.maximum(np.abs(rate), UNDERFLOW[chain.t.dtype]))
-    stops = (
-        ((end.kind == VELOCITY) | (end.kind == STOP))[STOPPED] & (slip == len(ELEMENTS)) & (friction[STOPPED] <= 0.0)
-    )
+    stops = ((end.kind == VELOCITY) | (end.kind == STOP))[STOPPED]
+    stops &= (slip == len(ELEMENTS)) & (friction[STOPPED] <= 0.0)
     if stops.any():
         free = _free_accelerations(chain.phase)[STOPPED]
         moved = np.array(motion)[NUMERATORS[COMPRESSION] :][:3] * end.propagator[3:0:-1]
@@ -401,21 +384,12 @@ def _motion_from(chain: _Chain) -> Motion:
 def _advance(chain: _Chain, motion: Motion, end: _End) -> Flags:
     """Move to the ends of phases; returns where the element with stops turns and touches the one ahead."""
     terms = _position_terms(chain, np.array(motion)) * end.propagator[3::-1]
-    bound = _grazing_tolerance(chain.gap_ahead, terms)
+    bound = 16.0 * EPS[chain.t.dtype] * (np.abs(chain.gap_ahead) + np.abs(terms).sum(axis=0))  # of a grazing contact
     chain.gap[...] += choose(chain.side[STOPPED] == 0.0, 0.0, terms[::-1].sum(axis=0))
     near = np.isfinite(bound) & (np.abs(chain.gap_ahead) <= bound)
     touches: Flags = near & (end.kind == VELOCITY[STOPPED])
-    basis = events.basis_of(end.propagator)
-    chain.state[...] = arrive(LegState(*chain.state), motion, basis, chain.side)
+    chain.state[...] = arrive(LegState(*chain.state), motion, Basis(*end.propagator[4::-1]), chain.side)
     return touches
-
-
-def _stop_at(chain: _Chain, there: Flags) -> None:
-    """The position is at the stop ahead."""
-    lanes = np.flatnonzero(there)
-    ends = np.array([chain.plan.robot[stop][lanes] for stop in STOPS])
-    chain.state[POSITION, lanes] = at = choose(chain.side[STOPPED, lanes] > 0.0, ends[1], ends[0])
-    chain.gap[:, lanes] = at - ends
 
 
 def _pass(chain: _Chain, log: Log, end: _End, touches: Flags) -> None:
@@ -424,7 +398,10 @@ def _pass(chain: _Chain, log: Log, end: _End, touches: Flags) -> None:
     """
     going, hits, rests = end.kind == LIMIT, end.kind == STOP, end.kind == VELOCITY
     # One that it touches where it turns is no event, but that is where it is.
-    _stop_at(chain, hits[STOPPED] | touches)
+    there = np.flatnonzero(hits[STOPPED] | touches)
+    ends = np.array([chain.plan.robot[stop][there] for stop in STOPS])
+    chain.state[POSITION, there] = at = choose(chain.side[STOPPED, there] > 0.0, ends[1], ends[0])
+    chain.gap[:, there] = at - ends
     rests |= hits
     chain.state[VELOCITIES] = choose(rests, 0.0, chain.state[VELOCITIES])
     chain.step[going] += 1
@@ -475,8 +452,7 @@ def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) ->
     while True:
         rests = ~ended & (chain.side == 0.0).all(axis=0) & (chain.step + 1 >= u_times.size)
         close(rests, "rest")
-        if (ended := ended | rests).any():
-            chain = take(chain, ~ended)
+        chain = take(chain, ~(ended | rests))
         if not chain.t.size:
             return
         until, motion = np.minimum(next_times[chain.step], chain.horizon), _motion_from(chain)
@@ -539,9 +515,8 @@ def solve(
     times, values = np.asarray(u_times, dtype).reshape(-1), np.asarray(u, dtype)
     if times.size == 1:
         values = values[..., np.newaxis]
-    inputs = [np.asarray(field, dtype) for field in (*robot, *start, horizon)]
-    shape = np.broadcast_shapes(*(field.shape for field in inputs), values.shape[:-1])
-    flat = np.array([np.broadcast_to(field, shape).reshape(-1) for field in inputs])
+    inputs = np.array(np.broadcast_arrays(*robot, *start, horizon, values[..., 0])[:-1], dtype)
+    flat, shape = inputs.reshape(len(inputs), -1), inputs.shape[1:]
     values = np.broadcast_to(values, (*shape, times.size)).reshape(-1, times.size)
     robots, first = Robot(*flat[: len(robot)]), LegState(*flat[len(robot) : -1])
     plan, size = plan_of(robots), int(np.prod(shape))
@@ -563,7 +538,7 @@ def solve(
     apex = choose(lifts, formulas.apex_after(robots, end), np.nan)
     kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < counted[phases.lane]
     solution = Solution(
-        shape, plan, times, values, first, duration.reshape(shape), LegState(*(field.reshape(shape) for field in end)),
+        shape, plan, values, first, duration.reshape(shape), LegState(*(field.reshape(shape) for field in end)),
         apex.reshape(shape), aed.reshape(shape), loss.reshape(shape), ending.reshape(shape), counted.reshape(shape),
         take(phases, kept),
     )  # fmt: skip
