@@ -567,9 +567,7 @@ static inline void next_step_f64(stance_chain_f64 *chain)
 {
     const uint32_t held = held_elements_f64(chain);
     const int32_t count = chain->count;
-    if (chain->step + 1 < chain->step_count) {
-        chain->step++;
-    }
+    chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
     stance_settle_f64(chain, held);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {

@@ -567,9 +567,7 @@ static inline void next_step_real(stance_chain_real *chain)
 {
     const uint32_t held = held_elements_real(chain);
     const int32_t count = chain->count;
-    if (chain->step + 1 < chain->step_count) {
-        chain->step++;
-    }
+    chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
     stance_settle_real(chain, held);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
