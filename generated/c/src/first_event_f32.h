@@ -564,7 +564,7 @@ typedef struct {
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
     jet_f32 from[MOST_EVENT_FUNCTIONS_f32];
-    jet_f32 to; /* of the function that is looked at */
+    jet_f32 to; /* of the function that is looked at, or that has crossed zero first */
 } interval_f32;
 
 static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *in, float t)
@@ -592,19 +592,18 @@ static inline float guessed_crossing_f32(const event_function_f32 *g, const inte
                                                                                       : 2.0f;
 }
 
-/* Where a function crosses zero in an interval: a guess, as a share of it, and its jet at the end. */
+/* Where a function crosses zero in an interval: a guess, as a share of it. */
 typedef struct {
-    int32_t function; /* -1: none */
+    int32_t function;
     float share;
-    jet_f32 to;
 } crossing_f32;
 
 /* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
  * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
-static inline bool first_crossing_f32(const event_set_f32 *set, const interval_f32 *in, int32_t shape,
-                                       uint32_t *passed, crossing_f32 *first)
+static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape, uint32_t *passed,
+                                       crossing_f32 *first)
 {
-    first->function = -1;
+    first->function = 0;
     first->share = 2.0f;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
@@ -617,13 +616,13 @@ static inline bool first_crossing_f32(const event_set_f32 *set, const interval_f
             if (share < first->share) {
                 first->function = n;
                 first->share = share;
-                first->to = to;
+                in->to = to;
             }
         } else {
             *passed |= g->shape == MONOTONE_f32 ? 1u << (uint32_t)n : 0u;
         }
     }
-    return first->function >= 0;
+    return first->share < 2.0f;
 }
 
 /* Ends the interval at the root of a function that has crossed zero in it. */
@@ -631,7 +630,7 @@ static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *i
 {
     const event_function_f32 *g = &set->function[crossing->function];
     const float h = in->high.t - in->low;
-    const interpolant_f32 p = interpolant_of_f32(&in->from[crossing->function], &crossing->to, h);
+    const interpolant_f32 p = interpolant_of_f32(&in->from[crossing->function], &in->to, h);
     locate_root_f32(set->poles, g, in->low, &in->high, in->low + h * refined_root_f32(&p, crossing->share));
     in->found = crossing->function;
 }
@@ -652,7 +651,7 @@ static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
 {
     const event_function_f32 *found = &set->function[in->found];
     const float other = rate_at_f32(found, &in->high);
-    for (int32_t n = 0; set->function[n].owner < found->owner; n++) {
+    for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_f32 *g = &set->function[n];
         const float value = value_at_f32(g, &in->high);
         const float rate = rate_at_f32(g, &in->high);

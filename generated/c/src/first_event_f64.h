@@ -564,7 +564,7 @@ typedef struct {
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
     jet_f64 from[MOST_EVENT_FUNCTIONS_f64];
-    jet_f64 to; /* of the function that is looked at */
+    jet_f64 to; /* of the function that is looked at, or that has crossed zero first */
 } interval_f64;
 
 static inline void end_interval_at_f64(const event_set_f64 *set, interval_f64 *in, double t)
@@ -592,19 +592,18 @@ static inline double guessed_crossing_f64(const event_function_f64 *g, const int
                                                                                       : 2.0;
 }
 
-/* Where a function crosses zero in an interval: a guess, as a share of it, and its jet at the end. */
+/* Where a function crosses zero in an interval: a guess, as a share of it. */
 typedef struct {
-    int32_t function; /* -1: none */
+    int32_t function;
     double share;
-    jet_f64 to;
 } crossing_f64;
 
 /* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
  * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
-static inline bool first_crossing_f64(const event_set_f64 *set, const interval_f64 *in, int32_t shape,
-                                       uint32_t *passed, crossing_f64 *first)
+static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape, uint32_t *passed,
+                                       crossing_f64 *first)
 {
-    first->function = -1;
+    first->function = 0;
     first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
@@ -617,13 +616,13 @@ static inline bool first_crossing_f64(const event_set_f64 *set, const interval_f
             if (share < first->share) {
                 first->function = n;
                 first->share = share;
-                first->to = to;
+                in->to = to;
             }
         } else {
             *passed |= g->shape == MONOTONE_f64 ? 1u << (uint32_t)n : 0u;
         }
     }
-    return first->function >= 0;
+    return first->share < 2.0;
 }
 
 /* Ends the interval at the root of a function that has crossed zero in it. */
@@ -631,7 +630,7 @@ static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *i
 {
     const event_function_f64 *g = &set->function[crossing->function];
     const double h = in->high.t - in->low;
-    const interpolant_f64 p = interpolant_of_f64(&in->from[crossing->function], &crossing->to, h);
+    const interpolant_f64 p = interpolant_of_f64(&in->from[crossing->function], &in->to, h);
     locate_root_f64(set->poles, g, in->low, &in->high, in->low + h * refined_root_f64(&p, crossing->share));
     in->found = crossing->function;
 }
@@ -652,7 +651,7 @@ static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in)
 {
     const event_function_f64 *found = &set->function[in->found];
     const double other = rate_at_f64(found, &in->high);
-    for (int32_t n = 0; set->function[n].owner < found->owner; n++) {
+    for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_f64 *g = &set->function[n];
         const double value = value_at_f64(g, &in->high);
         const double rate = rate_at_f64(g, &in->high);

@@ -273,9 +273,10 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     }
 }
 
+/* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_real(const event_set_real *set, int32_t found)
 {
-    return found >= 0 && set->function[found].owner == CONTACT_real;
+    return found == 0 && set->function[0].owner == CONTACT_real;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
@@ -318,15 +319,14 @@ static inline bool sharpen_takeoff_real(const stance_chain_real *chain, const st
                                         interval_real *in)
 {
     const event_set_real *set = &events->set;
-    const int32_t found = in->found;
     const real before = in->high.t;
     for (int n = 0; n < 4; n++) {
-        const real later = later_takeoff_real(chain, set->poles, &set->function[found], &in->high.basis, in->high.t);
+        const real later = later_takeoff_real(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
         if (!(fabs_real(later) > 0.0) || in->high.t + later > limit) {
             break;
         }
         end_interval_at_real(set, in, in->high.t + later);
-        in->found = found;
+        in->found = 0;
     }
     return in->high.t > before;
 }
@@ -567,7 +567,7 @@ static inline void next_step_real(stance_chain_real *chain)
 {
     const uint32_t held = held_elements_real(chain);
     const int32_t count = chain->count;
-    chain->step += chain->step + 1 < chain->step_count ? 1 : 0;
+    chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
     stance_settle_real(chain, held);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {

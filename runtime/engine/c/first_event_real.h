@@ -564,7 +564,7 @@ typedef struct {
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
     jet_real from[MOST_EVENT_FUNCTIONS_real];
-    jet_real to; /* of the function that is looked at */
+    jet_real to; /* of the function that is looked at, or that has crossed zero first */
 } interval_real;
 
 static inline void end_interval_at_real(const event_set_real *set, interval_real *in, real t)
@@ -592,19 +592,18 @@ static inline real guessed_crossing_real(const event_function_real *g, const int
                                                                                       : 2.0;
 }
 
-/* Where a function crosses zero in an interval: a guess, as a share of it, and its jet at the end. */
+/* Where a function crosses zero in an interval: a guess, as a share of it. */
 typedef struct {
-    int32_t function; /* -1: none */
+    int32_t function;
     real share;
-    jet_real to;
 } crossing_real;
 
 /* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
  * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
-static inline bool first_crossing_real(const event_set_real *set, const interval_real *in, int32_t shape,
-                                       uint32_t *passed, crossing_real *first)
+static inline bool first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape, uint32_t *passed,
+                                       crossing_real *first)
 {
-    first->function = -1;
+    first->function = 0;
     first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
@@ -617,13 +616,13 @@ static inline bool first_crossing_real(const event_set_real *set, const interval
             if (share < first->share) {
                 first->function = n;
                 first->share = share;
-                first->to = to;
+                in->to = to;
             }
         } else {
             *passed |= g->shape == MONOTONE_real ? 1u << (uint32_t)n : 0u;
         }
     }
-    return first->function >= 0;
+    return first->share < 2.0;
 }
 
 /* Ends the interval at the root of a function that has crossed zero in it. */
@@ -631,7 +630,7 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
 {
     const event_function_real *g = &set->function[crossing->function];
     const real h = in->high.t - in->low;
-    const interpolant_real p = interpolant_of_real(&in->from[crossing->function], &crossing->to, h);
+    const interpolant_real p = interpolant_of_real(&in->from[crossing->function], &in->to, h);
     locate_root_real(set->poles, g, in->low, &in->high, in->low + h * refined_root_real(&p, crossing->share));
     in->found = crossing->function;
 }
@@ -652,7 +651,7 @@ static inline void settle_ties_real(const event_set_real *set, interval_real *in
 {
     const event_function_real *found = &set->function[in->found];
     const real other = rate_at_real(found, &in->high);
-    for (int32_t n = 0; set->function[n].owner < found->owner; n++) {
+    for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_real *g = &set->function[n];
         const real value = value_at_real(g, &in->high);
         const real rate = rate_at_real(g, &in->high);

@@ -78,7 +78,7 @@ static bool seek_first(batch *b, int l, int32_t shape)
     lane *one = &b->stances[l];
     lanes_real *w = &b->w;
     const event_set_real *set = &one->search.events.set;
-    const interval_real *in = &one->search.in;
+    interval_real *in = &one->search.in;
     if (one->tries >= MOST_TRIES_real || !first_crossing_real(set, in, shape, &one->passed, &one->crossing)) {
         one->crossing.function = -1;
         return false;
@@ -87,7 +87,7 @@ static bool seek_first(batch *b, int l, int32_t shape)
     const int32_t function = one->crossing.function;
     keep_function(&w->function, l, true, &set->function[function]);
     keep_jet(&w->from, l, true, &in->from[function]);
-    keep_jet(&w->to, l, true, &one->crossing.to);
+    keep_jet(&w->to, l, true, &in->to);
     w->share[l] = one->crossing.share;
     w->low[l] = in->low;
     w->high[l] = in->high.t;
