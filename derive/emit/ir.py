@@ -187,6 +187,15 @@ class Function:
         for argument in self.takes:
             yield argument, tuple(symbol for symbol in argument.symbols if symbol in self.used)
 
+    def without(self, zeros: Iterable[sp.Symbol]) -> "Function":
+        """The function where these quantities are 0: what that leaves out is not computed."""
+        none, steps = dict.fromkeys(zeros, sp.S.Zero), []
+        for step in self.steps:
+            value = step.value.xreplace(none)
+            none |= {step.symbol: value} if value == 0 else {}
+            steps += [replace(step, value=value)] if value != 0 or step.symbol in self.returns.symbols else []
+        return replace(self, steps=tuple(steps))
+
 
 @dataclass(frozen=True)
 class Definition:

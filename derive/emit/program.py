@@ -36,10 +36,11 @@ def program(model: Model = HOPPER) -> Program:
         )
     }
     defined = [value for module in MODULES for value in vars(module).values()]
+    zeros = [step.symbol for step in laplace.rates_of(model) if step.value == 0]
     named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}
     return Program(
         "Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.",
         "Exact stances of a series-elastic hopper with dry friction, in closed form, and its controller",
         tuple((named | of_model).values()),
-        tuple(value.of(model, of_model) for value in defined if isinstance(value, Definition)),
+        tuple(value.of(model, of_model).without(zeros) for value in defined if isinstance(value, Definition)),
     )

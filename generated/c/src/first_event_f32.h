@@ -176,22 +176,17 @@ static inline float rounding_of_f32(const event_function_f32 *g, const propagato
 /* ---- prediction ---- */
 
 /* Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a value
- * below: roughly, by inverse interpolation. Where it starts at 0 it is divided by the time first. */
+ * below: roughly, as the parabola with its slope at the start. Where it starts at 0 it is divided by the time first. */
 static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float h)
 {
     const bool above = from->value > 0.0f;
     const float rise = h * from->rate;
-    const float end_rise = h * to->rate;
     const float start = above ? from->value : rise;
     const float slope = above ? rise : 0.5f * h * h * from->curvature;
-    const float end_slope = above ? end_rise : end_rise - to->value;
-    const bool falls = (slope < 0.0f) & (end_slope < 0.0f);
-    const float s = start / (start > 0.0f ? start - to->value : 1.0f);
-    const float by_slopes = (1.0f - s) / (falls ? slope : -1.0f) - s / (falls ? end_slope : -1.0f);
-    const float cubic = s * (s * (3.0f - 2.0f * s) + (1.0f - s) * (to->value - start) * by_slopes);
-    const float chord = slope < 0.0f ? s : sqrt_f32(s); /* of a parabola where it does not fall at once */
-    const float share = (falls & (cubic > 0.0f) & (cubic < 1.0f)) ? cubic : chord;
-    return start > 0.0f ? share : 0.75f;
+    const float square = slope * slope + 4.0f * start * (start + slope - to->value);
+    const float below = sqrt_f32(hopform_greater_f32(square, 0.0f)) - slope;
+    const float share = 2.0f * start / (below > 0.0f ? below : 1.0f);
+    return ((start > 0.0f) & (share < 1.0f)) ? share : 0.75f;
 }
 
 /* The polynomial of degree 6 through value, rate and curvature at both ends of an interval, and the third derivative at
@@ -603,6 +598,7 @@ typedef struct {
 static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape, uint32_t *passed,
                                        crossing_f32 *first)
 {
+    const propagator_f32 end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0f;
     for (int32_t n = 0; n < set->count; n++) {
@@ -610,7 +606,7 @@ static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in
         if (n == in->found || g->shape < shape || (*passed & 1u << (uint32_t)n) != 0) {
             continue;
         }
-        if (value_at_f32(g, &in->high) < 0.0f) {
+        if (value_at_f32(g, &end) < 0.0f) {
             jet_f32 to;
             const float share = guessed_crossing_f32(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -688,20 +684,12 @@ static inline float deflated_f32(const event_set_f32 *set, const event_function_
     return at->curvature + set->node->pole * at->rate;
 }
 
-/* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
-static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, int32_t n)
+/* Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation. */
+static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d)
 {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     jet_f32 *to = &in->to;
-    if (g->shape != MAY_TURN_f32) {
-        return true;
-    }
-    const float d = deflated_f32(set, g, from, in->low);
-    const bool falls = d < 0.0f;
-    if (falls ? rate_at_f32(g, &in->high) < 0.0f : !(from->rate < 0.0f)) {
-        return true; /* rule 2, by what is cheap of it */
-    }
     *to = short_jet_at_f32(g, &in->high);
     if (to->value < 0.0f && n != in->found && to->value < -rounding_of_f32(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
@@ -722,13 +710,12 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
 }
 
 /* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
-static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *in, int32_t n)
+static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d)
 {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     const jet_f32 *to = &in->to;
     const float h = in->high.t - in->low;
-    const float d = deflated_f32(set, g, from, in->low);
     const float d_then = deflated_f32(set, g, to, in->high.t);
     const float rounding = rounding_of_f32(g, &in->high, to->rate);
     if (!(d < 0.0f) && !(d_then < 0.0f) && from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
@@ -756,7 +743,14 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
 static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
 {
     for (int32_t n = 0; n < set->count; n++) {
-        if (!is_certified_f32(set, in, n) && !is_certified_inside_f32(set, in, n)) {
+        const event_function_f32 *g = &set->function[n];
+        if (g->shape != MAY_TURN_f32) {
+            continue;
+        }
+        /* what is cheap of rule 2 comes first */
+        const float d = deflated_f32(set, g, &in->from[n], in->low);
+        const bool soon = d < 0.0f ? rate_at_f32(g, &in->high) < 0.0f : !(in->from[n].rate < 0.0f);
+        if (!soon && !is_certified_f32(set, in, n, d) && !is_certified_inside_f32(set, in, n, d)) {
             return false;
         }
     }

@@ -176,22 +176,17 @@ static inline double rounding_of_f64(const event_function_f64 *g, const propagat
 /* ---- prediction ---- */
 
 /* Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a value
- * below: roughly, by inverse interpolation. Where it starts at 0 it is divided by the time first. */
+ * below: roughly, as the parabola with its slope at the start. Where it starts at 0 it is divided by the time first. */
 static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, double h)
 {
     const bool above = from->value > 0.0;
     const double rise = h * from->rate;
-    const double end_rise = h * to->rate;
     const double start = above ? from->value : rise;
     const double slope = above ? rise : 0.5 * h * h * from->curvature;
-    const double end_slope = above ? end_rise : end_rise - to->value;
-    const bool falls = (slope < 0.0) & (end_slope < 0.0);
-    const double s = start / (start > 0.0 ? start - to->value : 1.0);
-    const double by_slopes = (1.0 - s) / (falls ? slope : -1.0) - s / (falls ? end_slope : -1.0);
-    const double cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (to->value - start) * by_slopes);
-    const double chord = slope < 0.0 ? s : sqrt_f64(s); /* of a parabola where it does not fall at once */
-    const double share = (falls & (cubic > 0.0) & (cubic < 1.0)) ? cubic : chord;
-    return start > 0.0 ? share : 0.75;
+    const double square = slope * slope + 4.0 * start * (start + slope - to->value);
+    const double below = sqrt_f64(hopform_greater_f64(square, 0.0)) - slope;
+    const double share = 2.0 * start / (below > 0.0 ? below : 1.0);
+    return ((start > 0.0) & (share < 1.0)) ? share : 0.75;
 }
 
 /* The polynomial of degree 6 through value, rate and curvature at both ends of an interval, and the third derivative at
@@ -603,6 +598,7 @@ typedef struct {
 static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape, uint32_t *passed,
                                        crossing_f64 *first)
 {
+    const propagator_f64 end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
@@ -610,7 +606,7 @@ static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in
         if (n == in->found || g->shape < shape || (*passed & 1u << (uint32_t)n) != 0) {
             continue;
         }
-        if (value_at_f64(g, &in->high) < 0.0) {
+        if (value_at_f64(g, &end) < 0.0) {
             jet_f64 to;
             const double share = guessed_crossing_f64(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -688,20 +684,12 @@ static inline double deflated_f64(const event_set_f64 *set, const event_function
     return at->curvature + set->node->pole * at->rate;
 }
 
-/* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
-static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, int32_t n)
+/* Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation. */
+static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, int32_t n, double d)
 {
     const event_function_f64 *g = &set->function[n];
     const jet_f64 *from = &in->from[n];
     jet_f64 *to = &in->to;
-    if (g->shape != MAY_TURN_f64) {
-        return true;
-    }
-    const double d = deflated_f64(set, g, from, in->low);
-    const bool falls = d < 0.0;
-    if (falls ? rate_at_f64(g, &in->high) < 0.0 : !(from->rate < 0.0)) {
-        return true; /* rule 2, by what is cheap of it */
-    }
     *to = short_jet_at_f64(g, &in->high);
     if (to->value < 0.0 && n != in->found && to->value < -rounding_of_f64(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
@@ -722,13 +710,12 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
 }
 
 /* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
-static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f64 *in, int32_t n)
+static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f64 *in, int32_t n, double d)
 {
     const event_function_f64 *g = &set->function[n];
     const jet_f64 *from = &in->from[n];
     const jet_f64 *to = &in->to;
     const double h = in->high.t - in->low;
-    const double d = deflated_f64(set, g, from, in->low);
     const double d_then = deflated_f64(set, g, to, in->high.t);
     const double rounding = rounding_of_f64(g, &in->high, to->rate);
     if (!(d < 0.0) && !(d_then < 0.0) && from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
@@ -756,7 +743,14 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
 static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
 {
     for (int32_t n = 0; n < set->count; n++) {
-        if (!is_certified_f64(set, in, n) && !is_certified_inside_f64(set, in, n)) {
+        const event_function_f64 *g = &set->function[n];
+        if (g->shape != MAY_TURN_f64) {
+            continue;
+        }
+        /* what is cheap of rule 2 comes first */
+        const double d = deflated_f64(set, g, &in->from[n], in->low);
+        const bool soon = d < 0.0 ? rate_at_f64(g, &in->high) < 0.0 : !(in->from[n].rate < 0.0);
+        if (!soon && !is_certified_f64(set, in, n, d) && !is_certified_inside_f64(set, in, n, d)) {
             return false;
         }
     }

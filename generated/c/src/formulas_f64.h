@@ -334,22 +334,22 @@ static inline hopform_motion_f64 hopform_motion_of_both_f64(const hopform_rates_
     const hopform_drive_f64 *drive,
     const hopform_state_f64 *state)
 {
-    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a1_v2 = rates->a1_v2, a2_y = rates->a2_y;
-    const double a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2, s_3 = rates->s_3;
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
+    const double s_3 = rates->s_3;
     const double C_1 = drive->C_1, C_2 = drive->C_2;
     const double v1 = state->v1, v2 = state->v2, y = state->y;
-    const double H3_y = v1 - v2;                                                                  /* (11) of y = x_1 - x_2 + L_0 + c */
-    const double H3_1 = C_1 + a1_v1*v1 + a1_v2*v2 + a1_y*y;                                       /* (16), (17) over the cubic */
-    const double H3_2 = C_2 + a2_v1*v1 + a2_v2*v2 + a2_y*y;                                       /* (13) from x_2(0), v_2(0) */
-    const double H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2;                                    /* (11) of y = x_1 - x_2 + L_0 + c */
-    const double H2_1 = H3_2*a1_v2 + H3_y*a1_y - H3_1*a2_v2;                                      /* (16), (17) over the cubic */
-    const double H2_2 = H3_1*a2_v1 + H3_y*a2_y - H3_2*a1_v1;                                      /* (14) from x_2(0), v_2(0) */
-    const double H1_y = C_2*a1_v1 + C_2*a1_v2 - C_1*a2_v1 - C_1*a2_v2 - s_3*y;                    /* (11) of y = x_1 - x_2 + L_0 + c */
-    const double H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1;                                             /* (16), (17) over the cubic */
-    const double H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2;                                             /* (15) from x_2(0), v_2(0) */
-    const double N2_1 = C_1 + a1_v2*v2 + a1_y*y - a2_v2*v1;                                       /* (16), (17) over the cubic */
-    const double N1_1 = C_2*a1_v2 + a2_y*v1 + a1_v2*a2_y*y - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y;  /* (16), (17) over the cubic */
-    const double N0_1 = C_1*a2_y - C_2*a1_y;                                                      /* (16), (17) over the cubic */
+    const double H3_y = v1 - v2;                                       /* (11) of y = x_1 - x_2 + L_0 + c */
+    const double H3_1 = C_1 + a1_v1*v1 + a1_y*y;                       /* (16), (17) over the cubic */
+    const double H3_2 = C_2 + a2_v2*v2 + a2_y*y;                       /* (13) from x_2(0), v_2(0) */
+    const double H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2;         /* (11) of y = x_1 - x_2 + L_0 + c */
+    const double H2_1 = H3_y*a1_y - H3_1*a2_v2;                        /* (16), (17) over the cubic */
+    const double H2_2 = H3_y*a2_y - H3_2*a1_v1;                        /* (14) from x_2(0), v_2(0) */
+    const double H1_y = C_2*a1_v1 - C_1*a2_v2 - s_3*y;                 /* (11) of y = x_1 - x_2 + L_0 + c */
+    const double H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1;                  /* (16), (17) over the cubic */
+    const double H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2;                  /* (15) from x_2(0), v_2(0) */
+    const double N2_1 = C_1 + a1_y*y - a2_v2*v1;                       /* (16), (17) over the cubic */
+    const double N1_1 = a2_y*v1 - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y;  /* (16), (17) over the cubic */
+    const double N0_1 = C_1*a2_y - C_2*a1_y;                           /* (16), (17) over the cubic */
     const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
@@ -408,14 +408,11 @@ static inline hopform_transfer_f64 hopform_transfer_of_f64(const hopform_rates_f
     double side_1,
     double side_2)
 {
-    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a1_v2 = rates->a1_v2;
-    const double a2_y = rates->a2_y, a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2;
-    const double damping = rates->damping;
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y;
+    const double a2_v2 = rates->a2_v2, damping = rates->damping;
     const double C_1 = drive->C_1, C_2 = drive->C_2;
     const double A11 = a1_v1*side_1*side_1;                    /* (3) */
-    const double A12 = a1_v2*side_1*side_1;                    /* (3) */
     const double A1y = a1_y*side_1*side_1;                     /* (3) */
-    const double A21 = a2_v1*side_2*side_2;                    /* (4) */
     const double A22 = a2_v2*side_2*side_2;                    /* (4) */
     const double A2y = a2_y*side_2*side_2;                     /* (4) */
     const double D1 = C_1*side_1*side_1;                       /* (3) */
@@ -425,38 +422,38 @@ static inline hopform_transfer_f64 hopform_transfer_of_f64(const hopform_rates_f
     const double v1_v1_1 = -A22;                               /* (11) */
     const double v1_v1_0 = A2y;                                /* (11) */
     const double v1_v2_2 = 0.0;                                /* (11) */
-    const double v1_v2_1 = A12;                                /* (11) */
+    const double v1_v2_1 = 0.0;                                /* (11) */
     const double v1_v2_0 = -A1y;                               /* (11) */
     const double v1_y_2 = 0.0;                                 /* (11) */
     const double v1_y_1 = A1y;                                 /* (11) */
-    const double v1_y_0 = A12*A2y - A1y*A22;                   /* (11) */
+    const double v1_y_0 = -A1y*A22;                            /* (11) */
     const double v1_1_2 = D1;                                  /* (11) */
-    const double v1_1_1 = A12*D2 - A22*D1;                     /* (11) */
+    const double v1_1_1 = -A22*D1;                             /* (11) */
     const double v1_1_0 = A2y*D1 - A1y*D2;                     /* (11) */
     const double v2_v1_2 = 0.0;                                /* (11) */
-    const double v2_v1_1 = A21;                                /* (11) */
+    const double v2_v1_1 = 0.0;                                /* (11) */
     const double v2_v1_0 = A2y;                                /* (11) */
     const double v2_v2_2 = 1.0;                                /* (11) */
     const double v2_v2_1 = -A11;                               /* (11) */
     const double v2_v2_0 = -A1y;                               /* (11) */
     const double v2_y_2 = 0.0;                                 /* (11) */
     const double v2_y_1 = A2y;                                 /* (11) */
-    const double v2_y_0 = A1y*A21 - A11*A2y;                   /* (11) */
+    const double v2_y_0 = -A11*A2y;                            /* (11) */
     const double v2_1_2 = D2;                                  /* (11) */
-    const double v2_1_1 = A21*D1 - A11*D2;                     /* (11) */
+    const double v2_1_1 = -A11*D2;                             /* (11) */
     const double v2_1_0 = A2y*D1 - A1y*D2;                     /* (11) */
     const double y_v1_2 = 0.0;                                 /* (11) */
     const double y_v1_1 = 1.0;                                 /* (11) */
-    const double y_v1_0 = -A21 - A22;                          /* (11) */
+    const double y_v1_0 = -A22;                                /* (11) */
     const double y_v2_2 = 0.0;                                 /* (11) */
     const double y_v2_1 = -1.0;                                /* (11) */
-    const double y_v2_0 = A11 + A12;                           /* (11) */
+    const double y_v2_0 = A11;                                 /* (11) */
     const double y_y_2 = 1.0;                                  /* (11) */
     const double y_y_1 = -A11 - A22;                           /* (11) */
     const double y_y_0 = minor;                                /* (11) */
     const double y_1_2 = 0.0;                                  /* (11) */
     const double y_1_1 = D1 - D2;                              /* (11) */
-    const double y_1_0 = A11*D2 + A12*D2 - A21*D1 - A22*D1;    /* (11) */
+    const double y_1_0 = A11*D2 - A22*D1;                      /* (11) */
     const hopform_transfer_f64 result = {v1_v1_2, v1_v1_1, v1_v1_0, v1_v2_2, v1_v2_1, v1_v2_0, v1_y_2, v1_y_1, v1_y_0, v1_1_2, v1_1_1, v1_1_0, v2_v1_2, v2_v1_1, v2_v1_0, v2_v2_2, v2_v2_1, v2_v2_0, v2_y_2, v2_y_1, v2_y_0, v2_1_2, v2_1_1, v2_1_0, y_v1_2, y_v1_1, y_v1_0, y_v2_2, y_v2_1, y_v2_0, y_y_2, y_y_1, y_y_0, y_1_2, y_1_1, y_1_0};
     return result;
 }
@@ -468,22 +465,19 @@ static inline hopform_speeds_f64 hopform_speeds_of_f64(const hopform_rates_f64 *
     double side_2,
     const hopform_state_f64 *state)
 {
-    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a1_v2 = rates->a1_v2, a2_y = rates->a2_y;
-    const double a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2;
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
     const double C_1 = drive->C_1, C_2 = drive->C_2;
     const double v1 = state->v1, v2 = state->v2, y = state->y;
-    const double A11 = a1_v1*side_1*side_1;               /* (3) */
-    const double A12 = a1_v2*side_1*side_1;               /* (3) */
-    const double A1y = a1_y*side_1*side_1;                /* (3) */
-    const double A21 = a2_v1*side_2*side_2;               /* (4) */
-    const double A22 = a2_v2*side_2*side_2;               /* (4) */
-    const double A2y = a2_y*side_2*side_2;                /* (4) */
-    const double D1 = C_1*side_1*side_1;                  /* (3) */
-    const double D2 = C_2*side_2*side_2;                  /* (4) */
-    const double x1_rate = v1;                            /* (3), (4) */
-    const double v1_rate = D1 + A11*v1 + A12*v2 + A1y*y;  /* (3), (4) */
-    const double v2_rate = D2 + A21*v1 + A22*v2 + A2y*y;  /* (3), (4) */
-    const double y_rate = v1 - v2;                        /* (3), (4) */
+    const double A11 = a1_v1*side_1*side_1;      /* (3) */
+    const double A1y = a1_y*side_1*side_1;       /* (3) */
+    const double A22 = a2_v2*side_2*side_2;      /* (4) */
+    const double A2y = a2_y*side_2*side_2;       /* (4) */
+    const double D1 = C_1*side_1*side_1;         /* (3) */
+    const double D2 = C_2*side_2*side_2;         /* (4) */
+    const double x1_rate = v1;                   /* (3), (4) */
+    const double v1_rate = D1 + A11*v1 + A1y*y;  /* (3), (4) */
+    const double v2_rate = D2 + A22*v2 + A2y*y;  /* (3), (4) */
+    const double y_rate = v1 - v2;               /* (3), (4) */
     const hopform_speeds_f64 result = {x1_rate, v1_rate, v2_rate, y_rate};
     return result;
 }
@@ -511,11 +505,10 @@ static inline hopform_free_f64 hopform_free_accelerations_f64(const hopform_rate
     const hopform_state_f64 *state,
     double u)
 {
-    const double a1_y = rates->a1_y, a1_v2 = rates->a1_v2, a1_u = rates->a1_u, a1_0 = rates->a1_0;
-    const double a2_y = rates->a2_y, a2_v1 = rates->a2_v1, a2_0 = rates->a2_0;
-    const double v1 = state->v1, v2 = state->v2, y = state->y;
-    const double free_1 = a1_0 + a1_u*u + a1_v2*v2 + a1_y*y;  /* (3) at v_1 = 0 */
-    const double free_2 = a2_0 + a2_v1*v1 + a2_y*y;           /* (4) at v_2 = 0 */
+    const double a1_y = rates->a1_y, a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_y = rates->a2_y, a2_0 = rates->a2_0;
+    const double y = state->y;
+    const double free_1 = a1_0 + a1_u*u + a1_y*y;  /* (3) at v_1 = 0 */
+    const double free_2 = a2_0 + a2_y*y;           /* (4) at v_2 = 0 */
     const hopform_free_f64 result = {free_1, free_2};
     return result;
 }
@@ -524,12 +517,11 @@ static inline hopform_free_f64 hopform_free_accelerations_f64(const hopform_rate
 static inline hopform_numerator_f64 hopform_free_numerator_1_f64(const hopform_rates_f64 *rates,
     const hopform_motion_f64 *motion)
 {
-    const double a1_y = rates->a1_y, a1_v2 = rates->a1_v2;
-    const double H3_2 = motion->H3_2, H2_2 = motion->H2_2, H1_2 = motion->H1_2, H3_y = motion->H3_y;
-    const double H2_y = motion->H2_y, H1_y = motion->H1_y;
-    const double H3 = H3_2*a1_v2 + H3_y*a1_y;  /* (3) held */
-    const double H2 = H2_2*a1_v2 + H2_y*a1_y;  /* (3) held */
-    const double H1 = H1_2*a1_v2 + H1_y*a1_y;  /* (3) held */
+    const double a1_y = rates->a1_y;
+    const double H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
+    const double H3 = H3_y*a1_y;  /* (3) held */
+    const double H2 = H2_y*a1_y;  /* (3) held */
+    const double H1 = H1_y*a1_y;  /* (3) held */
     const hopform_numerator_f64 result = {H3, H2, H1};
     return result;
 }
@@ -538,12 +530,11 @@ static inline hopform_numerator_f64 hopform_free_numerator_1_f64(const hopform_r
 static inline hopform_numerator_f64 hopform_free_numerator_2_f64(const hopform_rates_f64 *rates,
     const hopform_motion_f64 *motion)
 {
-    const double a2_y = rates->a2_y, a2_v1 = rates->a2_v1;
-    const double H3_1 = motion->H3_1, H2_1 = motion->H2_1, H1_1 = motion->H1_1, H3_y = motion->H3_y;
-    const double H2_y = motion->H2_y, H1_y = motion->H1_y;
-    const double H3 = H3_1*a2_v1 + H3_y*a2_y;  /* (4) held */
-    const double H2 = H2_1*a2_v1 + H2_y*a2_y;  /* (4) held */
-    const double H1 = H1_1*a2_v1 + H1_y*a2_y;  /* (4) held */
+    const double a2_y = rates->a2_y;
+    const double H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
+    const double H3 = H3_y*a2_y;  /* (4) held */
+    const double H2 = H2_y*a2_y;  /* (4) held */
+    const double H1 = H1_y*a2_y;  /* (4) held */
     const hopform_numerator_f64 result = {H3, H2, H1};
     return result;
 }

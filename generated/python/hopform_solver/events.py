@@ -147,18 +147,16 @@ def rounding_of(of: EventSet, propagator: Array, t: Array, rate: Array) -> Array
 
 def rough_root(start: Array, end: Array, h: Array) -> Array:
     """Where in (0, 1) of intervals of length h functions have a root after a value (or slope) above 0 and before a
-    value below: roughly, by inverse interpolation. Where they start at 0 they are divided by the time first.
+    value below: roughly, as parabolas with their slopes at the start. Where they start at 0 they are divided by the
+    time first.
     """
     above = start[0] > 0.0
-    rise, end_rise = h * start[1], h * end[1]
+    rise = h * start[1]
     value = choose(above, start[0], rise)
     slope = choose(above, rise, 0.5 * h * h * start[2])
-    end_slope = choose(above, end_rise, end_rise - end[0])
-    falls = (slope < 0.0) & (end_slope < 0.0)
-    s = value / (value - end[0])
-    by_slopes = (1.0 - s) / slope - s / end_slope
-    cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (end[0] - value) * by_slopes)
-    return choose(value > 0.0, choose(falls & (cubic > 0.0) & (cubic < 1.0), cubic, s), 0.75)
+    square = slope * slope + 4.0 * value * (value + slope - end[0])
+    share = 2.0 * value / (np.sqrt(np.maximum(square, 0.0)) - slope)
+    return choose((value > 0.0) & (share < 1.0), share, 0.75)
 
 
 # ---- steps towards roots ----

@@ -93,22 +93,21 @@ def motion_of_both(rates: Rates, drive: Drive, state: LegState) -> Motion:
     """Numerators of the motion with both slipping.
 
     """
-    a1_y, a1_v1, a1_v2, a2_y, a2_v1 = rates.a1_y, rates.a1_v1, rates.a1_v2, rates.a2_y, rates.a2_v1
-    a2_v2, s_3 = rates.a2_v2, rates.s_3
+    a1_y, a1_v1, a2_y, a2_v2, s_3 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2, rates.s_3
     C_1, C_2 = drive.C_1, drive.C_2
     v1, v2, y = state.v1, state.v2, state.y
-    H3_y = v1 - v2                                                                  # (11) of y = x_1 - x_2 + L_0 + c
-    H3_1 = C_1 + a1_v1*v1 + a1_v2*v2 + a1_y*y                                       # (16), (17) over the cubic
-    H3_2 = C_2 + a2_v1*v1 + a2_v2*v2 + a2_y*y                                       # (13) from x_2(0), v_2(0)
-    H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2                                    # (11) of y = x_1 - x_2 + L_0 + c
-    H2_1 = H3_2*a1_v2 + H3_y*a1_y - H3_1*a2_v2                                      # (16), (17) over the cubic
-    H2_2 = H3_1*a2_v1 + H3_y*a2_y - H3_2*a1_v1                                      # (14) from x_2(0), v_2(0)
-    H1_y = C_2*a1_v1 + C_2*a1_v2 - C_1*a2_v1 - C_1*a2_v2 - s_3*y                    # (11) of y = x_1 - x_2 + L_0 + c
-    H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1                                             # (16), (17) over the cubic
-    H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2                                             # (15) from x_2(0), v_2(0)
-    N2_1 = C_1 + a1_v2*v2 + a1_y*y - a2_v2*v1                                       # (16), (17) over the cubic
-    N1_1 = C_2*a1_v2 + a2_y*v1 + a1_v2*a2_y*y - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y  # (16), (17) over the cubic
-    N0_1 = C_1*a2_y - C_2*a1_y                                                      # (16), (17) over the cubic
+    H3_y = v1 - v2                                       # (11) of y = x_1 - x_2 + L_0 + c
+    H3_1 = C_1 + a1_v1*v1 + a1_y*y                       # (16), (17) over the cubic
+    H3_2 = C_2 + a2_v2*v2 + a2_y*y                       # (13) from x_2(0), v_2(0)
+    H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2         # (11) of y = x_1 - x_2 + L_0 + c
+    H2_1 = H3_y*a1_y - H3_1*a2_v2                        # (16), (17) over the cubic
+    H2_2 = H3_y*a2_y - H3_2*a1_v1                        # (14) from x_2(0), v_2(0)
+    H1_y = C_2*a1_v1 - C_1*a2_v2 - s_3*y                 # (11) of y = x_1 - x_2 + L_0 + c
+    H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1                  # (16), (17) over the cubic
+    H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2                  # (15) from x_2(0), v_2(0)
+    N2_1 = C_1 + a1_y*y - a2_v2*v1                       # (16), (17) over the cubic
+    N1_1 = a2_y*v1 - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y  # (16), (17) over the cubic
+    N0_1 = C_1*a2_y - C_2*a1_y                           # (16), (17) over the cubic
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
@@ -162,13 +161,11 @@ def transfer_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real) -> Trans
     side_1 [1] sign of v_1 in the phase, 0 if held.
     side_2 [1] sign of v_2 in the phase, 0 if held.
     """
-    a1_y, a1_v1, a1_v2, a2_y = rates.a1_y, rates.a1_v1, rates.a1_v2, rates.a2_y
-    a2_v1, a2_v2, damping = rates.a2_v1, rates.a2_v2, rates.damping
+    a1_y, a1_v1, a2_y, a2_v2 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2
+    damping = rates.damping
     C_1, C_2 = drive.C_1, drive.C_2
     A11 = a1_v1*side_1*side_1                    # (3)
-    A12 = a1_v2*side_1*side_1                    # (3)
     A1y = a1_y*side_1*side_1                     # (3)
-    A21 = a2_v1*side_2*side_2                    # (4)
     A22 = a2_v2*side_2*side_2                    # (4)
     A2y = a2_y*side_2*side_2                     # (4)
     D1 = C_1*side_1*side_1                       # (3)
@@ -178,38 +175,38 @@ def transfer_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real) -> Trans
     v1_v1_1 = -A22                               # (11)
     v1_v1_0 = A2y                                # (11)
     v1_v2_2 = 0.0                                # (11)
-    v1_v2_1 = A12                                # (11)
+    v1_v2_1 = 0.0                                # (11)
     v1_v2_0 = -A1y                               # (11)
     v1_y_2 = 0.0                                 # (11)
     v1_y_1 = A1y                                 # (11)
-    v1_y_0 = A12*A2y - A1y*A22                   # (11)
+    v1_y_0 = -A1y*A22                            # (11)
     v1_1_2 = D1                                  # (11)
-    v1_1_1 = A12*D2 - A22*D1                     # (11)
+    v1_1_1 = -A22*D1                             # (11)
     v1_1_0 = A2y*D1 - A1y*D2                     # (11)
     v2_v1_2 = 0.0                                # (11)
-    v2_v1_1 = A21                                # (11)
+    v2_v1_1 = 0.0                                # (11)
     v2_v1_0 = A2y                                # (11)
     v2_v2_2 = 1.0                                # (11)
     v2_v2_1 = -A11                               # (11)
     v2_v2_0 = -A1y                               # (11)
     v2_y_2 = 0.0                                 # (11)
     v2_y_1 = A2y                                 # (11)
-    v2_y_0 = A1y*A21 - A11*A2y                   # (11)
+    v2_y_0 = -A11*A2y                            # (11)
     v2_1_2 = D2                                  # (11)
-    v2_1_1 = A21*D1 - A11*D2                     # (11)
+    v2_1_1 = -A11*D2                             # (11)
     v2_1_0 = A2y*D1 - A1y*D2                     # (11)
     y_v1_2 = 0.0                                 # (11)
     y_v1_1 = 1.0                                 # (11)
-    y_v1_0 = -A21 - A22                          # (11)
+    y_v1_0 = -A22                                # (11)
     y_v2_2 = 0.0                                 # (11)
     y_v2_1 = -1.0                                # (11)
-    y_v2_0 = A11 + A12                           # (11)
+    y_v2_0 = A11                                 # (11)
     y_y_2 = 1.0                                  # (11)
     y_y_1 = -A11 - A22                           # (11)
     y_y_0 = minor                                # (11)
     y_1_2 = 0.0                                  # (11)
     y_1_1 = D1 - D2                              # (11)
-    y_1_0 = A11*D2 + A12*D2 - A21*D1 - A22*D1    # (11)
+    y_1_0 = A11*D2 - A22*D1                      # (11)
     return Transfer(v1_v1_2, v1_v1_1, v1_v1_0, v1_v2_2, v1_v2_1, v1_v2_0, v1_y_2, v1_y_1, v1_y_0, v1_1_2, v1_1_1, v1_1_0, v2_v1_2, v2_v1_1, v2_v1_0, v2_v2_2, v2_v2_1, v2_v2_0, v2_y_2, v2_y_1, v2_y_0, v2_1_2, v2_1_1, v2_1_0, y_v1_2, y_v1_1, y_v1_0, y_v2_2, y_v2_1, y_v2_0, y_y_2, y_y_1, y_y_0, y_1_2, y_1_1, y_1_0)
 
 
@@ -219,22 +216,19 @@ def speeds_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real, state: Leg
     side_1 [1] sign of v_1 in the phase, 0 if held.
     side_2 [1] sign of v_2 in the phase, 0 if held.
     """
-    a1_y, a1_v1, a1_v2, a2_y, a2_v1 = rates.a1_y, rates.a1_v1, rates.a1_v2, rates.a2_y, rates.a2_v1
-    a2_v2 = rates.a2_v2
+    a1_y, a1_v1, a2_y, a2_v2 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2
     C_1, C_2 = drive.C_1, drive.C_2
     v1, v2, y = state.v1, state.v2, state.y
-    A11 = a1_v1*side_1*side_1               # (3)
-    A12 = a1_v2*side_1*side_1               # (3)
-    A1y = a1_y*side_1*side_1                # (3)
-    A21 = a2_v1*side_2*side_2               # (4)
-    A22 = a2_v2*side_2*side_2               # (4)
-    A2y = a2_y*side_2*side_2                # (4)
-    D1 = C_1*side_1*side_1                  # (3)
-    D2 = C_2*side_2*side_2                  # (4)
-    x1_rate = v1                            # (3), (4)
-    v1_rate = D1 + A11*v1 + A12*v2 + A1y*y  # (3), (4)
-    v2_rate = D2 + A21*v1 + A22*v2 + A2y*y  # (3), (4)
-    y_rate = v1 - v2                        # (3), (4)
+    A11 = a1_v1*side_1*side_1      # (3)
+    A1y = a1_y*side_1*side_1       # (3)
+    A22 = a2_v2*side_2*side_2      # (4)
+    A2y = a2_y*side_2*side_2       # (4)
+    D1 = C_1*side_1*side_1         # (3)
+    D2 = C_2*side_2*side_2         # (4)
+    x1_rate = v1                   # (3), (4)
+    v1_rate = D1 + A11*v1 + A1y*y  # (3), (4)
+    v2_rate = D2 + A22*v2 + A2y*y  # (3), (4)
+    y_rate = v1 - v2               # (3), (4)
     return Speeds(x1_rate, v1_rate, v2_rate, y_rate)
 
 
@@ -263,11 +257,10 @@ def free_accelerations(rates: Rates, state: LegState, u: Real) -> Free:
 
     u [A] current.
     """
-    a1_y, a1_v2, a1_u, a1_0, a2_y = rates.a1_y, rates.a1_v2, rates.a1_u, rates.a1_0, rates.a2_y
-    a2_v1, a2_0 = rates.a2_v1, rates.a2_0
-    v1, v2, y = state.v1, state.v2, state.y
-    free_1 = a1_0 + a1_u*u + a1_v2*v2 + a1_y*y  # (3) at v_1 = 0
-    free_2 = a2_0 + a2_v1*v1 + a2_y*y           # (4) at v_2 = 0
+    a1_y, a1_u, a1_0, a2_y, a2_0 = rates.a1_y, rates.a1_u, rates.a1_0, rates.a2_y, rates.a2_0
+    y = state.y
+    free_1 = a1_0 + a1_u*u + a1_y*y  # (3) at v_1 = 0
+    free_2 = a2_0 + a2_y*y           # (4) at v_2 = 0
     return Free(free_1, free_2)
 
 
@@ -275,12 +268,11 @@ def free_numerator_1(rates: Rates, motion: Motion) -> Numerator:
     """Numerator of the free acceleration of mass 1 while it is held.
 
     """
-    a1_y, a1_v2 = rates.a1_y, rates.a1_v2
-    H3_2, H2_2, H1_2, H3_y, H2_y = motion.H3_2, motion.H2_2, motion.H1_2, motion.H3_y, motion.H2_y
-    H1_y = motion.H1_y
-    H3 = H3_2*a1_v2 + H3_y*a1_y  # (3) held
-    H2 = H2_2*a1_v2 + H2_y*a1_y  # (3) held
-    H1 = H1_2*a1_v2 + H1_y*a1_y  # (3) held
+    a1_y = rates.a1_y
+    H3_y, H2_y, H1_y = motion.H3_y, motion.H2_y, motion.H1_y
+    H3 = H3_y*a1_y  # (3) held
+    H2 = H2_y*a1_y  # (3) held
+    H1 = H1_y*a1_y  # (3) held
     return Numerator(H3, H2, H1)
 
 
@@ -288,12 +280,11 @@ def free_numerator_2(rates: Rates, motion: Motion) -> Numerator:
     """Numerator of the free acceleration of mass 2 while it is held.
 
     """
-    a2_y, a2_v1 = rates.a2_y, rates.a2_v1
-    H3_1, H2_1, H1_1, H3_y, H2_y = motion.H3_1, motion.H2_1, motion.H1_1, motion.H3_y, motion.H2_y
-    H1_y = motion.H1_y
-    H3 = H3_1*a2_v1 + H3_y*a2_y  # (4) held
-    H2 = H2_1*a2_v1 + H2_y*a2_y  # (4) held
-    H1 = H1_1*a2_v1 + H1_y*a2_y  # (4) held
+    a2_y = rates.a2_y
+    H3_y, H2_y, H1_y = motion.H3_y, motion.H2_y, motion.H1_y
+    H3 = H3_y*a2_y  # (4) held
+    H2 = H2_y*a2_y  # (4) held
+    H1 = H1_y*a2_y  # (4) held
     return Numerator(H3, H2, H1)
 
 
