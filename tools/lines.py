@@ -13,7 +13,7 @@ from collections import Counter
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).resolve().parent.parent
-MOST = 21_500
+MOST = 17_500 + 1_500 + 1_000 + 1_500  # the core; mechanisms, identification, and what shows itself
 PRODUCT = ("derive", "templates", "runtime/hopform", "runtime/engine", "tools")
 TEST_TOOLS = r"^tests/(mutation|fuzz|bench)/|/branch_coverage/|/conformance/(confidence|currents|switchover)"
 NO_SOURCE = {".json", ".png", ".svg", ".typed", ".npz", ".csv"}

@@ -29,6 +29,13 @@ static inline bool hopform_is_finite_f32(float value)
     return fabs_f32(value) <= HOPFORM_NEVER_f32;
 }
 
+/* The poles of an element that slips while the others are held. */
+static inline hopform_poles_f32 pair_alone_f32(float p, float q)
+{
+    const hopform_poles_f32 poles = {0.0f, p, q, p, q, 0.0f};
+    return poles;
+}
+
 /* 1/n for n from 1 on. */
 static const float hopform_inverse_f32[] = {0.0f, HOPFORM_INVERSES_f32};
 

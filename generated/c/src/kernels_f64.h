@@ -29,6 +29,13 @@ static inline bool hopform_is_finite_f64(double value)
     return fabs_f64(value) <= HOPFORM_NEVER_f64;
 }
 
+/* The poles of an element that slips while the others are held. */
+static inline hopform_poles_f64 pair_alone_f64(double p, double q)
+{
+    const hopform_poles_f64 poles = {0.0, p, q, p, q, 0.0};
+    return poles;
+}
+
 /* 1/n for n from 1 on. */
 static const double hopform_inverse_f64[] = {0.0, HOPFORM_INVERSES_f64};
 

@@ -18,11 +18,10 @@ typedef union {
     float of[HOPFORM_AXES_AND_ONE];
 } hopform_state_and_one_f32;
 
-/* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
- * ledger reads or all of it. */
+/* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f32 *plan,
                                                              const hopform_mode_f32 *mode,
-                                                             const hopform_state_f32 *start, float u, float h, bool all)
+                                                             const hopform_state_f32 *start, float u, float h)
 {
     const hopform_motion_f32 motion = hopform_motion_of_f32(plan, start, u, mode->side[0], mode->side[1]);
     hopform_matrix_f32 sum = {{{0}}};
@@ -32,12 +31,7 @@ static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f3
         at.named = hopform_arrive_f32(start, &motion, &basis, mode->side[0], mode->side[1]);
         at.of[ONE_f32] = 1.0f;
         const float weight = hopform_weight_f32[node] * h;
-        if (!all) {
-#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * at.of[i] * at.of[j];
-            HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
-#undef ADD_PRODUCT
-        }
-        for (int i = 0; i <= HOPFORM_AXES && all; i++) {
+        for (int i = 0; i <= HOPFORM_AXES; i++) {
             for (int j = i; j <= HOPFORM_AXES; j++) {
                 sum.at[i][j] += weight * at.of[i] * at.of[j];
             }
@@ -88,7 +82,7 @@ static inline hopform_ledger_f32 hopform_ledger_in_phase_f32(const hopform_plan_
     from.of[0] = 0.0f;
     float h = t;
     const int doublings = hopform_halve_f32(mode.poles, &h);
-    hopform_matrix_f32 sum = hopform_short_moments_f32(plan, &mode, &from.named, u, h, doublings > 0);
+    hopform_matrix_f32 sum = hopform_short_moments_f32(plan, &mode, &from.named, u, h);
     for (int n = 0; n < doublings; n++) {
         const hopform_basis_by_order_f32 response = hopform_response_in_mode_f32(&mode, h);
         const hopform_matrix_f32 phi = hopform_transition_f32(&mode, response.of);

@@ -18,11 +18,10 @@ typedef union {
     double of[HOPFORM_AXES_AND_ONE];
 } hopform_state_and_one_f64;
 
-/* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
- * ledger reads or all of it. */
+/* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f64 *plan,
                                                              const hopform_mode_f64 *mode,
-                                                             const hopform_state_f64 *start, double u, double h, bool all)
+                                                             const hopform_state_f64 *start, double u, double h)
 {
     const hopform_motion_f64 motion = hopform_motion_of_f64(plan, start, u, mode->side[0], mode->side[1]);
     hopform_matrix_f64 sum = {{{0}}};
@@ -32,12 +31,7 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f6
         at.named = hopform_arrive_f64(start, &motion, &basis, mode->side[0], mode->side[1]);
         at.of[ONE_f64] = 1.0;
         const double weight = hopform_weight_f64[node] * h;
-        if (!all) {
-#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * at.of[i] * at.of[j];
-            HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
-#undef ADD_PRODUCT
-        }
-        for (int i = 0; i <= HOPFORM_AXES && all; i++) {
+        for (int i = 0; i <= HOPFORM_AXES; i++) {
             for (int j = i; j <= HOPFORM_AXES; j++) {
                 sum.at[i][j] += weight * at.of[i] * at.of[j];
             }
@@ -88,7 +82,7 @@ static inline hopform_ledger_f64 hopform_ledger_in_phase_f64(const hopform_plan_
     from.of[0] = 0.0;
     double h = t;
     const int doublings = hopform_halve_f64(mode.poles, &h);
-    hopform_matrix_f64 sum = hopform_short_moments_f64(plan, &mode, &from.named, u, h, doublings > 0);
+    hopform_matrix_f64 sum = hopform_short_moments_f64(plan, &mode, &from.named, u, h);
     for (int n = 0; n < doublings; n++) {
         const hopform_basis_by_order_f64 response = hopform_response_in_mode_f64(&mode, h);
         const hopform_matrix_f64 phi = hopform_transition_f64(&mode, response.of);

@@ -58,13 +58,6 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan)
     return HOPFORM_OK;
 }
 
-/* The poles of an element that slips while the others are held. */
-static inline hopform_poles_f32 pair_alone_f32(float p, float q)
-{
-    const hopform_poles_f32 poles = {0.0f, p, q, p, q, 0.0f};
-    return poles;
-}
-
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_poles_f32 *both, bool whole)
 {

@@ -58,13 +58,6 @@ static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan)
     return HOPFORM_OK;
 }
 
-/* The poles of an element that slips while the others are held. */
-static inline hopform_poles_f64 pair_alone_f64(double p, double q)
-{
-    const hopform_poles_f64 poles = {0.0, p, q, p, q, 0.0};
-    return poles;
-}
-
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_poles_f64 *both, bool whole)
 {

@@ -29,6 +29,13 @@ static inline bool hopform_is_finite_real(real value)
     return fabs_real(value) <= HOPFORM_NEVER_real;
 }
 
+/* The poles of an element that slips while the others are held. */
+static inline hopform_poles_real pair_alone_real(real p, real q)
+{
+    const hopform_poles_real poles = {0.0, p, q, p, q, 0.0};
+    return poles;
+}
+
 /* 1/n for n from 1 on. */
 static const real hopform_inverse_real[] = {0.0, HOPFORM_INVERSES_real};
 

@@ -18,11 +18,10 @@ typedef union {
     real of[HOPFORM_AXES_AND_ONE];
 } hopform_state_and_one_real;
 
-/* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal, what the
- * ledger reads or all of it. */
+/* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_real *plan,
                                                              const hopform_mode_real *mode,
-                                                             const hopform_state_real *start, real u, real h, bool all)
+                                                             const hopform_state_real *start, real u, real h)
 {
     const hopform_motion_real motion = hopform_motion_of_real(plan, start, u, mode->side[0], mode->side[1]);
     hopform_matrix_real sum = {{{0}}};
@@ -32,12 +31,7 @@ static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_
         at.named = hopform_arrive_real(start, &motion, &basis, mode->side[0], mode->side[1]);
         at.of[ONE_real] = 1.0;
         const real weight = hopform_weight_real[node] * h;
-        if (!all) {
-#define ADD_PRODUCT(i, j) sum.at[i][j] += weight * at.of[i] * at.of[j];
-            HOPFORM_AXES_OF_MOMENTS(ADD_PRODUCT)
-#undef ADD_PRODUCT
-        }
-        for (int i = 0; i <= HOPFORM_AXES && all; i++) {
+        for (int i = 0; i <= HOPFORM_AXES; i++) {
             for (int j = i; j <= HOPFORM_AXES; j++) {
                 sum.at[i][j] += weight * at.of[i] * at.of[j];
             }
@@ -88,7 +82,7 @@ static inline hopform_ledger_real hopform_ledger_in_phase_real(const hopform_pla
     from.of[0] = 0.0;
     real h = t;
     const int doublings = hopform_halve_real(mode.poles, &h);
-    hopform_matrix_real sum = hopform_short_moments_real(plan, &mode, &from.named, u, h, doublings > 0);
+    hopform_matrix_real sum = hopform_short_moments_real(plan, &mode, &from.named, u, h);
     for (int n = 0; n < doublings; n++) {
         const hopform_basis_by_order_real response = hopform_response_in_mode_real(&mode, h);
         const hopform_matrix_real phi = hopform_transition_real(&mode, response.of);

@@ -58,13 +58,6 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan)
     return HOPFORM_OK;
 }
 
-/* The poles of an element that slips while the others are held. */
-static inline hopform_poles_real pair_alone_real(real p, real q)
-{
-    const hopform_poles_real poles = {0.0, p, q, p, q, 0.0};
-    return poles;
-}
-
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both, bool whole)
 {
