@@ -184,13 +184,12 @@ Set `modes`: the 18 stances of `hopform_selftest`, which visit every mode, kind 
 ## Cortex-M4F, gcc -O2, beside what is aimed at
 
 {table(["", "measured", "aim"], aims)}
-A stance after a drop has 2.9 phases on average. Where its instructions go, traced one by one with the function of each
-(QEMU, 6 470 in all): the propagator, evaluated 2.9 times, 1 000; Householder's and Newton's steps and carrying the
-propagator to the root 730; prediction of roots 580; values and derivatives of the event functions 490; which of them
-cross zero first 580; the certificate 300; motion, event functions and times to rest of a phase 860; what follows an
-event 820; checks and report 450; the search between them 660. So no one part stands for the distance to the aim: what
-is left are loops over a few functions in memory, which a search that is written out for each held set would keep in
-registers. A command takes 9.2 stances on average, of more phases.
+A stance after a drop has 2.9 phases on average. Where a candidate's instructions go, traced one by one with the
+function of each (QEMU): which event function crosses zero first, and the way to its root, 3 300; the propagator,
+evaluated 5.4 times, 1 400; the rest of the stance, with its certificate and what follows an event, 3 200; the
+derivative by the current and the minima 1 400; the search between candidates 1 300; the rest is checks and report. So
+no one part stands for the distance to the aim: what is left are loops over a few functions in memory, which a search
+that is written out for each held set would keep in registers. A command takes 9.1 stances on average.
 
 ## Instructions, mean
 
