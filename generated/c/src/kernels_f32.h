@@ -357,7 +357,7 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
     } else {
         const float half = poles->q > 0.0f ? sqrt_f32(discriminant) : mean; /* the square may underflow */
         const float fast = mean + half;
-        if (fast * t < 2.0f) {
+        if (!(fast * t >= 2.0f)) { /* nor where a gain over a mass has overflowed */
             return hopform_short_pair_f32(poles, t);
         }
         const float slow = poles->q / fast;

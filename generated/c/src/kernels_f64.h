@@ -357,7 +357,7 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
     } else {
         const double half = poles->q > 0.0 ? sqrt_f64(discriminant) : mean; /* the square may underflow */
         const double fast = mean + half;
-        if (fast * t < 2.0) {
+        if (!(fast * t >= 2.0)) { /* nor where a gain over a mass has overflowed */
             return hopform_short_pair_f64(poles, t);
         }
         const double slow = poles->q / fast;

@@ -357,7 +357,7 @@ static inline hopform_pair_real hopform_pair_at_real(const hopform_poles_real *p
     } else {
         const real half = poles->q > 0.0 ? sqrt_real(discriminant) : mean; /* the square may underflow */
         const real fast = mean + half;
-        if (fast * t < 2.0) {
+        if (!(fast * t >= 2.0)) { /* nor where a gain over a mass has overflowed */
             return hopform_short_pair_real(poles, t);
         }
         const real slow = poles->q / fast;
