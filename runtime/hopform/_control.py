@@ -203,7 +203,6 @@ class Reachability(Shown):
 
     def _arrays(self) -> Arrays:
         points = {name: [getattr(each, name) for each in self.fixed_points] for name in ("u", "height", "multiplier")}
-
         arrays: dict[str, Any] = {"height": (("height",), self.heights), "u": (("u",), self.currents)}
         arrays |= {name: (("height", "u"), getattr(self, name)) for name in ("apex", "admissible")}
         bounds = ("lowest", "u_lowest", "highest", "u_highest", "hold")
