@@ -376,6 +376,20 @@ typedef struct {
     bool touches;   /* the element that comes to rest is at a stop within rounding */
 } stance_search_f32;
 
+/* A search of nothing, before its first phase: numbers, and not zeros, for which compilers call memset. */
+static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, stance_search_f32 *search)
+{
+    const event_function_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f, 1.0f, NO_OWNER_f32, 0, MAY_TURN_f32};
+    const jet_f32 one = {1.0f, 0.0f, 0.0f, 0.0f};
+    for (int n = 0; n < MOST_EVENT_FUNCTIONS_f32; n++) {
+        search->events.set.function[n] = nothing;
+        search->in.from[n] = one;
+    }
+    search->in.to = one;
+    search->in.high = propagator_at_start_f32(poles);
+    search->side = 0;
+}
+
 /* Whether the position is within rounding of the stop ahead: a grazing contact. */
 static inline bool is_at_stop_f32(const event_set_f32 *set, const propagator_f32 *at)
 {

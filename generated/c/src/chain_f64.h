@@ -376,6 +376,20 @@ typedef struct {
     bool touches;   /* the element that comes to rest is at a stop within rounding */
 } stance_search_f64;
 
+/* A search of nothing, before its first phase: numbers, and not zeros, for which compilers call memset. */
+static inline void stance_search_nothing_f64(const hopform_poles_f64 *poles, stance_search_f64 *search)
+{
+    const event_function_f64 nothing = {0.0, 0.0, 0.0, 0.0, 1.0, NO_OWNER_f64, 0, MAY_TURN_f64};
+    const jet_f64 one = {1.0, 0.0, 0.0, 0.0};
+    for (int n = 0; n < MOST_EVENT_FUNCTIONS_f64; n++) {
+        search->events.set.function[n] = nothing;
+        search->in.from[n] = one;
+    }
+    search->in.to = one;
+    search->in.high = propagator_at_start_f64(poles);
+    search->side = 0;
+}
+
 /* Whether the position is within rounding of the stop ahead: a grazing contact. */
 static inline bool is_at_stop_f64(const event_set_f64 *set, const propagator_f64 *at)
 {

@@ -376,6 +376,20 @@ typedef struct {
     bool touches;   /* the element that comes to rest is at a stop within rounding */
 } stance_search_real;
 
+/* A search of nothing, before its first phase: numbers, and not zeros, for which compilers call memset. */
+static inline void stance_search_nothing_real(const hopform_poles_real *poles, stance_search_real *search)
+{
+    const event_function_real nothing = {0.0, 0.0, 0.0, 0.0, 1.0, NO_OWNER_real, 0, MAY_TURN_real};
+    const jet_real one = {1.0, 0.0, 0.0, 0.0};
+    for (int n = 0; n < MOST_EVENT_FUNCTIONS_real; n++) {
+        search->events.set.function[n] = nothing;
+        search->in.from[n] = one;
+    }
+    search->in.to = one;
+    search->in.high = propagator_at_start_real(poles);
+    search->side = 0;
+}
+
 /* Whether the position is within rounding of the stop ahead: a grazing contact. */
 static inline bool is_at_stop_real(const event_set_real *set, const propagator_real *at)
 {
