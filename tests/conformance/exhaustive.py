@@ -31,8 +31,8 @@ from tests.oracle.checker import CERTIFIED, PROBLEM, REASONS, ROBOT, certify
 
 BATCH = 10000  # for the NumPy back end, whose time goes with the longest chain of a batch
 TOLERANCE = 1e-12
-# Of the reference's 50 digits ten are its error's, and the states after an event may have lost as many again.
-MORE_DIGITS = ((1e-30, 200), (1e-180, 1000))
+# Of the reference's 50 digits ten are its error's, and the states after events may have lost twice as many again.
+MORE_DIGITS = ((1e-20, 200), (1e-170, 1000))
 RIGHT, BY_EVENT = "right", "right by the state at an event"
 APART, UNLIKE = "the back ends differ", "error of back ends"
 HIGH_CONDITION, SHARE_OF_HIGH = 1e3, 1e-3
