@@ -80,7 +80,7 @@ TRIAL = Struct("Trial", "A current that was tried, and what its stance does.").o
     Member("apex_u", "real", "its derivative by u, as the next ones", "m/A"),
     Member("largest_x1", "real", "largest x_1; where x1_max is hit, beyond it by how far the stance is from that", "m"),
     Member("largest_x1_u", "real", "", "m/A"),
-    Member("least_contact", "real", "the least minimum of the contact force over k before the ending", "m"),
+    Member("least_contact", "real", "least minimum of the contact force over k; one behind the take-off is < 0", "m"),
     Member("least_contact_u", "real", "", "m/A"),
     Member("events", "uint32", "stands for the order of modes and events"),
     Member("minima", "uint8", "how many minima of it there are, up to 255"),

@@ -372,6 +372,18 @@ def test_a_rebound_that_nearly_takes_off_is_seen_as_a_dip():
     assert np.all(found["least_contact"][edge + 1 : edge + 200] > 0.0)
 
 
+@pytest.mark.parametrize(("low", "high"), [(0.0, 0.1), (0.3, 0.4)], ids=["ends", "begins"])
+def test_the_least_contact_force_goes_on_below_zero_where_a_rebound_takes_off(low, high):
+    """Without a minimum before it a take-off has one behind it, if the contact could pull: one function of u."""
+    start, u = LegState(0.02, 0.1, -0.63, 0.0), np.linspace(low, high, 20001)
+    found = DEFAULT.compiled().try_currents(HOPPER.parameters, [start], u, 2.0, 4096)[0]
+    (edge,) = np.flatnonzero(found["takes_off"][:-1] != found["takes_off"][1:])
+    least, slope = found["least_contact"], found["least_contact_u"]
+    assert np.array_equal(least < 0.0, found["takes_off"])
+    assert abs(least[edge + 1] - least[edge]) == pytest.approx(abs(slope[edge]) * (u[1] - u[0]), rel=1e-3)
+    assert slope[edge + 1] == pytest.approx(slope[edge], rel=1e-3)
+
+
 # ---- as printed ----
 
 

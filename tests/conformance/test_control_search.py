@@ -81,9 +81,14 @@ FOUND_BY_SCANS = {
          "gamma2": 102.7, "x1_min": -0.008047, "x1_max": 0.0007043, "u_max": 4.127},
         Touchdown(-0.008047, -0.1085, -2.193, 0.0, 0.1232, 0.01902, 0.0),
     ),
+    "another rebound between two take-offs that look alike": (
+        {"m_eff": 2.987, "m_s": 4.781, "k": 1455.0, "c": -0.002517, "b1": 25.69, "b2": 3.272, "f1": 1.805, "f2": 0.8614,
+         "gamma2": 14.6, "x1_max": 0.1973, "u_max": 8.926},
+        Touchdown(0.1693, -0.007389, -1.541, 0.005209, 0.1893, 0.0, 0.0),
+    ),
 }  # fmt: skip
-"""Currents between two after which the stop is hit, or the leg stays down, and which do neither;
-none of them was found once.
+"""Currents between two after which the stop is hit, or the leg stays down, or takes off before a rebound, and which do
+none of these; none of them was found once.
 """
 
 
@@ -96,6 +101,18 @@ def test_a_stop_that_is_hit_on_both_sides_hides_no_current(name, backend):
     found = compare(robot, [touchdown], step=5e-4 * robot.u_max, backend=backend)
     assert found.statuses == {"nearest": 1}
     assert not found.nearer
+
+
+def test_a_search_whose_memory_is_full_does_not_go_round_in_circles():
+    """The leg takes off or not, and the stop is hit or not, in more places than candidates fit: once the search forgot
+    what it tried next, until the 4096 stances that it may take had gone.
+    """
+    robot = changed(m_eff=2.134, m_s=1.499, k=6370.0, c=-0.003967, b1=0.0, b2=0.6448, f1=0.1314, f2=0.0, gamma2=-12.31,
+                    x1_min=-0.04371, x1_max=0.001277, u_max=6.06)  # fmt: skip
+    touchdown = Touchdown(-0.038, -0.1064, -0.1246, 0.0, -0.01062, 0.02874, 0.0)
+    command = touchdown.ask(robot, backend="c")
+    assert command.solved < 600
+    assert command.u == pytest.approx(0.18138, abs=1e-4)
 
 
 def test_no_current_of_a_scan_is_smaller_or_nearer_with_random_robots():

@@ -7,7 +7,6 @@
 #define HOPFORM_CHAIN_H_f32
 
 #include "first_event_f32.h"
-#include "follow_f32.h"
 #include "ledger_f32.h"
 
 /* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
@@ -94,16 +93,20 @@ static inline hopform_numerators_f32 numerators_f32(const stance_chain_f32 *chai
     return made;
 }
 
+/* The first derivative at the start that is not zero. */
+static inline float first_derivative_f32(const hopform_numerator_f32 *h)
+{
+    const float first = fabs_f32(h->H3) > 0.0f ? h->H3 : h->H2;
+    return fabs_f32(first) > 0.0f ? first : h->H1;
+}
+
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline float drift_of_free_f32(const stance_chain_f32 *chain, int element)
 {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const hopform_numerators_f32 motion = numerators_f32(chain, side);
     const hopform_numerator_f32 free = free_numerator_f32(&chain->plan->rates, element, &motion.named);
-    if (fabs_f32(free.H3) > 0.0f) {
-        return free.H3;
-    }
-    return fabs_f32(free.H2) > 0.0f ? free.H2 : free.H1;
+    return first_derivative_f32(&free);
 }
 
 static inline hopform_free_by_element_f32 free_of_f32(const stance_chain_f32 *chain, const hopform_state_f32 *state)
@@ -705,17 +708,16 @@ static inline bool leaves_at_once_f32(const stance_chain_f32 *chain)
     }
     const hopform_numerators_f32 motion = numerators_f32(chain, chain->side);
     const hopform_numerator_f32 h = hopform_contact_numerator_f32(&chain->plan->robot, &motion.named);
-    const float first = fabs_f32(h.H3) > 0.0f ? h.H3 : h.H2;
-    return fabs_f32(first) > 0.0f ? first < 0.0f : h.H1 < 0.0f;
+    return first_derivative_f32(&h) < 0.0f;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
 static inline void show_phase_f32(const stance_chain_f32 *chain, const hopform_state_by_axis_f32 *start, float length,
-                                   const hopform_basis_f32 *end)
+                                   const hopform_basis_f32 *end, bool leaves)
 {
     if (chain->follow != NULL) {
-        const hopform_passage_f32 passage = {&chain->motion, end,         length,      start,
-                                              &chain->at,     chain->side, chain->event};
+        const hopform_passage_f32 passage = {&chain->motion, end,         length,       start,
+                                              &chain->at,     chain->side, chain->event, leaves};
         chain->follow(chain->tally, &passage);
     }
 }
@@ -726,7 +728,7 @@ static inline void show_ending_f32(stance_chain_f32 *chain)
     if (chain->follow != NULL) {
         const hopform_basis_f32 now = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
         stance_begin_phase_f32(chain);
-        show_phase_f32(chain, &chain->at, 0.0f, &now);
+        show_phase_f32(chain, &chain->at, 0.0f, &now, false);
     }
 }
 
@@ -771,7 +773,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     const float length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
     stance_arrive_f32(chain, &end->in.high.basis);
-    show_phase_f32(chain, &start, length, &end->in.high.basis);
+    show_phase_f32(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f32);
     chain->t = passes ? until : chain->t + length;
     if (end->owner == CONTACT_f32) {
         float *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS];

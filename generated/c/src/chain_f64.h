@@ -7,7 +7,6 @@
 #define HOPFORM_CHAIN_H_f64
 
 #include "first_event_f64.h"
-#include "follow_f64.h"
 #include "ledger_f64.h"
 
 /* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
@@ -94,16 +93,20 @@ static inline hopform_numerators_f64 numerators_f64(const stance_chain_f64 *chai
     return made;
 }
 
+/* The first derivative at the start that is not zero. */
+static inline double first_derivative_f64(const hopform_numerator_f64 *h)
+{
+    const double first = fabs_f64(h->H3) > 0.0 ? h->H3 : h->H2;
+    return fabs_f64(first) > 0.0 ? first : h->H1;
+}
+
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline double drift_of_free_f64(const stance_chain_f64 *chain, int element)
 {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const hopform_numerators_f64 motion = numerators_f64(chain, side);
     const hopform_numerator_f64 free = free_numerator_f64(&chain->plan->rates, element, &motion.named);
-    if (fabs_f64(free.H3) > 0.0) {
-        return free.H3;
-    }
-    return fabs_f64(free.H2) > 0.0 ? free.H2 : free.H1;
+    return first_derivative_f64(&free);
 }
 
 static inline hopform_free_by_element_f64 free_of_f64(const stance_chain_f64 *chain, const hopform_state_f64 *state)
@@ -705,17 +708,16 @@ static inline bool leaves_at_once_f64(const stance_chain_f64 *chain)
     }
     const hopform_numerators_f64 motion = numerators_f64(chain, chain->side);
     const hopform_numerator_f64 h = hopform_contact_numerator_f64(&chain->plan->robot, &motion.named);
-    const double first = fabs_f64(h.H3) > 0.0 ? h.H3 : h.H2;
-    return fabs_f64(first) > 0.0 ? first < 0.0 : h.H1 < 0.0;
+    return first_derivative_f64(&h) < 0.0;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
 static inline void show_phase_f64(const stance_chain_f64 *chain, const hopform_state_by_axis_f64 *start, double length,
-                                   const hopform_basis_f64 *end)
+                                   const hopform_basis_f64 *end, bool leaves)
 {
     if (chain->follow != NULL) {
-        const hopform_passage_f64 passage = {&chain->motion, end,         length,      start,
-                                              &chain->at,     chain->side, chain->event};
+        const hopform_passage_f64 passage = {&chain->motion, end,         length,       start,
+                                              &chain->at,     chain->side, chain->event, leaves};
         chain->follow(chain->tally, &passage);
     }
 }
@@ -726,7 +728,7 @@ static inline void show_ending_f64(stance_chain_f64 *chain)
     if (chain->follow != NULL) {
         const hopform_basis_f64 now = {1.0, 0.0, 0.0, 0.0, 0.0};
         stance_begin_phase_f64(chain);
-        show_phase_f64(chain, &chain->at, 0.0, &now);
+        show_phase_f64(chain, &chain->at, 0.0, &now, false);
     }
 }
 
@@ -771,7 +773,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     const double length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
     stance_arrive_f64(chain, &end->in.high.basis);
-    show_phase_f64(chain, &start, length, &end->in.high.basis);
+    show_phase_f64(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f64);
     chain->t = passes ? until : chain->t + length;
     if (end->owner == CONTACT_f64) {
         double *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS];

@@ -15,34 +15,12 @@ typedef struct {
     uint32_t count;
 } hopform_least_f32;
 
-/* The minimum between two times, between which the rate becomes positive: a root of the rate, by Householder's method,
- * until a further step changes the value by less than rounding does. */
+/* The minimum between two times, between which the rate becomes positive. */
 static inline void hopform_find_minimum_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                              const jet_f32 *from, float low, const jet_f32 *to, float high,
                                              hopform_least_f32 *least)
 {
-    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
-    const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
-    const float apart = high - low;
-    const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, apart);
-    float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
-    propagator_f32 at = propagator_at_f32(poles, t);
-    for (int n = 0; n < 100; n++) {
-        const jet_f32 jet = jet_at_f32(poles, g, &at);
-        const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, &jet)};
-        const float step = step_to_root_f32(&falls);
-        const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_f32(step * jet.rate) <= rounding_of_f32(g, &at, 0.0f)) {
-            break;
-        }
-        low = jet.rate < 0.0f ? t : low;
-        high = jet.rate < 0.0f ? high : t;
-        t = n > 8 && n % 2 == 1 ? low : t - step;
-        if (!(t > low && t < high)) {
-            t = low + 0.5f * (high - low);
-        }
-        at = propagator_at_f32(poles, t);
-    }
+    const propagator_f32 at = minimum_between_f32(poles, g, from, low, to, high);
     const float value = value_at_f32(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;

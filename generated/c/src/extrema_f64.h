@@ -15,34 +15,12 @@ typedef struct {
     uint32_t count;
 } hopform_least_f64;
 
-/* The minimum between two times, between which the rate becomes positive: a root of the rate, by Householder's method,
- * until a further step changes the value by less than rounding does. */
+/* The minimum between two times, between which the rate becomes positive. */
 static inline void hopform_find_minimum_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                              const jet_f64 *from, double low, const jet_f64 *to, double high,
                                              hopform_least_f64 *least)
 {
-    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, from)};
-    const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
-    const double apart = high - low;
-    const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, apart);
-    double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
-    propagator_f64 at = propagator_at_f64(poles, t);
-    for (int n = 0; n < 100; n++) {
-        const jet_f64 jet = jet_at_f64(poles, g, &at);
-        const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, &jet)};
-        const double step = step_to_root_f64(&falls);
-        const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_f64(step * jet.rate) <= rounding_of_f64(g, &at, 0.0)) {
-            break;
-        }
-        low = jet.rate < 0.0 ? t : low;
-        high = jet.rate < 0.0 ? high : t;
-        t = n > 8 && n % 2 == 1 ? low : t - step;
-        if (!(t > low && t < high)) {
-            t = low + 0.5 * (high - low);
-        }
-        at = propagator_at_f64(poles, t);
-    }
+    const propagator_f64 at = minimum_between_f64(poles, g, from, low, to, high);
     const double value = value_at_f64(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;

@@ -450,44 +450,30 @@ static inline bool is_held_up_by_tangents_f32(const jet_f32 *from, const jet_f32
     return from->value + from->rate * reach > bound;
 }
 
-/* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found, or where
- * g is known to stay above zero. */
-static inline propagator_f32 minimum_between_f32(const event_set_f32 *set, const event_function_f32 *g, float low,
-                                                   const jet_f32 *at_low, float high, const jet_f32 *at_high)
+/* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
+ * method, until a further step changes the value by less than rounding does. */
+static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                                   const jet_f32 *from, float low, const jet_f32 *to, float high)
 {
-    const hopform_poles_f32 *poles = set->poles;
-    jet_f32 before = *at_low;
-    jet_f32 after = *at_high;
-    const float turn = before.rate - after.rate;
-    float t = low + (high - low) * (turn < 0.0f ? before.rate / turn : 0.5f);
-    if (!(t > low && t < high)) {
-        t = low + 0.5f * (high - low);
-    }
+    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
+    const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
+    const float apart = high - low;
+    const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, apart);
+    float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
     propagator_f32 at = propagator_at_f32(poles, t);
     for (int n = 0; n < 100; n++) {
-        const jet_f32 jet = short_jet_at_f32(g, &at);
-        const float rounding = rounding_of_f32(g, &at, jet.rate);
-        if (jet.value < -rounding) {
+        const jet_f32 jet = jet_at_f32(poles, g, &at);
+        const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, &jet)};
+        const float step = step_to_root_f32(&falls);
+        const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
+        if (!is_far && fabs_f32(step * jet.rate) <= rounding_of_f32(g, &at, 0.0f)) {
             break;
         }
-        if (jet.rate < 0.0f) {
-            low = t;
-            before = jet;
-        } else { /* a rate that has faded to 0 lies behind the minimum */
-            high = t;
-            after = jet;
-        }
-        const float step = fabs_f32(jet.curvature) > 0.0f ? jet.rate / jet.curvature : HOPFORM_NEVER_f32;
-        if (fabs_f32(step) <= 0.001f * HOPFORM_ROOT_EPS_f32 * t
-            || is_held_up_by_tangents_f32(&before, &after, set->node->pole, high - low, rounding)) {
-            break;
-        }
-        t -= step;
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
-            t = low + 0.5f * (high - low);
-        }
+        low = jet.rate < 0.0f ? t : low;
+        high = jet.rate < 0.0f ? high : t;
+        t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) {
-            break;
+            t = low + 0.5f * (high - low);
         }
         at = propagator_at_f32(poles, t);
     }
@@ -722,7 +708,8 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
         if (is_held_up_by_tangents_f32(from, to, set->node->pole, h, rounding)) {
             return true;
         }
-        const propagator_f32 lowest = minimum_between_f32(set, g, in->low, from, in->high.t, to);
+        in->to.third = third_of_f32(set->poles, g, &in->high);
+        const propagator_f32 lowest = minimum_between_f32(set->poles, g, from, in->low, to, in->high.t);
         const jet_f32 least = short_jet_at_f32(g, &lowest);
         if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) {
             return true;

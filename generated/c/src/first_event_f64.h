@@ -450,44 +450,30 @@ static inline bool is_held_up_by_tangents_f64(const jet_f64 *from, const jet_f64
     return from->value + from->rate * reach > bound;
 }
 
-/* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found, or where
- * g is known to stay above zero. */
-static inline propagator_f64 minimum_between_f64(const event_set_f64 *set, const event_function_f64 *g, double low,
-                                                   const jet_f64 *at_low, double high, const jet_f64 *at_high)
+/* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
+ * method, until a further step changes the value by less than rounding does. */
+static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                                   const jet_f64 *from, double low, const jet_f64 *to, double high)
 {
-    const hopform_poles_f64 *poles = set->poles;
-    jet_f64 before = *at_low;
-    jet_f64 after = *at_high;
-    const double turn = before.rate - after.rate;
-    double t = low + (high - low) * (turn < 0.0 ? before.rate / turn : 0.5);
-    if (!(t > low && t < high)) {
-        t = low + 0.5 * (high - low);
-    }
+    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, from)};
+    const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
+    const double apart = high - low;
+    const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, apart);
+    double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
     propagator_f64 at = propagator_at_f64(poles, t);
     for (int n = 0; n < 100; n++) {
-        const jet_f64 jet = short_jet_at_f64(g, &at);
-        const double rounding = rounding_of_f64(g, &at, jet.rate);
-        if (jet.value < -rounding) {
+        const jet_f64 jet = jet_at_f64(poles, g, &at);
+        const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, &jet)};
+        const double step = step_to_root_f64(&falls);
+        const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
+        if (!is_far && fabs_f64(step * jet.rate) <= rounding_of_f64(g, &at, 0.0)) {
             break;
         }
-        if (jet.rate < 0.0) {
-            low = t;
-            before = jet;
-        } else { /* a rate that has faded to 0 lies behind the minimum */
-            high = t;
-            after = jet;
-        }
-        const double step = fabs_f64(jet.curvature) > 0.0 ? jet.rate / jet.curvature : HOPFORM_NEVER_f64;
-        if (fabs_f64(step) <= 0.001 * HOPFORM_ROOT_EPS_f64 * t
-            || is_held_up_by_tangents_f64(&before, &after, set->node->pole, high - low, rounding)) {
-            break;
-        }
-        t -= step;
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
-            t = low + 0.5 * (high - low);
-        }
+        low = jet.rate < 0.0 ? t : low;
+        high = jet.rate < 0.0 ? high : t;
+        t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) {
-            break;
+            t = low + 0.5 * (high - low);
         }
         at = propagator_at_f64(poles, t);
     }
@@ -722,7 +708,8 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
         if (is_held_up_by_tangents_f64(from, to, set->node->pole, h, rounding)) {
             return true;
         }
-        const propagator_f64 lowest = minimum_between_f64(set, g, in->low, from, in->high.t, to);
+        in->to.third = third_of_f64(set->poles, g, &in->high);
+        const propagator_f64 lowest = minimum_between_f64(set->poles, g, from, in->low, to, in->high.t);
         const jet_f64 least = short_jet_at_f64(g, &lowest);
         if (!(least.value < -rounding_of_f64(g, &lowest, least.rate))) {
             return true;

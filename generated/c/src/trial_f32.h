@@ -13,9 +13,7 @@
 
 #include <string.h>
 
-#include "crossing_f32.h"
 #include "extrema_f32.h"
-#include "follow_f32.h"
 
 /* What is gathered along the phases of a stance. */
 struct hopform_tally_f32 {
@@ -127,22 +125,44 @@ static inline void hopform_pass_event_f32(hopform_tally_f32 *tally, const hopfor
     }
 }
 
-/* A minimum of the contact force inside a phase. */
+/* The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind it, by
+ * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
+ * the stance goes on for another rebound. */
 static inline void hopform_look_for_minimum_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage,
-                                                 const hopform_motion_f32 *by_u)
+                                                 const hopform_motion_f32 *by_u, bool turns)
 {
     const hopform_robot_f32 *robot = &tally->plan->robot;
     const int *side = passage->side;
     const hopform_poles_f32 *poles = hopform_poles_of_f32(tally->plan, side[0], side[1]);
-    const hopform_numerator_f32 contact = hopform_contact_numerator_f32(robot, &passage->motion->named);
+    const hopform_numerator_f32 h = hopform_contact_numerator_f32(robot, &passage->motion->named);
     const propagator_f32 end = propagator_of_f32(poles, passage->length, passage->end);
-    const hopform_least_f32 least =
-        hopform_least_minimum_f32(poles, hopform_node_of_f32(tally->plan, side[0], side[1]), &contact,
-                                   hopform_contact_of_f32(robot, &passage->start->named), &end, 64.0f);
-    if (least.count > 0) {
-        const hopform_state_f32 there =
-            hopform_arrive_f32(&tally->change.named, by_u, &least.basis, side[0], side[1]);
-        hopform_note_minimum_f32(tally->trial, least.value, hopform_contact_slope_f32(robot, &there), least.count);
+    if (turns) {
+        const hopform_least_f32 least =
+            hopform_least_minimum_f32(poles, hopform_node_of_f32(tally->plan, side[0], side[1]), &h,
+                                       hopform_contact_of_f32(robot, &passage->start->named), &end, 64.0f);
+        if (least.count > 0) {
+            const hopform_state_f32 there =
+                hopform_arrive_f32(&tally->change.named, by_u, &least.basis, side[0], side[1]);
+            hopform_note_minimum_f32(tally->trial, least.value, hopform_contact_slope_f32(robot, &there),
+                                      least.count);
+        }
+    }
+    if (!passage->leaves || tally->trial->minima > 0) {
+        return;
+    }
+    const hopform_numerator_f32 h_u = hopform_contact_numerator_f32(robot, by_u);
+    const event_function_f32 contact = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
+    const event_function_f32 contact_u = {
+        h_u.H3, h_u.H2, h_u.H1, 0.0f, hopform_contact_slope_f32(robot, &tally->change.named), 0, 0, MAY_TURN_f32};
+    const jet_f32 at = jet_at_f32(poles, &contact, &end);
+    const jet_f32 at_u = short_jet_at_f32(&contact_u, &end);
+    if (at.rate < 0.0f && at.curvature > 0.0f) {
+        const float later = -at.rate / at.curvature;
+        const float curvature_u = at_u.curvature - at.third * at_u.value / at.rate; /* where the take-off moves to */
+        const float change = at_u.value + later * (at_u.rate + 0.5f * later * curvature_u);
+        if (0.5f * later * -at.rate + fabs_f32(change) <= HOPFORM_NEVER_f32) {
+            hopform_note_minimum_f32(tally->trial, 0.5f * later * at.rate, change, 0);
+        }
     }
 }
 
@@ -164,8 +184,8 @@ static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.HOPFORM_PER_AMPERE;
         const hopform_motion_f32 by_u =
             hopform_motion_under_f32(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
-        if (turns) {
-            hopform_look_for_minimum_f32(tally, passage, &by_u);
+        if (turns || passage->leaves) {
+            hopform_look_for_minimum_f32(tally, passage, &by_u, turns);
         }
         tally->change.named = hopform_arrive_f32(&tally->change.named, &by_u, w, side[0], side[1]);
     }
@@ -190,12 +210,10 @@ static inline void hopform_lift_f32(const hopform_tally_f32 *tally, const hopfor
     }
     const float late = -hopform_contact_slope_f32(robot, &tally->change.named) / rate;
     hopform_state_by_axis_f32 met = hopform_change_at_event_f32(&tally->change, &tally->speed, late);
-    hopform_state_change_f32 change;
     if (HOPFORM_CONTACT_IS_COMPRESSION) {
         met.of[HOPFORM_COMPRESSION_AXIS] = 0.0f;
     }
-    (void)memcpy(&change, &met, sizeof change);
-    tally->trial->apex_u = hopform_apex_slope_f32(robot, end, &change);
+    tally->trial->apex_u = hopform_apex_slope_f32(robot, end, &met.change);
     hopform_note_largest_f32(tally->trial, end->HOPFORM_POSITION, met.of[HOPFORM_POSITION_AXIS]);
 }
 

@@ -13,9 +13,7 @@
 
 #include <string.h>
 
-#include "crossing_f64.h"
 #include "extrema_f64.h"
-#include "follow_f64.h"
 
 /* What is gathered along the phases of a stance. */
 struct hopform_tally_f64 {
@@ -127,22 +125,44 @@ static inline void hopform_pass_event_f64(hopform_tally_f64 *tally, const hopfor
     }
 }
 
-/* A minimum of the contact force inside a phase. */
+/* The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind it, by
+ * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
+ * the stance goes on for another rebound. */
 static inline void hopform_look_for_minimum_f64(hopform_tally_f64 *tally, const hopform_passage_f64 *passage,
-                                                 const hopform_motion_f64 *by_u)
+                                                 const hopform_motion_f64 *by_u, bool turns)
 {
     const hopform_robot_f64 *robot = &tally->plan->robot;
     const int *side = passage->side;
     const hopform_poles_f64 *poles = hopform_poles_of_f64(tally->plan, side[0], side[1]);
-    const hopform_numerator_f64 contact = hopform_contact_numerator_f64(robot, &passage->motion->named);
+    const hopform_numerator_f64 h = hopform_contact_numerator_f64(robot, &passage->motion->named);
     const propagator_f64 end = propagator_of_f64(poles, passage->length, passage->end);
-    const hopform_least_f64 least =
-        hopform_least_minimum_f64(poles, hopform_node_of_f64(tally->plan, side[0], side[1]), &contact,
-                                   hopform_contact_of_f64(robot, &passage->start->named), &end, 64.0);
-    if (least.count > 0) {
-        const hopform_state_f64 there =
-            hopform_arrive_f64(&tally->change.named, by_u, &least.basis, side[0], side[1]);
-        hopform_note_minimum_f64(tally->trial, least.value, hopform_contact_slope_f64(robot, &there), least.count);
+    if (turns) {
+        const hopform_least_f64 least =
+            hopform_least_minimum_f64(poles, hopform_node_of_f64(tally->plan, side[0], side[1]), &h,
+                                       hopform_contact_of_f64(robot, &passage->start->named), &end, 64.0);
+        if (least.count > 0) {
+            const hopform_state_f64 there =
+                hopform_arrive_f64(&tally->change.named, by_u, &least.basis, side[0], side[1]);
+            hopform_note_minimum_f64(tally->trial, least.value, hopform_contact_slope_f64(robot, &there),
+                                      least.count);
+        }
+    }
+    if (!passage->leaves || tally->trial->minima > 0) {
+        return;
+    }
+    const hopform_numerator_f64 h_u = hopform_contact_numerator_f64(robot, by_u);
+    const event_function_f64 contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0, 0, MAY_TURN_f64};
+    const event_function_f64 contact_u = {
+        h_u.H3, h_u.H2, h_u.H1, 0.0, hopform_contact_slope_f64(robot, &tally->change.named), 0, 0, MAY_TURN_f64};
+    const jet_f64 at = jet_at_f64(poles, &contact, &end);
+    const jet_f64 at_u = short_jet_at_f64(&contact_u, &end);
+    if (at.rate < 0.0 && at.curvature > 0.0) {
+        const double later = -at.rate / at.curvature;
+        const double curvature_u = at_u.curvature - at.third * at_u.value / at.rate; /* where the take-off moves to */
+        const double change = at_u.value + later * (at_u.rate + 0.5 * later * curvature_u);
+        if (0.5 * later * -at.rate + fabs_f64(change) <= HOPFORM_NEVER_f64) {
+            hopform_note_minimum_f64(tally->trial, 0.5 * later * at.rate, change, 0);
+        }
     }
 }
 
@@ -164,8 +184,8 @@ static inline void hopform_tally_up_f64(hopform_tally_f64 *tally, const hopform_
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.HOPFORM_PER_AMPERE;
         const hopform_motion_f64 by_u =
             hopform_motion_under_f64(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
-        if (turns) {
-            hopform_look_for_minimum_f64(tally, passage, &by_u);
+        if (turns || passage->leaves) {
+            hopform_look_for_minimum_f64(tally, passage, &by_u, turns);
         }
         tally->change.named = hopform_arrive_f64(&tally->change.named, &by_u, w, side[0], side[1]);
     }
@@ -190,12 +210,10 @@ static inline void hopform_lift_f64(const hopform_tally_f64 *tally, const hopfor
     }
     const double late = -hopform_contact_slope_f64(robot, &tally->change.named) / rate;
     hopform_state_by_axis_f64 met = hopform_change_at_event_f64(&tally->change, &tally->speed, late);
-    hopform_state_change_f64 change;
     if (HOPFORM_CONTACT_IS_COMPRESSION) {
         met.of[HOPFORM_COMPRESSION_AXIS] = 0.0;
     }
-    (void)memcpy(&change, &met, sizeof change);
-    tally->trial->apex_u = hopform_apex_slope_f64(robot, end, &change);
+    tally->trial->apex_u = hopform_apex_slope_f64(robot, end, &met.change);
     hopform_note_largest_f64(tally->trial, end->HOPFORM_POSITION, met.of[HOPFORM_POSITION_AXIS]);
 }
 

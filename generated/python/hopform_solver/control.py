@@ -144,10 +144,13 @@ class _Cells:
 
     @property
     def quiet(self) -> Flags:
-        """No rebound takes off that does not do so at the ends: the least contact force of each stays above zero."""
-        in_from, in_to, least = self.from_.minima > 0, self.to.minima > 0, self.curve("least_contact")
-        from_, to = least.from_ > np.abs(least.from_rise), least.to > np.abs(least.to_rise)
-        return np.where(in_from & in_to, least.coefficients.min(axis=0) > 0.0, (~in_from | from_) & (~in_to | to))
+        """No rebound takes off that does not do so at the ends, and none stays that takes off there: the least contact
+        force of each keeps its sign.
+        """
+        both, least = (self.from_.minima > 0) & (self.to.minima > 0), self.curve("least_contact")
+        inward = (least.from_, least.from_rise), (least.to, -least.to_rise)
+        from_, to = (np.where(value > 0.0, value > np.abs(rise), value + rise < 0.0) for value, rise in inward)
+        return np.where(both, least.coefficients.min(axis=0) > 0.0, from_ & to)
 
     @property
     def _at_jump(self) -> Array:

@@ -7,7 +7,6 @@
 #define HOPFORM_CHAIN_H_real
 
 #include "first_event_real.h"
-#include "follow_real.h"
 #include "ledger_real.h"
 
 /* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
@@ -94,16 +93,20 @@ static inline hopform_numerators_real numerators_real(const stance_chain_real *c
     return made;
 }
 
+/* The first derivative at the start that is not zero. */
+static inline real first_derivative_real(const hopform_numerator_real *h)
+{
+    const real first = fabs_real(h->H3) > 0.0 ? h->H3 : h->H2;
+    return fabs_real(first) > 0.0 ? first : h->H1;
+}
+
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline real drift_of_free_real(const stance_chain_real *chain, int element)
 {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const hopform_numerators_real motion = numerators_real(chain, side);
     const hopform_numerator_real free = free_numerator_real(&chain->plan->rates, element, &motion.named);
-    if (fabs_real(free.H3) > 0.0) {
-        return free.H3;
-    }
-    return fabs_real(free.H2) > 0.0 ? free.H2 : free.H1;
+    return first_derivative_real(&free);
 }
 
 static inline hopform_free_by_element_real free_of_real(const stance_chain_real *chain, const hopform_state_real *state)
@@ -705,17 +708,16 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain)
     }
     const hopform_numerators_real motion = numerators_real(chain, chain->side);
     const hopform_numerator_real h = hopform_contact_numerator_real(&chain->plan->robot, &motion.named);
-    const real first = fabs_real(h.H3) > 0.0 ? h.H3 : h.H2;
-    return fabs_real(first) > 0.0 ? first < 0.0 : h.H1 < 0.0;
+    return first_derivative_real(&h) < 0.0;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
 static inline void show_phase_real(const stance_chain_real *chain, const hopform_state_by_axis_real *start, real length,
-                                   const hopform_basis_real *end)
+                                   const hopform_basis_real *end, bool leaves)
 {
     if (chain->follow != NULL) {
-        const hopform_passage_real passage = {&chain->motion, end,         length,      start,
-                                              &chain->at,     chain->side, chain->event};
+        const hopform_passage_real passage = {&chain->motion, end,         length,       start,
+                                              &chain->at,     chain->side, chain->event, leaves};
         chain->follow(chain->tally, &passage);
     }
 }
@@ -726,7 +728,7 @@ static inline void show_ending_real(stance_chain_real *chain)
     if (chain->follow != NULL) {
         const hopform_basis_real now = {1.0, 0.0, 0.0, 0.0, 0.0};
         stance_begin_phase_real(chain);
-        show_phase_real(chain, &chain->at, 0.0, &now);
+        show_phase_real(chain, &chain->at, 0.0, &now, false);
     }
 }
 
@@ -771,7 +773,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     const real length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
     stance_arrive_real(chain, &end->in.high.basis);
-    show_phase_real(chain, &start, length, &end->in.high.basis);
+    show_phase_real(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_real);
     chain->t = passes ? until : chain->t + length;
     if (end->owner == CONTACT_real) {
         real *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS];

@@ -15,34 +15,12 @@ typedef struct {
     uint32_t count;
 } hopform_least_real;
 
-/* The minimum between two times, between which the rate becomes positive: a root of the rate, by Householder's method,
- * until a further step changes the value by less than rounding does. */
+/* The minimum between two times, between which the rate becomes positive. */
 static inline void hopform_find_minimum_real(const hopform_poles_real *poles, const event_function_real *g,
                                              const jet_real *from, real low, const jet_real *to, real high,
                                              hopform_least_real *least)
 {
-    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, from)};
-    const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
-    const real apart = high - low;
-    const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, apart);
-    real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
-    propagator_real at = propagator_at_real(poles, t);
-    for (int n = 0; n < 100; n++) {
-        const jet_real jet = jet_at_real(poles, g, &at);
-        const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, &jet)};
-        const real step = step_to_root_real(&falls);
-        const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_real(step * jet.rate) <= rounding_of_real(g, &at, 0.0)) {
-            break;
-        }
-        low = jet.rate < 0.0 ? t : low;
-        high = jet.rate < 0.0 ? high : t;
-        t = n > 8 && n % 2 == 1 ? low : t - step;
-        if (!(t > low && t < high)) {
-            t = low + 0.5 * (high - low);
-        }
-        at = propagator_at_real(poles, t);
-    }
+    const propagator_real at = minimum_between_real(poles, g, from, low, to, high);
     const real value = value_at_real(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;

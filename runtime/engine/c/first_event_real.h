@@ -450,44 +450,30 @@ static inline bool is_held_up_by_tangents_real(const jet_real *from, const jet_r
     return from->value + from->rate * reach > bound;
 }
 
-/* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found, or where
- * g is known to stay above zero. */
-static inline propagator_real minimum_between_real(const event_set_real *set, const event_function_real *g, real low,
-                                                   const jet_real *at_low, real high, const jet_real *at_high)
+/* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
+ * method, until a further step changes the value by less than rounding does. */
+static inline propagator_real minimum_between_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                   const jet_real *from, real low, const jet_real *to, real high)
 {
-    const hopform_poles_real *poles = set->poles;
-    jet_real before = *at_low;
-    jet_real after = *at_high;
-    const real turn = before.rate - after.rate;
-    real t = low + (high - low) * (turn < 0.0 ? before.rate / turn : 0.5);
-    if (!(t > low && t < high)) {
-        t = low + 0.5 * (high - low);
-    }
+    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, from)};
+    const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
+    const real apart = high - low;
+    const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, apart);
+    real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
     propagator_real at = propagator_at_real(poles, t);
     for (int n = 0; n < 100; n++) {
-        const jet_real jet = short_jet_at_real(g, &at);
-        const real rounding = rounding_of_real(g, &at, jet.rate);
-        if (jet.value < -rounding) {
+        const jet_real jet = jet_at_real(poles, g, &at);
+        const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, &jet)};
+        const real step = step_to_root_real(&falls);
+        const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
+        if (!is_far && fabs_real(step * jet.rate) <= rounding_of_real(g, &at, 0.0)) {
             break;
         }
-        if (jet.rate < 0.0) {
-            low = t;
-            before = jet;
-        } else { /* a rate that has faded to 0 lies behind the minimum */
-            high = t;
-            after = jet;
-        }
-        const real step = fabs_real(jet.curvature) > 0.0 ? jet.rate / jet.curvature : HOPFORM_NEVER_real;
-        if (fabs_real(step) <= 0.001 * HOPFORM_ROOT_EPS_real * t
-            || is_held_up_by_tangents_real(&before, &after, set->node->pole, high - low, rounding)) {
-            break;
-        }
-        t -= step;
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
-            t = low + 0.5 * (high - low);
-        }
+        low = jet.rate < 0.0 ? t : low;
+        high = jet.rate < 0.0 ? high : t;
+        t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) {
-            break;
+            t = low + 0.5 * (high - low);
         }
         at = propagator_at_real(poles, t);
     }
@@ -722,7 +708,8 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
         if (is_held_up_by_tangents_real(from, to, set->node->pole, h, rounding)) {
             return true;
         }
-        const propagator_real lowest = minimum_between_real(set, g, in->low, from, in->high.t, to);
+        in->to.third = third_of_real(set->poles, g, &in->high);
+        const propagator_real lowest = minimum_between_real(set->poles, g, from, in->low, to, in->high.t);
         const jet_real least = short_jet_at_real(g, &lowest);
         if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) {
             return true;

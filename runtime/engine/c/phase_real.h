@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * A phase: its poles and numerators by mode, and its state over time.
+ * A phase: its poles and numerators by mode, its state over time, and how a change passes the event that ends it.
  */
 #ifndef HOPFORM_PHASE_H_real
 #define HOPFORM_PHASE_H_real
@@ -193,5 +193,53 @@ static inline hopform_state_real hopform_state_in_phase_real(const hopform_plan_
     const hopform_motion_real motion = hopform_motion_in_phase_real(plan, phase, u);
     return hopform_state_by_motion_real(plan, phase, &motion, t);
 }
+
+/* ---- through an event, at which an axis is at a value: a velocity at 0, or a position at a stop ---- */
+
+/* The axis that is at a value when an event comes; -1 where nothing jumps. */
+static inline int hopform_axis_of_event_real(int event)
+{
+    static const signed char axis_of_event[] = HOPFORM_AXIS_OF_EVENT;
+    return axis_of_event[event];
+}
+
+/* The change of z right after an event of `axis`, in place of that before it. The event comes `late`r, which adds (z'
+ * before - z' after) late; the value changes by `wanted`, that of a velocity by 0. A stop takes the velocity at once,
+ * and all that it acts on jumps. At rest the acceleration of the element jumps alone. */
+static inline void hopform_cross_real(real change[HOPFORM_AXES], const real before[HOPFORM_AXES],
+                                      const real after[HOPFORM_AXES], int axis, real wanted, real late)
+{
+    const bool stops = axis == HOPFORM_POSITION_AXIS;
+    const int velocity = stops ? HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT) : axis;
+    for (int i = 0; stops && i < HOPFORM_AXES; i++) {
+        change[i] += (before[i] - after[i]) * late;
+    }
+    change[axis] = wanted;
+    change[velocity] = 0.0 - after[velocity] * late;
+}
+
+/* ---- a stance that is followed phase by phase while it is solved ---- */
+
+/* A phase that has been solved, before the event that ends it. */
+typedef struct {
+    const hopform_numerators_real *motion;
+    const hopform_basis_real *end; /* the propagator where it ends */
+    real length;
+    const hopform_state_by_axis_real *start;
+    const hopform_state_by_axis_real *arrived;
+    const int *side; /* of each element */
+    int event;       /* with which it began */
+    bool leaves;     /* it ends as the contact is lost */
+} hopform_passage_real;
+
+typedef struct hopform_tally_real hopform_tally_real;
+typedef void hopform_follow_real(hopform_tally_real *tally, const hopform_passage_real *passage);
+
+/* hopform_solve_stance of one current that shows every phase to `follow`; NULL for none. */
+int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
+                                    const hopform_step_real *steps, int32_t step_count, real horizon,
+                                    int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
+                                    hopform_stance_real *stance, hopform_follow_real *follow,
+                                    hopform_tally_real *tally);
 
 #endif

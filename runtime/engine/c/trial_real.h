@@ -13,9 +13,7 @@
 
 #include <string.h>
 
-#include "crossing_real.h"
 #include "extrema_real.h"
-#include "follow_real.h"
 
 /* What is gathered along the phases of a stance. */
 struct hopform_tally_real {
@@ -127,22 +125,44 @@ static inline void hopform_pass_event_real(hopform_tally_real *tally, const hopf
     }
 }
 
-/* A minimum of the contact force inside a phase. */
+/* The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind it, by
+ * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
+ * the stance goes on for another rebound. */
 static inline void hopform_look_for_minimum_real(hopform_tally_real *tally, const hopform_passage_real *passage,
-                                                 const hopform_motion_real *by_u)
+                                                 const hopform_motion_real *by_u, bool turns)
 {
     const hopform_robot_real *robot = &tally->plan->robot;
     const int *side = passage->side;
     const hopform_poles_real *poles = hopform_poles_of_real(tally->plan, side[0], side[1]);
-    const hopform_numerator_real contact = hopform_contact_numerator_real(robot, &passage->motion->named);
+    const hopform_numerator_real h = hopform_contact_numerator_real(robot, &passage->motion->named);
     const propagator_real end = propagator_of_real(poles, passage->length, passage->end);
-    const hopform_least_real least =
-        hopform_least_minimum_real(poles, hopform_node_of_real(tally->plan, side[0], side[1]), &contact,
-                                   hopform_contact_of_real(robot, &passage->start->named), &end, 64.0);
-    if (least.count > 0) {
-        const hopform_state_real there =
-            hopform_arrive_real(&tally->change.named, by_u, &least.basis, side[0], side[1]);
-        hopform_note_minimum_real(tally->trial, least.value, hopform_contact_slope_real(robot, &there), least.count);
+    if (turns) {
+        const hopform_least_real least =
+            hopform_least_minimum_real(poles, hopform_node_of_real(tally->plan, side[0], side[1]), &h,
+                                       hopform_contact_of_real(robot, &passage->start->named), &end, 64.0);
+        if (least.count > 0) {
+            const hopform_state_real there =
+                hopform_arrive_real(&tally->change.named, by_u, &least.basis, side[0], side[1]);
+            hopform_note_minimum_real(tally->trial, least.value, hopform_contact_slope_real(robot, &there),
+                                      least.count);
+        }
+    }
+    if (!passage->leaves || tally->trial->minima > 0) {
+        return;
+    }
+    const hopform_numerator_real h_u = hopform_contact_numerator_real(robot, by_u);
+    const event_function_real contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0, 0, MAY_TURN_real};
+    const event_function_real contact_u = {
+        h_u.H3, h_u.H2, h_u.H1, 0.0, hopform_contact_slope_real(robot, &tally->change.named), 0, 0, MAY_TURN_real};
+    const jet_real at = jet_at_real(poles, &contact, &end);
+    const jet_real at_u = short_jet_at_real(&contact_u, &end);
+    if (at.rate < 0.0 && at.curvature > 0.0) {
+        const real later = -at.rate / at.curvature;
+        const real curvature_u = at_u.curvature - at.third * at_u.value / at.rate; /* where the take-off moves to */
+        const real change = at_u.value + later * (at_u.rate + 0.5 * later * curvature_u);
+        if (0.5 * later * -at.rate + fabs_real(change) <= HOPFORM_NEVER_real) {
+            hopform_note_minimum_real(tally->trial, 0.5 * later * at.rate, change, 0);
+        }
     }
 }
 
@@ -164,8 +184,8 @@ static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopfor
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.HOPFORM_PER_AMPERE;
         const hopform_motion_real by_u =
             hopform_motion_under_real(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
-        if (turns) {
-            hopform_look_for_minimum_real(tally, passage, &by_u);
+        if (turns || passage->leaves) {
+            hopform_look_for_minimum_real(tally, passage, &by_u, turns);
         }
         tally->change.named = hopform_arrive_real(&tally->change.named, &by_u, w, side[0], side[1]);
     }
@@ -190,12 +210,10 @@ static inline void hopform_lift_real(const hopform_tally_real *tally, const hopf
     }
     const real late = -hopform_contact_slope_real(robot, &tally->change.named) / rate;
     hopform_state_by_axis_real met = hopform_change_at_event_real(&tally->change, &tally->speed, late);
-    hopform_state_change_real change;
     if (HOPFORM_CONTACT_IS_COMPRESSION) {
         met.of[HOPFORM_COMPRESSION_AXIS] = 0.0;
     }
-    (void)memcpy(&change, &met, sizeof change);
-    tally->trial->apex_u = hopform_apex_slope_real(robot, end, &change);
+    tally->trial->apex_u = hopform_apex_slope_real(robot, end, &met.change);
     hopform_note_largest_real(tally->trial, end->HOPFORM_POSITION, met.of[HOPFORM_POSITION_AXIS]);
 }
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from hopform_solver import formulas
 from hopform_solver.elements import COMPRESSION, DRIVEN, LARGEST_POSITION, PER_AMPERE, POSITION, STOPPED, Trials
+from hopform_solver.events import EventSet, jets_of, node_of, propagator_at
 from hopform_solver.extrema import minima, turns
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, Numbers, choose, put, take
@@ -65,6 +66,8 @@ def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_ph
         by_u = motion_under(phase.plan.rates, Drive(*per_ampere), now, phase.side)
         moving = _Moving(phase, poles_of(phase.plan, phase.side), motion_of(phase), now, by_u)
         _find_minima(trials, lanes, moving, length)
+        off = np.flatnonzero(takes_off[lanes] & (count[lanes] == n + 1) & (length > 0.0) & (trials.minima[lanes] == 0))
+        _note_dips(trials, lanes[off], take(moving, off), length[off])
         basis = basis_at(moving.poles, length)
         at_end = moving.at(basis)
         put(arrived, lanes, at_end[0])
@@ -93,6 +96,24 @@ def _find_minima(trials: Trials, lanes: Numbers, moving: _Moving, length: Array)
     np.add.at(trials.minima, lanes[may[row]], 1)
     for one in np.argsort(-least, kind="stable")[:, np.newaxis]:  # the least last; hardly any stance has two
         _note(trials, "least_contact", lanes[may[row[one]]], least[one], least_u[one], -1.0)
+
+
+def _note_dips(trials: Trials, lanes: Numbers, moving: _Moving, length: Array) -> None:
+    """Take-offs before which the contact force has no minimum: how far below zero it would fall if the contact could
+    pull, by the parabola there. Where that is nothing, the stance goes on for another rebound.
+    """
+    poles, robot, end = moving.poles, moving.phase.plan.robot, propagator_at(np.array(moving.poles), length)
+
+    def jets(motion: Motion, start: Array) -> Array:
+        numerator = np.array(formulas.contact_numerator(robot, motion))
+        return jets_of(EventSet(np.array(poles), node_of(poles), numerator, start), end)
+
+    rate, curvature, third = jets(moving.motion, np.zeros_like(length))[1:]
+    value_u, rate_u, curvature_u = jets(moving.by_u, formulas.contact_slope(robot, moving.change))[:3]
+    later, moved_u = -rate / curvature, curvature_u - third * value_u / rate  # where the take-off moves to
+    dip, dip_u = 0.5 * rate * later, value_u + later * (rate_u + 0.5 * later * moved_u)
+    some = (rate < 0.0) & (curvature > 0.0) & np.isfinite(dip) & np.isfinite(dip_u)
+    trials.least_contact[lanes[some]], trials.least_contact_u[lanes[some]] = dip[some], dip_u[some]
 
 
 def _cross(

@@ -187,7 +187,7 @@ typedef struct {
     double apex_u; /**< [m/A] its derivative by u, as the next ones */
     double largest_x1; /**< [m] largest x_1; where x1_max is hit, beyond it by how far the stance is from that */
     double largest_x1_u; /**< [m/A] */
-    double least_contact; /**< [m] the least minimum of the contact force over k before the ending */
+    double least_contact; /**< [m] least minimum of the contact force over k; one behind the take-off is < 0 */
     double least_contact_u; /**< [m/A] */
     uint32_t events; /**< stands for the order of modes and events */
     uint8_t minima; /**< how many minima of it there are, up to 255 */
