@@ -185,11 +185,11 @@ Set `modes`: the 18 stances of `hopform_selftest`, which visit every mode, kind 
 
 {table(["", "measured", "aim"], aims)}
 A stance after a drop has 2.9 phases on average. Where a candidate's instructions go, traced one by one with the
-function of each (QEMU): which event function crosses zero first, and the way to its root, 3 200; the propagator,
-evaluated 3.7 times, 1 400; the rest of the stance, with its certificate and what follows an event, 3 400; the
-derivative by the current and the minima 1 400; the search between candidates 1 200; the rest is checks and report.
-By kind: 3 800 are floating-point arithmetic, 2 500 load, store or move its numbers, 850 compare them, the other 4 400
-are addresses, integers and branches. A drop's 5 956 are 2 000, 1 270, 460 and 2 230 of these. It takes about one
+function of each (QEMU): which event function crosses zero first, and the way to its root, 3 300; the propagator,
+evaluated 3.8 times, 1 400; the rest of the stance, with its certificate and what follows an event, 3 400; the
+derivative by the current and the minima 1 600; the search between candidates 1 200; the rest is checks and report.
+By kind: 3 900 are floating-point arithmetic, 2 500 load, store or move its numbers, 880 compare them, the other 4 500
+are addresses, integers and branches. A drop's 6 000 are 2 000, 1 270, 460 and 2 270 of these. It takes about one
 evaluation an event, which is the least, so the aims ask for less than the arithmetic of the certified search with its
 loads and comparisons, and no loop written otherwise would reach them. A command takes 9.1 stances on average.
 
