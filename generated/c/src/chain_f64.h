@@ -379,7 +379,8 @@ typedef struct {
     bool touches;   /* the element that comes to rest is at a stop within rounding */
 } stance_search_f64;
 
-/* A search of nothing, before its first phase: numbers, and not zeros, for which compilers call memset. */
+/* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
+ * how many functions each phase has; not zeros, for which compilers call memset. */
 static inline void stance_search_nothing_f64(const hopform_poles_f64 *poles, stance_search_f64 *search)
 {
     const event_function_f64 nothing = {0.0, 0.0, 0.0, 0.0, 1.0, NO_OWNER_f64, 0, MAY_TURN_f64};

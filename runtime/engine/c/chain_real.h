@@ -379,7 +379,8 @@ typedef struct {
     bool touches;   /* the element that comes to rest is at a stop within rounding */
 } stance_search_real;
 
-/* A search of nothing, before its first phase: numbers, and not zeros, for which compilers call memset. */
+/* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
+ * how many functions each phase has; not zeros, for which compilers call memset. */
 static inline void stance_search_nothing_real(const hopform_poles_real *poles, stance_search_real *search)
 {
     const event_function_real nothing = {0.0, 0.0, 0.0, 0.0, 1.0, NO_OWNER_real, 0, MAY_TURN_real};

@@ -190,8 +190,8 @@ evaluated 3.8 times, 1 400; the rest of the stance, with its certificate and wha
 derivative by the current and the minima 1 600; the search between candidates 1 200; the rest is checks and report.
 By kind: 3 900 are floating-point arithmetic, 2 500 load, store or move its numbers, 880 compare them, the other 4 500
 are addresses, integers and branches. A drop's 6 000 are 2 000, 1 270, 460 and 2 270 of these. It takes about one
-evaluation an event, which is the least, so the aims ask for less than the arithmetic of the certified search with its
-loads and comparisons, and no loop written otherwise would reach them. A command takes 9.1 stances on average.
+evaluation an event, which is the least. Arithmetic with its loads and comparisons is above the aims by itself, so it is
+less arithmetic that would reach them, not only other loops. A command takes 9.1 stances on average.
 
 ## Instructions, mean
 
