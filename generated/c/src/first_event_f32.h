@@ -13,7 +13,7 @@
  * d changes its sign, and d = g'' + a g' is the derivative of g with the real pole removed (deflated), which has at
  * most one root there.
  * Rule 3, closed forms: the time to rest of a mass that slips alone.
- * Rule 4, minima: where g' has one root, the minimum is held above zero by the tangents at both ends, or located.
+ * Rule 4, minima: where g' has one root, the minimum is located.
  * Rule 5, long ringing: while the slow part of g exceeds the envelope of the pair there is no root.
  */
 #ifndef HOPFORM_FIRST_EVENT_H_f32
@@ -380,28 +380,6 @@ static inline bool has_no_root_f32(const jet_f32 *from, float d, const jet_f32 *
     return d < 0.0f ? after_negative : after_positive;
 }
 
-/* Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it. V, the
- * sign changes of (+, g', f, e), does not fall from the start to the end; e is the sign of the real pole's part. */
-static inline bool has_no_root_by_pair_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                            const propagator_f32 *end, const jet_f32 *from, const jet_f32 *to)
-{
-    const float mu = 0.5f * poles->p;
-    const float ww = poles->q - mu * mu;
-    const float R = end->basis.Wd + poles->a * end->basis.W;
-    const float C = end->basis.Wdd + poles->a * end->basis.Wd + mu * R;
-    const float below = sqrt_f32(ww * R * R + C * C) + C;
-    const bool decided = below > 0.0f;                 /* else nothing is left of the pair */
-    const float wt = ww * R / (decided ? below : 1.0f); /* w tan(w h/2) */
-    const bool e_is_negative = g->H1 - poles->a * (g->H2 - poles->a * g->H3) < 0.0f;
-    const bool falls = from->rate < 0.0f;
-    const bool falls_then = to->rate < 0.0f;
-    const bool f_is_negative = from->curvature - (wt - mu) * from->rate < 0.0f;
-    const bool f_is_negative_then = to->curvature + (wt + mu) * to->rate < 0.0f;
-    const bool with_positive = (!(falls | f_is_negative)) | falls_then | f_is_negative_then;
-    const bool with_negative = (!falls) | f_is_negative | (falls_then & !f_is_negative_then);
-    return decided & (e_is_negative ? with_negative : with_positive);
-}
-
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, const event_function_f32 *g)
 {
@@ -434,20 +412,6 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
     low = root_at_end ? low : at_end;
     const float hhh = h * h * h;
     return low > M6 * hhh * hhh / 4.32e4f + rounding;
-}
-
-/* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
- * tangent at the start, and above one a little steeper than that at the end. */
-static inline bool is_held_up_by_tangents_f32(const jet_f32 *from, const jet_f32 *to, float l, float h, float bound)
-{
-    if (from->curvature + l * from->rate < 0.0f || to->curvature + l * to->rate < 0.0f) {
-        return false;
-    }
-    const float last = l * h < 1.0f ? to->rate * (1.0f + l * h) : HOPFORM_NEVER_f32;
-    const float steeper = last - from->rate;
-    const float cross = fabs_f32(steeper) > 0.0f ? (from->value - to->value + last * h) / steeper : h;
-    const float reach = cross < h ? (cross > 0.0f ? cross : 0.0f) : h;
-    return from->value + from->rate * reach > bound;
 }
 
 /* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
@@ -580,8 +544,8 @@ typedef struct {
 } crossing_f32;
 
 /* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
- * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
-static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape, uint32_t *passed,
+ * has. */
+static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape,
                                        crossing_f32 *first)
 {
     const propagator_f32 end = in->high; /* for registers */
@@ -589,10 +553,7 @@ static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in
     first->share = 2.0f;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (n == in->found || g->shape < shape || (*passed & 1u << (uint32_t)n) != 0) {
-            continue;
-        }
-        if (value_at_f32(g, &end) < 0.0f) {
+        if (n != in->found && g->shape >= shape && value_at_f32(g, &end) < 0.0f) {
             jet_f32 to;
             const float share = guessed_crossing_f32(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -600,8 +561,6 @@ static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in
                 first->share = share;
                 in->to = to;
             }
-        } else {
-            *passed |= g->shape == MONOTONE_f32 ? 1u << (uint32_t)n : 0u;
         }
     }
     return first->share < 2.0f;
@@ -620,9 +579,8 @@ static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *i
 /* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
 static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape)
 {
-    uint32_t passed = 0;
     crossing_f32 first;
-    for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, shape, &passed, &first); n++) {
+    for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, shape, &first); n++) {
         end_at_crossing_f32(set, in, &first);
     }
 }
@@ -635,14 +593,15 @@ static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
     const float other = rate_at_f32(found, &in->high);
     for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_f32 *g = &set->function[n];
-        const float value = value_at_f32(g, &in->high);
         const float rate = rate_at_f32(g, &in->high);
         const float rounding = rounding_of_f32(g, &in->high, rate);
-        const bool as_soon = found->shape == DISTANCE_f32
-                                 ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
-                                 : (value - 4.0f * rounding) * fabs_f32(other)
-                                       < fabs_f32(rate) * rounding_of_f32(found, &in->high, other);
-        if (rate * (in->high.t - in->low) < -16.0f * rounding && as_soon) {
+        if (!(rate * (in->high.t - in->low) < -16.0f * rounding)) {
+            continue;
+        }
+        const float value = value_at_f32(g, &in->high);
+        if (found->shape == DISTANCE_f32 ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
+                                          : (value - 4.0f * rounding) * fabs_f32(other)
+                                                < fabs_f32(rate) * rounding_of_f32(found, &in->high, other)) {
             in->found = n;
             return;
         }
@@ -686,13 +645,9 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
     }
     const float h = in->high.t - in->low;
     const float rounding = rounding_of_f32(g, &in->high, to->rate);
-    if (quiet_time_f32(set, from, rounding) > h) {
-        return true;
-    }
-    const bool rings = set->node->half_period < HOPFORM_NEVER_f32;
-    return rings
-           && ((!(in->low > 0.0f) && has_no_root_by_pair_f32(set->poles, g, &in->high, from, to))
-               || is_held_up_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding));
+    return quiet_time_f32(set, from, rounding) > h
+           || (set->node->half_period < HOPFORM_NEVER_f32
+               && is_held_up_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding));
 }
 
 /* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
@@ -703,11 +658,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
     const jet_f32 *to = &in->to;
     const float h = in->high.t - in->low;
     const float d_then = deflated_f32(set, g, to, in->high.t);
-    const float rounding = rounding_of_f32(g, &in->high, to->rate);
     if (!(d < 0.0f) && !(d_then < 0.0f) && from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
-        if (is_held_up_by_tangents_f32(from, to, set->node->pole, h, rounding)) {
-            return true;
-        }
         in->to.third = third_of_f32(set->poles, g, &in->high);
         const propagator_f32 lowest = minimum_between_f32(set->poles, g, from, in->low, to, in->high.t);
         const jet_f32 least = short_jet_at_f32(g, &lowest);

@@ -13,7 +13,7 @@
  * d changes its sign, and d = g'' + a g' is the derivative of g with the real pole removed (deflated), which has at
  * most one root there.
  * Rule 3, closed forms: the time to rest of a mass that slips alone.
- * Rule 4, minima: where g' has one root, the minimum is held above zero by the tangents at both ends, or located.
+ * Rule 4, minima: where g' has one root, the minimum is located.
  * Rule 5, long ringing: while the slow part of g exceeds the envelope of the pair there is no root.
  */
 #ifndef HOPFORM_FIRST_EVENT_H_f64
@@ -380,28 +380,6 @@ static inline bool has_no_root_f64(const jet_f64 *from, double d, const jet_f64 
     return d < 0.0 ? after_negative : after_positive;
 }
 
-/* Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it. V, the
- * sign changes of (+, g', f, e), does not fall from the start to the end; e is the sign of the real pole's part. */
-static inline bool has_no_root_by_pair_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                            const propagator_f64 *end, const jet_f64 *from, const jet_f64 *to)
-{
-    const double mu = 0.5 * poles->p;
-    const double ww = poles->q - mu * mu;
-    const double R = end->basis.Wd + poles->a * end->basis.W;
-    const double C = end->basis.Wdd + poles->a * end->basis.Wd + mu * R;
-    const double below = sqrt_f64(ww * R * R + C * C) + C;
-    const bool decided = below > 0.0;                 /* else nothing is left of the pair */
-    const double wt = ww * R / (decided ? below : 1.0); /* w tan(w h/2) */
-    const bool e_is_negative = g->H1 - poles->a * (g->H2 - poles->a * g->H3) < 0.0;
-    const bool falls = from->rate < 0.0;
-    const bool falls_then = to->rate < 0.0;
-    const bool f_is_negative = from->curvature - (wt - mu) * from->rate < 0.0;
-    const bool f_is_negative_then = to->curvature + (wt + mu) * to->rate < 0.0;
-    const bool with_positive = (!(falls | f_is_negative)) | falls_then | f_is_negative_then;
-    const bool with_negative = (!falls) | f_is_negative | (falls_then & !f_is_negative_then);
-    return decided & (e_is_negative ? with_negative : with_positive);
-}
-
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
 {
@@ -434,20 +412,6 @@ static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, c
     low = root_at_end ? low : at_end;
     const double hhh = h * h * h;
     return low > M6 * hhh * hhh / 43200.0 + rounding;
-}
-
-/* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
- * tangent at the start, and above one a little steeper than that at the end. */
-static inline bool is_held_up_by_tangents_f64(const jet_f64 *from, const jet_f64 *to, double l, double h, double bound)
-{
-    if (from->curvature + l * from->rate < 0.0 || to->curvature + l * to->rate < 0.0) {
-        return false;
-    }
-    const double last = l * h < 1.0 ? to->rate * (1.0 + l * h) : HOPFORM_NEVER_f64;
-    const double steeper = last - from->rate;
-    const double cross = fabs_f64(steeper) > 0.0 ? (from->value - to->value + last * h) / steeper : h;
-    const double reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
-    return from->value + from->rate * reach > bound;
 }
 
 /* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
@@ -580,8 +544,8 @@ typedef struct {
 } crossing_f64;
 
 /* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
- * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
-static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape, uint32_t *passed,
+ * has. */
+static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape,
                                        crossing_f64 *first)
 {
     const propagator_f64 end = in->high; /* for registers */
@@ -589,10 +553,7 @@ static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in
     first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (n == in->found || g->shape < shape || (*passed & 1u << (uint32_t)n) != 0) {
-            continue;
-        }
-        if (value_at_f64(g, &end) < 0.0) {
+        if (n != in->found && g->shape >= shape && value_at_f64(g, &end) < 0.0) {
             jet_f64 to;
             const double share = guessed_crossing_f64(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -600,8 +561,6 @@ static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in
                 first->share = share;
                 in->to = to;
             }
-        } else {
-            *passed |= g->shape == MONOTONE_f64 ? 1u << (uint32_t)n : 0u;
         }
     }
     return first->share < 2.0;
@@ -620,9 +579,8 @@ static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *i
 /* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
 static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape)
 {
-    uint32_t passed = 0;
     crossing_f64 first;
-    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, shape, &passed, &first); n++) {
+    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, shape, &first); n++) {
         end_at_crossing_f64(set, in, &first);
     }
 }
@@ -635,14 +593,15 @@ static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in)
     const double other = rate_at_f64(found, &in->high);
     for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_f64 *g = &set->function[n];
-        const double value = value_at_f64(g, &in->high);
         const double rate = rate_at_f64(g, &in->high);
         const double rounding = rounding_of_f64(g, &in->high, rate);
-        const bool as_soon = found->shape == DISTANCE_f64
-                                 ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
-                                 : (value - 4.0 * rounding) * fabs_f64(other)
-                                       < fabs_f64(rate) * rounding_of_f64(found, &in->high, other);
-        if (rate * (in->high.t - in->low) < -16.0 * rounding && as_soon) {
+        if (!(rate * (in->high.t - in->low) < -16.0 * rounding)) {
+            continue;
+        }
+        const double value = value_at_f64(g, &in->high);
+        if (found->shape == DISTANCE_f64 ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
+                                          : (value - 4.0 * rounding) * fabs_f64(other)
+                                                < fabs_f64(rate) * rounding_of_f64(found, &in->high, other)) {
             in->found = n;
             return;
         }
@@ -686,13 +645,9 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
     }
     const double h = in->high.t - in->low;
     const double rounding = rounding_of_f64(g, &in->high, to->rate);
-    if (quiet_time_f64(set, from, rounding) > h) {
-        return true;
-    }
-    const bool rings = set->node->half_period < HOPFORM_NEVER_f64;
-    return rings
-           && ((!(in->low > 0.0) && has_no_root_by_pair_f64(set->poles, g, &in->high, from, to))
-               || is_held_up_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding));
+    return quiet_time_f64(set, from, rounding) > h
+           || (set->node->half_period < HOPFORM_NEVER_f64
+               && is_held_up_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding));
 }
 
 /* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
@@ -703,11 +658,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
     const jet_f64 *to = &in->to;
     const double h = in->high.t - in->low;
     const double d_then = deflated_f64(set, g, to, in->high.t);
-    const double rounding = rounding_of_f64(g, &in->high, to->rate);
     if (!(d < 0.0) && !(d_then < 0.0) && from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
-        if (is_held_up_by_tangents_f64(from, to, set->node->pole, h, rounding)) {
-            return true;
-        }
         in->to.third = third_of_f64(set->poles, g, &in->high);
         const propagator_f64 lowest = minimum_between_f64(set->poles, g, from, in->low, to, in->high.t);
         const jet_f64 least = short_jet_at_f64(g, &lowest);

@@ -34,7 +34,6 @@ typedef struct {
     stance_chain_f32 chain;
     stance_search_f32 search;
     bool quiet;             /* nothing happens in the interval but that a stop may be met */
-    uint32_t passed;        /* functions that have not crossed zero in it */
     int32_t tries;          /* roots that are located in it */
     crossing_f32 crossing; /* of the function whose root is located, if one is */
     hopform_phase_f32 phases[PHASES_OF_LANE];
@@ -63,7 +62,6 @@ static int32_t reach_for(batch *b, int l, float t, bool quiet)
 {
     lane *one = &b->stances[l];
     one->quiet = quiet;
-    one->passed = 0;
     one->tries = 0;
     one->crossing.function = -1;
     b->w.t[l] = t;
@@ -79,7 +77,7 @@ static bool seek_first(batch *b, int l, int32_t shape)
     lanes_f32 *w = &b->w;
     const event_set_f32 *set = &one->search.events.set;
     interval_f32 *in = &one->search.in;
-    if (one->tries >= MOST_TRIES_f32 || !first_crossing_f32(set, in, shape, &one->passed, &one->crossing)) {
+    if (one->tries >= MOST_TRIES_f32 || !first_crossing_f32(set, in, shape, &one->crossing)) {
         one->crossing.function = -1;
         return false;
     }
@@ -113,8 +111,7 @@ static int32_t end_interval(batch *b, int l)
         }
         in->count += one->quiet ? 0 : 1;
         certified = one->quiet || are_certified_f32(set, in);
-        one->passed = 0; /* if it is not, the interval has been cut */
-        one->tries = 0;
+        one->tries = 0; /* if it is not, the interval has been cut */
     }
     certified = certified && (one->quiet || find_event_f32(&one->chain, search, true));
     if (certified && is_open_f32(search)) {

@@ -275,17 +275,6 @@ def is_held_up_by_bernstein(
     return np.asarray(least > M6 * hhh * hhh / 43200.0 + bound)
 
 
-def is_held_up_by_tangents(start: Array, end: Array, pole: Array, h: Array, bound: Array) -> Flags:
-    """Rule 4: whether the tangents at both ends hold g above its rounding, where exp(pole t) g' rises: g lies above the
-    tangent at the start, and above one a little steeper than that at the end.
-    """
-    rises = ~(start[2] + pole * start[1] < 0.0) & ~(end[2] + pole * end[1] < 0.0)
-    last = choose(pole * h < 1.0, end[1] * (1.0 + pole * h), NEVER[h.dtype])
-    steeper = last - start[1]
-    cross = choose(np.abs(steeper) > 0.0, (start[0] - end[0] + last * h) / steeper, h)
-    return np.asarray(rises & (start[0] + start[1] * np.minimum(np.maximum(cross, 0.0), h) > bound))
-
-
 def quiet_time(of: EventSet, jet: Array, bound: Array) -> Array:
     """Rule 5: how long from jets on functions, for certain, have no root; NEVER if they have none at all."""
     rings, known = of.node.half_period < NEVER[bound.dtype], _fall_of_ringing(Poles(*of.poles), jet, bound)
@@ -445,13 +434,12 @@ def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Arr
     changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
     cut = low + np.clip(choose(changes, before / (before - after), 0.25), 0.015625, 0.984375) * h
     dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)
-    deep = dips & ~is_held_up_by_tangents(start, end, of.node.pole, h, on.rounding[slot, lane])
     cuts = (cut > low) & (cut < high) & ~dips  # else no number lies in between
-    if deep.any():
-        within = take((of, low, start, high, end, on.propagator.take(lane, -1)), deep)
+    if dips.any():
+        within = take((of, low, start, high, end, on.propagator.take(lane, -1)), dips)
         t, lowest = minimum_between(*within)
         least = jets_of(within[0], lowest)
-        cut[deep], cuts[deep] = t, least[0] < -rounding_of(within[0], lowest, t, least[1])
+        cut[dips], cuts[dips] = t, least[0] < -rounding_of(within[0], lowest, t, least[1])
     on.found[lane[cuts]], is_cut[lane[cuts]] = NONE, True
     np.minimum.at(on.high, lane[cuts], cut[cuts])
     return is_cut

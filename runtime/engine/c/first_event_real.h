@@ -13,7 +13,7 @@
  * d changes its sign, and d = g'' + a g' is the derivative of g with the real pole removed (deflated), which has at
  * most one root there.
  * Rule 3, closed forms: the time to rest of a mass that slips alone.
- * Rule 4, minima: where g' has one root, the minimum is held above zero by the tangents at both ends, or located.
+ * Rule 4, minima: where g' has one root, the minimum is located.
  * Rule 5, long ringing: while the slow part of g exceeds the envelope of the pair there is no root.
  */
 #ifndef HOPFORM_FIRST_EVENT_H_real
@@ -380,28 +380,6 @@ static inline bool has_no_root_real(const jet_real *from, real d, const jet_real
     return d < 0.0 ? after_negative : after_positive;
 }
 
-/* Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it. V, the
- * sign changes of (+, g', f, e), does not fall from the start to the end; e is the sign of the real pole's part. */
-static inline bool has_no_root_by_pair_real(const hopform_poles_real *poles, const event_function_real *g,
-                                            const propagator_real *end, const jet_real *from, const jet_real *to)
-{
-    const real mu = 0.5 * poles->p;
-    const real ww = poles->q - mu * mu;
-    const real R = end->basis.Wd + poles->a * end->basis.W;
-    const real C = end->basis.Wdd + poles->a * end->basis.Wd + mu * R;
-    const real below = sqrt_real(ww * R * R + C * C) + C;
-    const bool decided = below > 0.0;                 /* else nothing is left of the pair */
-    const real wt = ww * R / (decided ? below : 1.0); /* w tan(w h/2) */
-    const bool e_is_negative = g->H1 - poles->a * (g->H2 - poles->a * g->H3) < 0.0;
-    const bool falls = from->rate < 0.0;
-    const bool falls_then = to->rate < 0.0;
-    const bool f_is_negative = from->curvature - (wt - mu) * from->rate < 0.0;
-    const bool f_is_negative_then = to->curvature + (wt + mu) * to->rate < 0.0;
-    const bool with_positive = (!(falls | f_is_negative)) | falls_then | f_is_negative_then;
-    const bool with_negative = (!falls) | f_is_negative | (falls_then & !f_is_negative_then);
-    return decided & (e_is_negative ? with_negative : with_positive);
-}
-
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, const event_function_real *g)
 {
@@ -434,20 +412,6 @@ static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles,
     low = root_at_end ? low : at_end;
     const real hhh = h * h * h;
     return low > M6 * hhh * hhh / 43200.0 + rounding;
-}
-
-/* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
- * tangent at the start, and above one a little steeper than that at the end. */
-static inline bool is_held_up_by_tangents_real(const jet_real *from, const jet_real *to, real l, real h, real bound)
-{
-    if (from->curvature + l * from->rate < 0.0 || to->curvature + l * to->rate < 0.0) {
-        return false;
-    }
-    const real last = l * h < 1.0 ? to->rate * (1.0 + l * h) : HOPFORM_NEVER_real;
-    const real steeper = last - from->rate;
-    const real cross = fabs_real(steeper) > 0.0 ? (from->value - to->value + last * h) / steeper : h;
-    const real reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
-    return from->value + from->rate * reach > bound;
 }
 
 /* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
@@ -580,8 +544,8 @@ typedef struct {
 } crossing_real;
 
 /* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
- * has. One that is monotone and has not crossed zero by then has not before: it has passed. */
-static inline bool first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape, uint32_t *passed,
+ * has. */
+static inline bool first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape,
                                        crossing_real *first)
 {
     const propagator_real end = in->high; /* for registers */
@@ -589,10 +553,7 @@ static inline bool first_crossing_real(const event_set_real *set, interval_real 
     first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (n == in->found || g->shape < shape || (*passed & 1u << (uint32_t)n) != 0) {
-            continue;
-        }
-        if (value_at_real(g, &end) < 0.0) {
+        if (n != in->found && g->shape >= shape && value_at_real(g, &end) < 0.0) {
             jet_real to;
             const real share = guessed_crossing_real(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -600,8 +561,6 @@ static inline bool first_crossing_real(const event_set_real *set, interval_real 
                 first->share = share;
                 in->to = to;
             }
-        } else {
-            *passed |= g->shape == MONOTONE_real ? 1u << (uint32_t)n : 0u;
         }
     }
     return first->share < 2.0;
@@ -620,9 +579,8 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
 /* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape)
 {
-    uint32_t passed = 0;
     crossing_real first;
-    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, shape, &passed, &first); n++) {
+    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, shape, &first); n++) {
         end_at_crossing_real(set, in, &first);
     }
 }
@@ -635,14 +593,15 @@ static inline void settle_ties_real(const event_set_real *set, interval_real *in
     const real other = rate_at_real(found, &in->high);
     for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_real *g = &set->function[n];
-        const real value = value_at_real(g, &in->high);
         const real rate = rate_at_real(g, &in->high);
         const real rounding = rounding_of_real(g, &in->high, rate);
-        const bool as_soon = found->shape == DISTANCE_real
-                                 ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
-                                 : (value - 4.0 * rounding) * fabs_real(other)
-                                       < fabs_real(rate) * rounding_of_real(found, &in->high, other);
-        if (rate * (in->high.t - in->low) < -16.0 * rounding && as_soon) {
+        if (!(rate * (in->high.t - in->low) < -16.0 * rounding)) {
+            continue;
+        }
+        const real value = value_at_real(g, &in->high);
+        if (found->shape == DISTANCE_real ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
+                                          : (value - 4.0 * rounding) * fabs_real(other)
+                                                < fabs_real(rate) * rounding_of_real(found, &in->high, other)) {
             in->found = n;
             return;
         }
@@ -686,13 +645,9 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
     }
     const real h = in->high.t - in->low;
     const real rounding = rounding_of_real(g, &in->high, to->rate);
-    if (quiet_time_real(set, from, rounding) > h) {
-        return true;
-    }
-    const bool rings = set->node->half_period < HOPFORM_NEVER_real;
-    return rings
-           && ((!(in->low > 0.0) && has_no_root_by_pair_real(set->poles, g, &in->high, from, to))
-               || is_held_up_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding));
+    return quiet_time_real(set, from, rounding) > h
+           || (set->node->half_period < HOPFORM_NEVER_real
+               && is_held_up_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding));
 }
 
 /* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
@@ -703,11 +658,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
     const jet_real *to = &in->to;
     const real h = in->high.t - in->low;
     const real d_then = deflated_real(set, g, to, in->high.t);
-    const real rounding = rounding_of_real(g, &in->high, to->rate);
     if (!(d < 0.0) && !(d_then < 0.0) && from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
-        if (is_held_up_by_tangents_real(from, to, set->node->pole, h, rounding)) {
-            return true;
-        }
         in->to.third = third_of_real(set->poles, g, &in->high);
         const propagator_real lowest = minimum_between_real(set->poles, g, from, in->low, to, in->high.t);
         const jet_real least = short_jet_at_real(g, &lowest);

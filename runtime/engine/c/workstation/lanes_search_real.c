@@ -34,7 +34,6 @@ typedef struct {
     stance_chain_real chain;
     stance_search_real search;
     bool quiet;             /* nothing happens in the interval but that a stop may be met */
-    uint32_t passed;        /* functions that have not crossed zero in it */
     int32_t tries;          /* roots that are located in it */
     crossing_real crossing; /* of the function whose root is located, if one is */
     hopform_phase_real phases[PHASES_OF_LANE];
@@ -63,7 +62,6 @@ static int32_t reach_for(batch *b, int l, real t, bool quiet)
 {
     lane *one = &b->stances[l];
     one->quiet = quiet;
-    one->passed = 0;
     one->tries = 0;
     one->crossing.function = -1;
     b->w.t[l] = t;
@@ -79,7 +77,7 @@ static bool seek_first(batch *b, int l, int32_t shape)
     lanes_real *w = &b->w;
     const event_set_real *set = &one->search.events.set;
     interval_real *in = &one->search.in;
-    if (one->tries >= MOST_TRIES_real || !first_crossing_real(set, in, shape, &one->passed, &one->crossing)) {
+    if (one->tries >= MOST_TRIES_real || !first_crossing_real(set, in, shape, &one->crossing)) {
         one->crossing.function = -1;
         return false;
     }
@@ -113,8 +111,7 @@ static int32_t end_interval(batch *b, int l)
         }
         in->count += one->quiet ? 0 : 1;
         certified = one->quiet || are_certified_real(set, in);
-        one->passed = 0; /* if it is not, the interval has been cut */
-        one->tries = 0;
+        one->tries = 0; /* if it is not, the interval has been cut */
     }
     certified = certified && (one->quiet || find_event_real(&one->chain, search, true));
     if (certified && is_open_real(search)) {
