@@ -185,12 +185,12 @@ Set `modes`: the 18 stances of `hopform_selftest`, which visit every mode, kind 
 
 {table(["", "measured", "aim"], aims)}
 A stance after a drop has 2.9 phases on average. Where a candidate's instructions go, traced one by one with the
-function of each (QEMU): which event function crosses zero first, and the way to its root, 3 300; the propagator,
-evaluated 3.8 times, 1 400; the rest of the stance, with its certificate and what follows an event, 3 400; the
-derivative by the current and the minima 1 600; the search between candidates 1 200; the rest is checks and report.
-By kind: 3 900 are floating-point arithmetic, 2 500 load, store or move its numbers, 880 compare them, the other 4 500
-are addresses, integers and branches. A drop's 6 000 are 2 000, 1 270, 460 and 2 270 of these. It takes about one
-evaluation an event, which is the least. Arithmetic with its loads and comparisons is above the aims by itself, so it is
+function of each (QEMU), when it took 11 788: which event function crosses zero first, and the way to its root, 3 300;
+the propagator, evaluated 3.8 times, 1 400; the rest of the stance, with its certificate and what follows an event,
+3 400; the derivative by the current and the minima 1 600; the search between candidates 1 200; the rest is checks and
+report. By kind: 3 900 were floating-point arithmetic, 2 500 loaded, stored or moved its numbers, 880 compared them, the
+other 4 500 were addresses, integers and branches. A drop, then 5 999, had 2 000, 1 270, 460 and 2 270 of these. It
+takes about one evaluation an event, which is the least. Arithmetic with its loads and comparisons is above the aims by itself, so it is
 less arithmetic that would reach them, not only other loops. A command takes 9.1 stances on average.
 
 ## Instructions, mean
