@@ -190,8 +190,8 @@ the propagator, evaluated 3.8 times, 1 400; the rest of the stance, with its cer
 3 400; the derivative by the current and the minima 1 600; the search between candidates 1 200; the rest is checks and
 report. By kind: 3 900 were floating-point arithmetic, 2 500 loaded, stored or moved its numbers, 880 compared them, the
 other 4 500 were addresses, integers and branches. A drop, then 5 999, had 2 000, 1 270, 460 and 2 270 of these. It
-takes about one evaluation an event, which is the least. Arithmetic with its loads and comparisons is above the aims by itself, so it is
-less arithmetic that would reach them, not only other loops. A command takes 9.1 stances on average.
+takes about one evaluation an event, which is the least. Arithmetic with its loads and comparisons is above the aims by
+itself, so it is less arithmetic that would reach them, not only other loops. A command takes 9.1 stances on average.
 
 ## Instructions, mean
 
