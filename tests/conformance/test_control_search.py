@@ -103,6 +103,20 @@ def test_a_stop_that_is_hit_on_both_sides_hides_no_current(name, backend):
     assert not found.nearer
 
 
+def test_half_the_range_is_split_where_the_order_of_events_changes():
+    """The apex passes what is wanted at 4.007, 4.79 and 5.018 V, by 0.13 mm in between; an interval that ends at the
+    last of these has no sign of it at its ends: found by a scan when such an interval was not split.
+    """
+    touchdown = Touchdown(
+        0.008634836090812446, -0.15118389595459836, -2.357623770555398, 0.0037448422719250085, 0.1678028743422245, 0.0,
+        0.005638548474895026,
+    )  # fmt: skip
+    for backend in ("c", "numpy"):
+        found = compare(AXIS, [touchdown], step=1e-3, backend=backend)
+        assert found.statuses == {"reached": 1}
+        assert not found.smaller
+
+
 def test_a_search_whose_memory_is_full_does_not_go_round_in_circles():
     """The leg takes off or not, and the stop is hit or not, in more places than candidates fit: once the search forgot
     what it tried next, until the 4096 stances that it may take had gone.

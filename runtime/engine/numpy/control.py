@@ -28,9 +28,9 @@ WAVES = 60
 """How often all cells are split at most."""
 CLUSTER = (-(2.0**-5), -(2.0**-12), 0.0, 2.0**-12, 2.0**-5)
 """Where currents are tried around a predicted one, as shares of the cell."""
-WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.42, 0.0625, 1.0 / 256.0, 1.0 / 64.0
+WIDE, COARSE, DOWN, STEP = 0.5, 0.42, 0.0625, 1.0 / 256.0
 """How wide a cell may be, as a share of u_max, to be judged by its ends: where the events are the same at both, where
-not, where neither takes off, where one does, and where the position turns and meets its limit.
+not, where neither takes off, and where one does.
 """
 LEAN, BEND, KINK = 0.75, 0.03125, 1.5
 """How far functions may be off what the ends foretell, as in the C library."""
@@ -177,7 +177,7 @@ class _Cells:
         both = _Curve._make([*sums, self.smooth])
         lowest = peak.coefficients.min(axis=0)
         turns = lowest < np.minimum(peak.from_, peak.to)
-        alike = (starts == search.admits(to)) | (turns & (self.width > EDGE * range_))
+        alike = (starts == search.admits(to)) | turns
         judged = np.where(alike, whole, np.fmax(whole, both.least_of_halves))
         none, unlike = ~from_.takes_off & ~to.takes_off, from_.takes_off != to.takes_off
         judged = np.where(none | (lowest >= 0.0), np.inf, judged)
