@@ -427,6 +427,14 @@ static void flights(void)
     IS(OF(solve_flight)(&plan, &from, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_STATE);
     from.x1 = -0.01f;
     IS(OF(solve_flight)(&plan, &from, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_STATE);
+#ifdef DOUBLE
+    const OF(state) fast = {0.01f, 0.0f, -1e200, -0.1f};
+#else
+    const OF(state) fast = {0.01f, 0.0f, -1e30f, -0.1f};
+#endif
+    SOIL(f.impact_loss);
+    IS(OF(solve_flight)(&plan, &fast, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_NUMBERS);
+    CLEAR(f.impact_loss); /* the square of the velocity is infinite */
     const real horizons[] = {0.0f, -1.0f, nan, inf};
     for (int n = 0; n < 4; n++) {
         IS(OF(solve_flight)(&plan, &away, 0, &law, horizons[n], CAPACITY, flight_phases, CAPACITY, &f),
