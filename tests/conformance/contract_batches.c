@@ -187,6 +187,7 @@ static void no_pointer(void)
     holds(OF(solve_stances_by)(99, COUNT, &b.in, &b.out) == HOPFORM_ERROR_VARIANT
               && is_refused(&b, HOPFORM_ERROR_VARIANT, -1),
           "no variant", 0, 0);
+    holds(b.read[READ - 1][COUNT - 1] == numbers[READ - 1], "what lies before the results is changed", 0, 0);
     for (int n = 0; n < READ; n++) {
         separate(&b);
         input_of(&b, n)->first = NULL;

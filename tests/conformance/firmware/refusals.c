@@ -393,7 +393,9 @@ static void commands(void)
     IS(OF(plan_init)(&other, &robot), HOPFORM_OK);
     IS(OF(choose_current)(&search, &other, &start, &target, phases, CAPACITY, &command), HOPFORM_ERROR_ROBOT);
 
+    SOIL(trials[1].u);
     IS(OF(try_currents)(&plan, &start, 1, currents, 2, 2.0f, phases, CAPACITY, trials), HOPFORM_OK);
+    IS(trials[0].u == currents[0] && trials[1].u == currents[1], 1);
     IS(OF(try_currents)(&plan, &start, 1, currents, 2, 2.0f, phases, 1, trials), HOPFORM_PHASES_NOT_KEPT);
     IS(OF(try_currents)(&unmade, &start, 1, currents, 2, 2.0f, phases, CAPACITY, trials), HOPFORM_ERROR_ROBOT);
     IS(OF(try_currents)(&plan, &start, 1, currents, 2, nan, phases, CAPACITY, trials), HOPFORM_ERROR_HORIZON);
