@@ -171,6 +171,7 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
         return table(["", *names], rows)
 
     versions = "; ".join(compilers().values())
+    stances = m4f["choose_current drops mean"] / m4f["choose_current_step drops mean"]
     return f"""# What the C library costs on a processor
 
 Written by `make firmware-report`; `make firmware-test` fails when a figure of the two Cortex-M4F builds,
@@ -191,7 +192,8 @@ the propagator, evaluated 3.8 times, 1 400; the rest of the stance, with its cer
 report. By kind: 3 900 were floating-point arithmetic, 2 500 loaded, stored or moved its numbers, 880 compared them, the
 other 4 500 were addresses, integers and branches. A drop, then 5 999, had 2 000, 1 270, 460 and 2 270 of these. It
 takes about one evaluation an event, which is the least. Arithmetic with its loads and comparisons is above the aims by
-itself, so it is less arithmetic that would reach them, not only other loops. A command takes 9.1 stances on average.
+itself, so it is less arithmetic that would reach them, not only other loops. A command takes {stances:.1f} stances on
+average.
 
 ## Instructions, mean
 

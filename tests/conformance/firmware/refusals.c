@@ -396,6 +396,10 @@ static void commands(void)
     SOIL(trials[1].u);
     IS(OF(try_currents)(&plan, &start, 1, currents, 2, 2.0f, phases, CAPACITY, trials), HOPFORM_OK);
     IS(trials[0].u == currents[0] && trials[1].u == currents[1], 1);
+    const OF(state) starts[] = {start, start};
+    SOIL(trials[1].u);
+    IS(OF(try_currents)(&plan, starts, 2, currents, 1, 2.0f, phases, CAPACITY, trials), HOPFORM_OK);
+    IS(trials[1].u == currents[0], 1);
     IS(OF(try_currents)(&plan, &start, 1, currents, 2, 2.0f, phases, 1, trials), HOPFORM_PHASES_NOT_KEPT);
     IS(OF(try_currents)(&unmade, &start, 1, currents, 2, 2.0f, phases, CAPACITY, trials), HOPFORM_ERROR_ROBOT);
     IS(OF(try_currents)(&plan, &start, 1, currents, 2, nan, phases, CAPACITY, trials), HOPFORM_ERROR_HORIZON);
