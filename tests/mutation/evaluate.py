@@ -117,7 +117,7 @@ class Bench:
         errors = [f"-Werror={name}" for name in NO_C]
         source = self.folder / "src" / unit
         try:
-            run(["gcc", *COMMON, "-w", *errors, *flags, f"-I{C / 'include'}", "-c", str(source), "-o", str(target)])
+            run(["gcc", *COMMON, *errors, *flags, f"-I{C / 'include'}", "-c", str(source), "-o", str(target)])
         except Failed as error:
             raise InvalidMutant(str(error)) from None
         return target

@@ -450,7 +450,7 @@ static inline float cut_between_f32(float d, float d_then, float h)
 {
     const bool changes = (d < 0.0f) != (d_then < 0.0f) && fabs_f32(d_then) > 0.0f;
     const float share = changes ? d / (d - d_then) : 0.25f;
-    const float inside = share > 0.015625f ? (share < 0.984375f ? share : 0.984375f) : 0.015625f;
+    const float inside = share > 0.015625f ? (share < 0.5f ? share : 0.5f) : 0.015625f;
     return inside * h;
 }
 

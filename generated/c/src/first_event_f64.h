@@ -450,7 +450,7 @@ static inline double cut_between_f64(double d, double d_then, double h)
 {
     const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_f64(d_then) > 0.0;
     const double share = changes ? d / (d - d_then) : 0.25;
-    const double inside = share > 0.015625 ? (share < 0.984375 ? share : 0.984375) : 0.015625;
+    const double inside = share > 0.015625 ? (share < 0.5 ? share : 0.5) : 0.015625;
     return inside * h;
 }
 

@@ -432,7 +432,7 @@ def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Arr
     h = high - low
     # Where d has its root: the chord's, kept off the ends; a quarter of it where it has no two signs.
     changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
-    cut = low + np.clip(choose(changes, before / (before - after), 0.25), 0.015625, 0.984375) * h
+    cut = low + np.clip(choose(changes, before / (before - after), 0.25), 0.015625, 0.5) * h
     dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)
     cuts = (cut > low) & (cut < high) & ~dips  # else no number lies in between
     if dips.any():

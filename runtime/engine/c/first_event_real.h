@@ -450,7 +450,7 @@ static inline real cut_between_real(real d, real d_then, real h)
 {
     const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_real(d_then) > 0.0;
     const real share = changes ? d / (d - d_then) : 0.25;
-    const real inside = share > 0.015625 ? (share < 0.984375 ? share : 0.984375) : 0.015625;
+    const real inside = share > 0.015625 ? (share < 0.5 ? share : 0.5) : 0.015625;
     return inside * h;
 }
 
