@@ -26,7 +26,7 @@ enum { MOST_EVENT_FUNCTIONS_f32 = 4, MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
-#define HOPFORM_MOST_INTERVALS 100000
+#define HOPFORM_MOST_INTERVALS 10000
 #endif
 
 /* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
@@ -380,6 +380,14 @@ static inline bool has_no_root_f32(const jet_f32 *from, float d, const jet_f32 *
     return d < 0.0f ? after_negative : after_positive;
 }
 
+/* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
+ * more than that times h. 1 - lh stands for e^(-lh). */
+static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float rounding)
+{
+    const float left = from->value + rounding;
+    return left > -h * from->rate && left * hopform_greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
+}
+
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, const event_function_f32 *g)
 {
@@ -645,7 +653,8 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
     }
     const float h = in->high.t - in->low;
     const float rounding = rounding_of_f32(g, &in->high, to->rate);
-    return quiet_time_f32(set, from, rounding) > h
+    return (!(d < 0.0f) && is_held_up_by_slope_f32(set->node->pole, from, to, h, rounding))
+           || quiet_time_f32(set, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f32
                && is_held_up_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding));
 }

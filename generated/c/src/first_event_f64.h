@@ -26,7 +26,7 @@ enum { MOST_EVENT_FUNCTIONS_f64 = 4, MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
-#define HOPFORM_MOST_INTERVALS 100000
+#define HOPFORM_MOST_INTERVALS 10000
 #endif
 
 /* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
@@ -380,6 +380,14 @@ static inline bool has_no_root_f64(const jet_f64 *from, double d, const jet_f64 
     return d < 0.0 ? after_negative : after_positive;
 }
 
+/* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
+ * more than that times h. 1 - lh stands for e^(-lh). */
+static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double rounding)
+{
+    const double left = from->value + rounding;
+    return left > -h * from->rate && left * hopform_greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
+}
+
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
 {
@@ -645,7 +653,8 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
     }
     const double h = in->high.t - in->low;
     const double rounding = rounding_of_f64(g, &in->high, to->rate);
-    return quiet_time_f64(set, from, rounding) > h
+    return (!(d < 0.0) && is_held_up_by_slope_f64(set->node->pole, from, to, h, rounding))
+           || quiet_time_f64(set, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f64
                && is_held_up_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding));
 }

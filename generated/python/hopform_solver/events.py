@@ -31,7 +31,7 @@ NONE, UNKNOWN = -1, -2
 """What is found where no function has a root, and where there is no certificate."""
 MOST_TRIES = 4 * SLOTS
 """A function may be located at a later root first, and so more than once."""
-MOST_INTERVALS = 100_000
+MOST_INTERVALS = 10_000
 """Intervals that are certified, or cut, in a phase at most."""
 
 
@@ -253,6 +253,15 @@ def has_no_root(start: Array, d: Array, end: Array, d_then: Array) -> Flags:
     return np.asarray(((d < 0.0) & (falls_then | negative_then)) | (~(d < 0.0) & after_positive))
 
 
+def is_held_up_by_slope(of: EventSet, start: Array, end: Array, h: Array, rounding: Array) -> Flags:
+    """Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost
+    no more than that times h. 1 - lh stands for e^(-lh).
+    """
+    left = start[0] + rounding
+    kept = np.maximum(1.0 - of.node.pole * h, 0.0)
+    return np.asarray((left > -h * start[1]) & (left * kept > -h * end[1]))
+
+
 def is_held_up_by_bernstein(
     of: EventSet, start: Array, end: Array, h: Array, ends_at_root: Flags, bound: Array
 ) -> Flags:
@@ -411,7 +420,8 @@ def uncertified(on: Interval, open_: Flags, d: Array, d_then: Array) -> tuple[Nu
         return slot, lane
     of, start, end, rounding = on.of.at(slot, lane), *(x[..., slot, lane] for x in (on.start, on.end, on.rounding))
     h, is_open = (on.high - on.low)[lane], open_[slot, lane]
-    is_open |= ~(quiet_time(of, start, rounding) > h)
+    falls = d[slot, lane] < 0.0
+    is_open |= (falls | ~is_held_up_by_slope(of, start, end, h, rounding)) & ~(quiet_time(of, start, rounding) > h)
     some = np.flatnonzero(is_open & ~open_[slot, lane] & (of.node.half_period < NEVER[h.dtype]))
     if some.size:
         of, start, end, h, rounding = take((of, start, end, h, rounding), some)

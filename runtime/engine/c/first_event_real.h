@@ -26,7 +26,7 @@ enum { MOST_EVENT_FUNCTIONS_real = 4, MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
-#define HOPFORM_MOST_INTERVALS 100000
+#define HOPFORM_MOST_INTERVALS 10000
 #endif
 
 /* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
@@ -380,6 +380,14 @@ static inline bool has_no_root_real(const jet_real *from, real d, const jet_real
     return d < 0.0 ? after_negative : after_positive;
 }
 
+/* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
+ * more than that times h. 1 - lh stands for e^(-lh). */
+static inline bool is_held_up_by_slope_real(real l, const jet_real *from, const jet_real *to, real h, real rounding)
+{
+    const real left = from->value + rounding;
+    return left > -h * from->rate && left * hopform_greater_real(1.0 - l * h, 0.0) > -h * to->rate;
+}
+
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, const event_function_real *g)
 {
@@ -645,7 +653,8 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
     }
     const real h = in->high.t - in->low;
     const real rounding = rounding_of_real(g, &in->high, to->rate);
-    return quiet_time_real(set, from, rounding) > h
+    return (!(d < 0.0) && is_held_up_by_slope_real(set->node->pole, from, to, h, rounding))
+           || quiet_time_real(set, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_real
                && is_held_up_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding));
 }

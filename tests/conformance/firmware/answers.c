@@ -1027,6 +1027,20 @@ static void cancelling(void)
     }
 }
 
+/* A contact force that fades to 0 is no take-off, however long one waits, and
+ * its last digits take no work. */
+static void fading(void)
+{
+    T(stance) stance;
+    for (row = 965; row < 970; row++) {
+        const double b2 = 498.8 + 3.0 * (row - 965);
+        const T(robot)
+            r = {3.24, 0.154, 534400.0, 0.4, 0.0, 0.0, b2, 0.0, 0.0224, -3.6, 9.81, -INFINITY, INFINITY, 3.0, 0.0};
+        must(ending_of(&r, 0.909, -1.597, 0.0, 0.0, 2.0, &stance) == HOPFORM_ENDING_HORIZON && stance.event_count == 3,
+             "a contact force that fades");
+    }
+}
+
 /* So little weight that the apex's derivative by it is no number any more. */
 static void out_of_range(void)
 {
@@ -1580,6 +1594,7 @@ int main(int argc, char **argv)
     }
     limits();
     leaving();
+    fading();
     cancelling();
     out_of_range();
     ties();

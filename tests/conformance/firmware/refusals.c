@@ -149,6 +149,18 @@ static void robots(void)
     robot.m_eff = 1e-10f;
 #endif
     IS(OF(plan_init)(&made, &robot), HOPFORM_ERROR_NUMBERS); /* k/m_eff is infinite */
+    robot = sound;
+    robot.m_eff = 1.0f;
+    robot.m_s = 1.0f;
+    robot.b2 = 0.0f;
+#ifdef DOUBLE
+    robot.k = 1e200;
+    robot.b1 = 1e101;
+#else
+    robot.k = 1e22f;
+    robot.b1 = 1e17f;
+#endif
+    IS(OF(plan_init)(&made, &robot), HOPFORM_ERROR_NUMBERS); /* b1 k is infinite, and nothing else */
     const OF(robot) *untouched = &sound;
     const real pushes[][2] = {{0.0f, 3e38f}, {3e37f, 0.0f}};
     for (int n = 0; n < 2; n++) {

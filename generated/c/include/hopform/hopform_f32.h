@@ -315,7 +315,7 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
  *
  * start: state after the impact, y = 0 at touchdown; it may lie in the stance or in the phases. steps: the current, at
  * most HOPFORM_MOST_STEPS, steps[0].t = 0, times increase. horizon [s]: longest time. max_phases: after so many phases
- * the ending is too_many_phases; where no first event of a phase is certified within 100 000 intervals it is
+ * the ending is too_many_phases; where no first event of a phase is certified within 10 000 intervals it is
  * uncertified, and the stance is known up to its duration. A plan or steps that overlap the phases or the stance are
  * refused.
  */
