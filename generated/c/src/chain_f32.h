@@ -345,15 +345,7 @@ static inline float far_end_f32(const event_set_f32 *set, float low, float limit
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* That of the first interval: the node, if the phase may last that long. */
-static inline float first_end_f32(const event_set_f32 *set, float limit)
-{
-    const float half = 0.95f * set->node->half_period;
-    const float within = half < limit && set->count > 0 ? half : limit;
-    return set->node->t < limit ? set->node->t : within;
-}
-
-/* Reach it, by what is known there. */
+/* Reach that of the first interval: the node, if the phase may last that long, by what is known there. */
 static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, float limit)
 {
     const hopform_node_f32 *node = set->node;
@@ -362,7 +354,7 @@ static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, f
         in->high = propagator_of_f32(set->poles, node->t, &basis);
         in->found = -1;
     } else {
-        end_interval_at_f32(set, in, first_end_f32(set, limit));
+        end_interval_at_f32(set, in, limit);
     }
 }
 

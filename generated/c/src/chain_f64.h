@@ -345,15 +345,7 @@ static inline double far_end_f64(const event_set_f64 *set, double low, double li
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* That of the first interval: the node, if the phase may last that long. */
-static inline double first_end_f64(const event_set_f64 *set, double limit)
-{
-    const double half = 0.95 * set->node->half_period;
-    const double within = half < limit && set->count > 0 ? half : limit;
-    return set->node->t < limit ? set->node->t : within;
-}
-
-/* Reach it, by what is known there. */
+/* Reach that of the first interval: the node, if the phase may last that long, by what is known there. */
 static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, double limit)
 {
     const hopform_node_f64 *node = set->node;
@@ -362,7 +354,7 @@ static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, d
         in->high = propagator_of_f64(set->poles, node->t, &basis);
         in->found = -1;
     } else {
-        end_interval_at_f64(set, in, first_end_f64(set, limit));
+        end_interval_at_f64(set, in, limit);
     }
 }
 

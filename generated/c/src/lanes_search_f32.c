@@ -159,7 +159,7 @@ static int32_t begin_phase(batch *b, int l)
         return stance_end_phase_f32(&one->chain, search);
     }
     keep_poles(&b->w.poles, l, true, set->poles);
-    (void)reach_for(b, l, first_end_f32(set, search->limit), false);
+    (void)reach_for(b, l, hopform_lesser_f32(set->node->t, search->limit), false);
     if (set->node->t < search->limit && hopform_is_made_f32(one->chain.plan)) {
         reach_ahead_f32(set, &search->in, search->limit);
         b->w.wants[l] = 0.0f;
@@ -201,13 +201,11 @@ static void put_out(batch *b, int l, int32_t ending)
 /* Make the plans of some runs ahead, from stance i on. */
 static void plan_ahead(batch *b, int64_t i)
 {
-    const hopform_plan_f32 zero = {0};
     b->ahead = 0;
     b->run = 0;
     for (int n = 0; n < PLANS && b->ahead < BLOCK_f32 && i < b->last; n++) {
         planned *one = &b->plans[n];
         if (one->users == 0) {
-            one->plan.made = 0;
             one->plan.robot = hopform_robot_of_f32(b->in, i);
             one->run.planned = rates_of_plan_f32(&one->plan);
             one->run.end = hopform_end_of_run_f32(b->in, i, b->last);
@@ -225,9 +223,6 @@ static void plan_ahead(batch *b, int64_t i)
         const hopform_poles_f32 both = one_poles(&b->cubics, n);
         if (one->run.planned >= 0) {
             one->run.planned = poles_of_plan_f32(&one->plan, &both, one->several);
-        }
-        if (one->run.planned < 0) {
-            one->plan = zero;
         }
     }
 }

@@ -345,15 +345,7 @@ static inline real far_end_real(const event_set_real *set, real low, real limit)
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* That of the first interval: the node, if the phase may last that long. */
-static inline real first_end_real(const event_set_real *set, real limit)
-{
-    const real half = 0.95 * set->node->half_period;
-    const real within = half < limit && set->count > 0 ? half : limit;
-    return set->node->t < limit ? set->node->t : within;
-}
-
-/* Reach it, by what is known there. */
+/* Reach that of the first interval: the node, if the phase may last that long, by what is known there. */
 static inline void reach_ahead_real(const event_set_real *set, interval_real *in, real limit)
 {
     const hopform_node_real *node = set->node;
@@ -362,7 +354,7 @@ static inline void reach_ahead_real(const event_set_real *set, interval_real *in
         in->high = propagator_of_real(set->poles, node->t, &basis);
         in->found = -1;
     } else {
-        end_interval_at_real(set, in, first_end_real(set, limit));
+        end_interval_at_real(set, in, limit);
     }
 }
 
