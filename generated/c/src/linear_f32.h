@@ -72,12 +72,11 @@ static inline float hopform_applied_f32(const float powers[POWERS_f32], const fl
     return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
 }
 
-/* Phi(h) from W at h: axis 0 and the constant part are one integral further each. */
+/* Phi(h) from W at h: axis 0 and the constant part are one integral further each; the 1 of that part is left out. */
 static inline hopform_matrix_f32 hopform_transition_f32(const hopform_mode_f32 *mode, const float W[ORDERS_f32])
 {
     hopform_matrix_f32 phi = {{{0}}};
     phi.at[0][0] = 1.0f;
-    phi.at[ONE_f32][ONE_f32] = 1.0f;
     for (int j = 0; j <= CORE_f32; j++) {
         const float *at = j < CORE_f32 ? W : W + 1;
         phi.at[0][j + 1] = hopform_applied_f32(mode->transfer.at[0][j], at + 1);

@@ -72,12 +72,11 @@ static inline double hopform_applied_f64(const double powers[POWERS_f64], const 
     return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
 }
 
-/* Phi(h) from W at h: axis 0 and the constant part are one integral further each. */
+/* Phi(h) from W at h: axis 0 and the constant part are one integral further each; the 1 of that part is left out. */
 static inline hopform_matrix_f64 hopform_transition_f64(const hopform_mode_f64 *mode, const double W[ORDERS_f64])
 {
     hopform_matrix_f64 phi = {{{0}}};
     phi.at[0][0] = 1.0;
-    phi.at[ONE_f64][ONE_f64] = 1.0;
     for (int j = 0; j <= CORE_f64; j++) {
         const double *at = j < CORE_f64 ? W : W + 1;
         phi.at[0][j + 1] = hopform_applied_f64(mode->transfer.at[0][j], at + 1);

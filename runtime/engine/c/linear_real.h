@@ -72,12 +72,11 @@ static inline real hopform_applied_real(const real powers[POWERS_real], const re
     return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
 }
 
-/* Phi(h) from W at h: axis 0 and the constant part are one integral further each. */
+/* Phi(h) from W at h: axis 0 and the constant part are one integral further each; the 1 of that part is left out. */
 static inline hopform_matrix_real hopform_transition_real(const hopform_mode_real *mode, const real W[ORDERS_real])
 {
     hopform_matrix_real phi = {{{0}}};
     phi.at[0][0] = 1.0;
-    phi.at[ONE_real][ONE_real] = 1.0;
     for (int j = 0; j <= CORE_real; j++) {
         const real *at = j < CORE_real ? W : W + 1;
         phi.at[0][j + 1] = hopform_applied_real(mode->transfer.at[0][j], at + 1);
