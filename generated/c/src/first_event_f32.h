@@ -782,6 +782,9 @@ static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, fl
     if (discriminant < 0.0f) {
         return time_to_rest_of_ringing_f32(poles, sqrt_f32(-discriminant), v, acc);
     }
+    if (!(v > 0.0f)) { /* from rest it creeps; rounding may have left the other sign */
+        return acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
+    }
     const float half = sqrt_f32(discriminant);
     const float slow = mean + half > 0.0f ? poles->q / (mean + half) : 0.0f;
     const float back = -(acc + slow * v); /* what the slow decay alone would leave over */

@@ -782,6 +782,9 @@ static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, 
     if (discriminant < 0.0) {
         return time_to_rest_of_ringing_f64(poles, sqrt_f64(-discriminant), v, acc);
     }
+    if (!(v > 0.0)) { /* from rest it creeps; rounding may have left the other sign */
+        return acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
+    }
     const double half = sqrt_f64(discriminant);
     const double slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
     const double back = -(acc + slow * v); /* what the slow decay alone would leave over */

@@ -782,6 +782,9 @@ static inline real time_to_rest_real(const hopform_poles_real *poles, real v, re
     if (discriminant < 0.0) {
         return time_to_rest_of_ringing_real(poles, sqrt_real(-discriminant), v, acc);
     }
+    if (!(v > 0.0)) { /* from rest it creeps; rounding may have left the other sign */
+        return acc < 0.0 ? 0.0 : HOPFORM_NEVER_real;
+    }
     const real half = sqrt_real(discriminant);
     const real slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
     const real back = -(acc + slow * v); /* what the slow decay alone would leave over */
