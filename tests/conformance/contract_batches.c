@@ -1,6 +1,7 @@
 /* The contract on pointers for batches: NULL is refused and every result safe; a column of results whose elements
  * overlap what is read is refused, as a byte map of both finds it, and interleaved columns are solved. In double
  * precision with -DDOUBLE. */
+#include <fenv.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -188,6 +189,15 @@ static void no_pointer(void)
               && is_refused(&b, HOPFORM_ERROR_VARIANT, -1),
           "no variant", 0, 0);
     holds(b.read[READ - 1][COUNT - 1] == numbers[READ - 1], "what lies before the results is changed", 0, 0);
+    struct {
+        OF(stances_out) out;
+        real duration[COUNT];
+    } close;
+    close.out = apart.out;
+    close.out.duration.first = close.duration;
+    (void)feclearexcept(FE_ALL_EXCEPT);
+    holds(OF(solve_stances)(COUNT, &apart.in, &close.out) == HOPFORM_OK, "a column right behind the struct", 0, 0);
+    holds(fetestexcept(FE_ALL_EXCEPT) == 0, "flags of the processor", fetestexcept(FE_ALL_EXCEPT), 0);
     for (int n = 0; n < READ; n++) {
         separate(&b);
         input_of(&b, n)->first = NULL;

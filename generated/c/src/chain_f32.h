@@ -352,7 +352,6 @@ static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, f
     if (node->t < limit) {
         const hopform_basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f32(set->poles, node->t, &basis);
-        in->found = -1;
     } else {
         end_interval_at_f32(set, in, limit);
     }

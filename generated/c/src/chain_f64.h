@@ -352,7 +352,6 @@ static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, d
     if (node->t < limit) {
         const hopform_basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f64(set->poles, node->t, &basis);
-        in->found = -1;
     } else {
         end_interval_at_f64(set, in, limit);
     }

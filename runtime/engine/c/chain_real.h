@@ -352,7 +352,6 @@ static inline void reach_ahead_real(const event_set_real *set, interval_real *in
     if (node->t < limit) {
         const hopform_basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_real(set->poles, node->t, &basis);
-        in->found = -1;
     } else {
         end_interval_at_real(set, in, limit);
     }

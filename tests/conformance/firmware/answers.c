@@ -627,6 +627,14 @@ static void one_flight(void)
              == (flight.phase_count > 1 ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK),
          "a small buffer of a flight");
     must(memcmp(&other.end, &flight.end, sizeof other.end) == 0, "a small buffer, another flight");
+    T(state) lower = start, at;
+    lower.y -= 0.0625; /* over ground that is as much higher */
+    must(T(solve_flight)(&plan, &lower, 0.0625, &gains, horizon, CAPACITY, flight_phases, CAPACITY, &other) >= 0
+             && !(fabs(other.ground - 0.0625) > 0.0),
+         "a flight over other ground");
+    must(T(flight_at)(&plan, flight_phases, &other, &other.duration, 1, &at) == HOPFORM_OK, "no end over other ground");
+    near(other.duration, flight.duration, 1e-12 * condition * unit_time, "duration over other ground");
+    near(at.y - at.x1, flight.end.y - flight.end.x1, 1e-12 * condition * (1.0 + fabs(start.v2)), "y over other ground");
     if (flight.phase_count > 1 && ending != HOPFORM_FLIGHT_TRIPPED) {
         must(T(solve_flight)(&plan, &start, 0, &gains, horizon, flight.phase_count - 1, flight_phases, CAPACITY, &other)
                      >= 0

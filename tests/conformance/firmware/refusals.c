@@ -284,6 +284,13 @@ static void readers(void)
     static real room[2 * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     IS(OF(stance_tangents)(&plan, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_TIME);
 
+    static OF(phase) own[CAPACITY];
+    for (int n = 0; n < CAPACITY; n++) {
+        own[n] = phases[n];
+    }
+    IS(OF(stance_energy)(&plan, one_step, own, &solved, &inf, 1, (OF(energy) *)(void *)own, NULL, NULL),
+       HOPFORM_ERROR_OVERLAP); /* comes before the times */
+
     const real bad[] = {nan, inf, -inf, -0.001f, 1.5f};
     for (int n = 0; n < 5; n++) {
         IS(OF(stance_at)(&plan, one_step, phases, &solved, bad[n], &state), HOPFORM_ERROR_TIME);
