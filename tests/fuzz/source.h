@@ -82,8 +82,8 @@ static T(robot) next_robot(source *from, int kind)
 }
 
 /* A horizon of at most so many half turns of the stiffest oscillation, and of LONGEST where its rate underflows: motion
- * that leaves the range of the format takes as many intervals as the cap of a phase allows, which is a tenth of a second. One that
- * is none, or infinite, stays as it is: to refuse it is part of what is tried. */
+ * that leaves the range of the format takes as many intervals as the cap of a phase allows, which is a tenth of a
+ * second. One that is none, or infinite, stays as it is: to refuse it is part of what is tried. */
 static inline real bounded(real horizon, const T(robot) *robot, double half_turns)
 {
     const double rate = sqrt(robot->k / (double)robot->m_eff + robot->k / (double)robot->m_s);
