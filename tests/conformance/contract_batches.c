@@ -229,6 +229,36 @@ static void no_pointer(void)
     OF(stance_loop)(columns, none, NULL, NULL);
 }
 
+/* No phases are kept where there is room for less than none, whatever solves them. */
+static void no_room(void)
+{
+    enum { MANY = 64 }; /* as many as fill lanes */
+    static batch b;
+    static int32_t endings[MANY];
+    static real times[MANY];
+    static int8_t kinds[MANY];
+    for (int variant = HOPFORM_VARIANT_BEST; variant <= HOPFORM_VARIANT_AVX512; variant++) {
+        for (int given = 0; given < 2 && OF(has_variant)(variant) != 0; given++) {
+            separate(&b);
+            for (int n = 0; n < READ; n++) {
+                input_of(&b, n)->stride = 0;
+            }
+            for (int n = 0; n < RESULTS; n++) {
+                output_of(&b, n)->first = NULL;
+            }
+            b.out.status.first = endings;
+            b.out.event_time = times;
+            b.out.event_kind = kinds;
+            b.out.event_capacity = 1;
+            b.out.phases = given != 0 ? b.phases : NULL;
+            b.out.phase_capacity = -1;
+            holds(OF(solve_stances_by)(variant, MANY, &b.in, &b.out) == HOPFORM_PHASES_NOT_KEPT
+                      && endings[MANY - 1] == HOPFORM_ENDING_TAKEOFF,
+                  "room for less than none", variant, given);
+        }
+    }
+}
+
 /* What reads each stance: its derivatives or its compression, in `each` numbers. */
 typedef struct {
     const char *name;
@@ -420,6 +450,7 @@ static void overlaps_of_a_reading(const reading *of)
 int main(void)
 {
     no_pointer();
+    no_room();
     overlaps();
     over_the_structs();
     for (int n = 0; n < 2; n++) {

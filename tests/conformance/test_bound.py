@@ -103,6 +103,17 @@ def test_numpy_meets_the_bound_where_c_does(bounded, monkeypatch):
     assert COUNT // 20 < met < COUNT
 
 
+def test_a_contact_force_that_fades_below_its_rounding_takes_few_intervals(tmp_path):
+    """The body creeps to where it bears nothing, for hundreds of half periods: the second part of rule 2 holds in each."""
+    numbers = {field.name: 0.0 for field in ROBOT_FIELDS} | {
+        "m_eff": 3.24, "m_s": 0.154, "k": 534400.0, "L0": 0.4, "b2": 498.8, "f2": 0.0224, "gamma2": -3.6, "g": 9.81,
+        "x1_min": -np.inf, "x1_max": np.inf, "u_max": 3.0,
+    }  # fmt: skip
+    start = {"x1": 0.0, "v1": 0.909, "v2": -1.597, "y": 0.0, "u": 0.0, "horizon": 2.0}
+    stance, _ = solve(bounded_by(100, tmp_path / "bounded.so"), numbers | start)
+    assert ENDINGS[stance.ending] == "horizon"
+
+
 def fly(library, seed):
     """Status of a flight, its phases as (time, velocity, side, limit, event), and its numbers."""
     robot, inputs = random_flight(seed)

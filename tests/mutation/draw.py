@@ -18,8 +18,6 @@ RULES = ["universal.rules", "c_like.rules", "c.rules"]
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 BOUNDS = re.compile(r"\b(?:[A-Z]+_)*(?:EPS|UNDERFLOW|MOST)(?:_\w+)?\b")
 """Names of unit roundoff, underflow and caps. A number beside them is a factor of a bound, with room on purpose."""
-SYMMETRIC = re.compile(r"\b(hopform_(?:lesser|greater|array)_real)\s*\(([^()]*(?:\([^()]*\)[^()]*)*)\)")
-"""Calls of functions whose arguments, or those behind the first of an array, may change places."""
 NUMBER = r"(\D)(\d+)(\D)"
 """Left side of the rules that change a number."""
 
@@ -46,17 +44,6 @@ def without_comments(text: str) -> str:
     return COMMENT.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text).replace("{-", "{ -")
 
 
-def canonical(line: str) -> str:
-    """The same for two lines that differ in the order of arguments alone, where that says nothing."""
-
-    def in_order(match: re.Match[str]) -> str:
-        name, found = match[1], re.split(r",(?![^()]*\))", re.sub(r"\s", "", match[2]))
-        first = 1 if "array" in name else 0
-        return f"{name}({','.join([*found[:first], *sorted(found[first:])])})"
-
-    return re.sub(r"\s", "", SYMMETRIC.sub(in_order, line))
-
-
 def drawn(seed: int, sources: Mapping[str, str]) -> Iterator[list[Mutant]]:
     """The mutants of each line of the sources, lines and mutants in the order of the draw."""
     lines = list[tuple[bytes, list[Mutant]]]()
@@ -66,8 +53,7 @@ def drawn(seed: int, sources: Mapping[str, str]) -> Iterator[list[Mutant]]:
             found = mutants_regexp(code, RULES, ignorePatterns=[])
         of_line = defaultdict[int, list[str]](list)
         for number, new, _, (rule, _) in found:
-            line = code[number - 1]
-            if not (rule.pattern == NUMBER and BOUNDS.search(line)) and canonical(line) != canonical(new):
+            if not (rule.pattern == NUMBER and BOUNDS.search(code[number - 1])):
                 of_line[number].append(new)
         seen = Counter[str]()
         for number, news in of_line.items():

@@ -54,13 +54,6 @@ def test_an_edit_elsewhere_leaves_the_draw_of_a_line_of_the_engine_as_it_is():
     )
 
 
-def test_the_order_of_arguments_that_may_change_places_is_no_mutant():
-    code = "{\n    hopform_lesser_real(x, y);\n    hopform_array_real(x, 2, y);\n    hopform_scale_real(x, y);\n}\n"
-    news = {"".join(each.new.split()) for mutants in lines.drawn(1, {"a.c": code}) for each in mutants}
-    assert "hopform_scale_real(y,x);" in news
-    assert not {"hopform_lesser_real(y,x);", "hopform_array_real(x,y,2);"} & news
-
-
 def test_a_mutant_changes_one_line():
     for mutant in drawn(SEED, ("terrain.py",))[:20]:
         old = (ROOT / mutant.path).read_text("utf-8").splitlines()

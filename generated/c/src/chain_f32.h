@@ -345,7 +345,14 @@ static inline float far_end_f32(const event_set_f32 *set, float low, float limit
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* Reach that of the first interval: the node, if the phase may last that long, by what is known there. */
+/* That of the first interval: the node, which a pair that hardly draws has not. */
+static inline float first_end_f32(const event_set_f32 *set, float limit)
+{
+    const float half = 0.95f * set->node->half_period;
+    return hopform_lesser_f32(hopform_lesser_f32(set->node->t, half), limit);
+}
+
+/* Reach it, by what is known there. */
 static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, float limit)
 {
     const hopform_node_f32 *node = set->node;
@@ -353,7 +360,7 @@ static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, f
         const hopform_basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f32(set->poles, node->t, &basis);
     } else {
-        end_interval_at_f32(set, in, limit);
+        end_interval_at_f32(set, in, first_end_f32(set, limit));
     }
 }
 

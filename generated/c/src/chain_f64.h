@@ -345,7 +345,14 @@ static inline double far_end_f64(const event_set_f64 *set, double low, double li
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* Reach that of the first interval: the node, if the phase may last that long, by what is known there. */
+/* That of the first interval: the node, which a pair that hardly draws has not. */
+static inline double first_end_f64(const event_set_f64 *set, double limit)
+{
+    const double half = 0.95 * set->node->half_period;
+    return hopform_lesser_f64(hopform_lesser_f64(set->node->t, half), limit);
+}
+
+/* Reach it, by what is known there. */
 static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, double limit)
 {
     const hopform_node_f64 *node = set->node;
@@ -353,7 +360,7 @@ static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, d
         const hopform_basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f64(set->poles, node->t, &basis);
     } else {
-        end_interval_at_f64(set, in, limit);
+        end_interval_at_f64(set, in, first_end_f64(set, limit));
     }
 }
 

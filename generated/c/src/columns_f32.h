@@ -202,10 +202,10 @@ static inline int32_t hopform_put_stance_f32(const hopform_stances_out_f32 *out,
 
 /* ---- one stance ---- */
 
-/* How many phases of a stance are to be kept for its list. */
+/* How many phases of a stance are to be kept for its list; a capacity below 0 is none. */
 static inline int32_t hopform_phases_wanted_f32(const hopform_stances_out_f32 *out)
 {
-    return out->event_time == NULL ? 0 : out->phase_capacity;
+    return out->event_time == NULL || out->phase_capacity < 0 ? 0 : out->phase_capacity;
 }
 
 static inline hopform_state_f32 hopform_start_of_f32(const hopform_stances_in_f32 *in, int64_t i)

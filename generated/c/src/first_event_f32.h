@@ -452,8 +452,8 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
     return at;
 }
 
-/* Where d has its root within an interval: the chord's, kept off the ends; a quarter of it where it has no two signs.
- */
+/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
+ * leads to the end each time; a quarter of it where d has no two signs. */
 static inline float cut_between_f32(float d, float d_then, float h)
 {
     const bool changes = (d < 0.0f) != (d_then < 0.0f) && fabs_f32(d_then) > 0.0f;

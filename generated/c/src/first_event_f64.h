@@ -452,8 +452,8 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
     return at;
 }
 
-/* Where d has its root within an interval: the chord's, kept off the ends; a quarter of it where it has no two signs.
- */
+/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
+ * leads to the end each time; a quarter of it where d has no two signs. */
 static inline double cut_between_f64(double d, double d_then, double h)
 {
     const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_f64(d_then) > 0.0;

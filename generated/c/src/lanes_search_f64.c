@@ -159,7 +159,7 @@ static int32_t begin_phase(batch *b, int l)
         return stance_end_phase_f64(&one->chain, search);
     }
     keep_poles(&b->w.poles, l, true, set->poles);
-    (void)reach_for(b, l, hopform_lesser_f64(set->node->t, search->limit), false);
+    (void)reach_for(b, l, first_end_f64(set, search->limit), false);
     if (set->node->t < search->limit && hopform_is_made_f64(one->chain.plan)) {
         reach_ahead_f64(set, &search->in, search->limit);
         b->w.wants[l] = 0.0;

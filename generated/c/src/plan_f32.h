@@ -63,7 +63,8 @@ static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_po
 {
     const hopform_rates_f32 *rates = &plan->rates;
     if (!hopform_is_finite_f32(rates->s_1 * rates->s_1) /* discriminants square it */
-        || !hopform_is_finite_f32(rates->s_3) || !(both->q <= HOPFORM_NEVER_f32)
+        || !hopform_is_finite_f32(rates->s_2) || !hopform_is_finite_f32(rates->s_3)
+        || !(both->q <= HOPFORM_NEVER_f32)         /* a and p are within s_1, and NaN only if q is */
         || !(both->q > 0.0f || HOPFORM_ONE_IS_FIXED) /* both never move then */
         || !hopform_is_finite_f32(rates->a1_0) || !hopform_is_finite_f32(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;

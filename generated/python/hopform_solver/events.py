@@ -342,9 +342,10 @@ def first_interval(of: EventSet, limit: Array) -> Interval:
     at_start, size = propagator_at_start(of.poles), limit.size
     start = jets_of(of, at_start[:, np.newaxis])
     lost = (start[0] < 0.0) & (start[1] <= 0.0)
+    first = np.minimum(of.node.t, 0.95 * of.node.half_period)
     np.maximum(start[0], 0.0, out=start[0])
     return Interval(
-        np.arange(size), of, limit, np.zeros_like(limit), np.minimum(of.node.t, limit), at_start,
+        np.arange(size), of, limit, np.zeros_like(limit), np.minimum(first, limit), at_start,
         start, start.copy(), start[0].copy(), np.where(lost.any(axis=0), lost.argmax(axis=0), NONE),
         np.zeros(size, np.intp), np.zeros(size, np.bool_), np.zeros(size, np.bool_),
     )  # fmt: skip
@@ -440,7 +441,7 @@ def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Arr
     of, start, end = on.of.at(slot, lane), on.start[:, slot, lane], on.end[:, slot, lane]
     low, high, before, after = on.low[lane], on.high[lane], d[slot, lane], d_then[slot, lane]
     h = high - low
-    # Where d has its root: the chord's, kept off the ends; a quarter of it where it has no two signs.
+    # Where d has its root: the chord's, but not behind the middle; a quarter of it where it has no two signs.
     changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
     cut = low + np.clip(choose(changes, before / (before - after), 0.25), 0.015625, 0.5) * h
     dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)

@@ -345,7 +345,14 @@ static inline real far_end_real(const event_set_real *set, real low, real limit)
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* Reach that of the first interval: the node, if the phase may last that long, by what is known there. */
+/* That of the first interval: the node, which a pair that hardly draws has not. */
+static inline real first_end_real(const event_set_real *set, real limit)
+{
+    const real half = 0.95 * set->node->half_period;
+    return hopform_lesser_real(hopform_lesser_real(set->node->t, half), limit);
+}
+
+/* Reach it, by what is known there. */
 static inline void reach_ahead_real(const event_set_real *set, interval_real *in, real limit)
 {
     const hopform_node_real *node = set->node;
@@ -353,7 +360,7 @@ static inline void reach_ahead_real(const event_set_real *set, interval_real *in
         const hopform_basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_real(set->poles, node->t, &basis);
     } else {
-        end_interval_at_real(set, in, limit);
+        end_interval_at_real(set, in, first_end_real(set, limit));
     }
 }
 

@@ -452,8 +452,8 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
     return at;
 }
 
-/* Where d has its root within an interval: the chord's, kept off the ends; a quarter of it where it has no two signs.
- */
+/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
+ * leads to the end each time; a quarter of it where d has no two signs. */
 static inline real cut_between_real(real d, real d_then, real h)
 {
     const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_real(d_then) > 0.0;

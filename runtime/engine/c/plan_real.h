@@ -63,7 +63,8 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
 {
     const hopform_rates_real *rates = &plan->rates;
     if (!hopform_is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
-        || !hopform_is_finite_real(rates->s_3) || !(both->q <= HOPFORM_NEVER_real)
+        || !hopform_is_finite_real(rates->s_2) || !hopform_is_finite_real(rates->s_3)
+        || !(both->q <= HOPFORM_NEVER_real)         /* a and p are within s_1, and NaN only if q is */
         || !(both->q > 0.0 || HOPFORM_ONE_IS_FIXED) /* both never move then */
         || !hopform_is_finite_real(rates->a1_0) || !hopform_is_finite_real(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;

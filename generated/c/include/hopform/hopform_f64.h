@@ -418,7 +418,8 @@ int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hop
  * it is flat. Where a damper acts in the leg, it relaxes from start's y; the end's y is what is left of that. gains: of
  * the law gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms
  * before the touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead
- * ends, tripped, where its foot came highest. g must be > 0. start and gains may lie in the flight or in the phases; a
+ * ends, tripped, where its foot came highest. One whose phase is not searched within 10 000 intervals is refused:
+ * its numbers leave the range. g must be > 0. start and gains may lie in the flight or in the phases; a
  * plan that overlaps them is refused.
  */
 int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start, double ground,

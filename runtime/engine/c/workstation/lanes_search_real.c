@@ -159,7 +159,7 @@ static int32_t begin_phase(batch *b, int l)
         return stance_end_phase_real(&one->chain, search);
     }
     keep_poles(&b->w.poles, l, true, set->poles);
-    (void)reach_for(b, l, hopform_lesser_real(set->node->t, search->limit), false);
+    (void)reach_for(b, l, first_end_real(set, search->limit), false);
     if (set->node->t < search->limit && hopform_is_made_real(one->chain.plan)) {
         reach_ahead_real(set, &search->in, search->limit);
         b->w.wants[l] = 0.0;
