@@ -104,7 +104,7 @@ def test_numpy_meets_the_bound_where_c_does(bounded, monkeypatch):
 
 
 def test_a_contact_force_that_fades_below_its_rounding_takes_few_intervals(tmp_path):
-    """The body creeps to where it bears nothing, for hundreds of half periods: the second part of rule 2 holds in each."""
+    """The body creeps to where it bears nothing for hundreds of half periods, each certified by rule 2."""
     numbers = {field.name: 0.0 for field in ROBOT_FIELDS} | {
         "m_eff": 3.24, "m_s": 0.154, "k": 534400.0, "L0": 0.4, "b2": 498.8, "f2": 0.0224, "gamma2": -3.6, "g": 9.81,
         "x1_min": -np.inf, "x1_max": np.inf, "u_max": 3.0,

@@ -423,6 +423,8 @@ static void commands(void)
     IS(OF(try_currents)(&unmade, &start, 1, currents, 2, 2.0f, phases, CAPACITY, trials), HOPFORM_ERROR_ROBOT);
     IS(OF(try_currents)(&plan, &start, 1, currents, 2, nan, phases, CAPACITY, trials), HOPFORM_ERROR_HORIZON);
     IS(OF(try_currents)(&plan, &start, 0, currents, 2, nan, phases, CAPACITY, trials), HOPFORM_OK);
+    IS(OF(try_currents)(&unmade, &start, -1, currents, 2, 2.0f, phases, CAPACITY, trials), HOPFORM_ERROR_ROBOT);
+    IS(OF(try_currents)(&plan, &start, -1, currents, 2, 2.0f, phases, CAPACITY, trials), HOPFORM_OK);
     IS(OF(try_currents)(&plan, &moved, 1, currents, 2, 2.0f, phases, CAPACITY, trials), HOPFORM_ERROR_EXTENDED);
 }
 
@@ -491,6 +493,7 @@ static void flights(void)
     IS(OF(flight_at)(&plan, flight_phases, &empty, &t, 1, &state), HOPFORM_ERROR_TIME);
     IS(OF(flight_energy)(&plan, flight_phases, &flown, &t, 1, energy, ledger, loss), HOPFORM_OK);
     IS(OF(flight_energy)(&plan, flight_phases, &flown, NULL, 0, NULL, NULL, NULL), HOPFORM_OK);
+    IS(OF(flight_energy)(NULL, flight_phases, &flown, &t, -1, energy, ledger, loss), HOPFORM_ERROR_NULL);
     IS(OF(flight_energy)(&plan, flight_phases, &lost, &t, 1, energy, ledger, loss), HOPFORM_ERROR_TIME);
     const real back[2] = {0.02f, 0.01f}, bad[] = {nan, inf, -0.001f, 1.9f};
     IS(OF(flight_at)(&unmade, flight_phases, &flown, &t, 1, &state), HOPFORM_ERROR_TIME);
