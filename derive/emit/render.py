@@ -199,7 +199,7 @@ LEDGERS = {
 
 def _declarations() -> dict[str, str]:
     """The engine's public functions by name, as their definitions begin."""
-    begins = re.compile(r"^(\w+ hopform_(\w+)_real\([^;{]*\))\n\{", re.MULTILINE)
+    begins = re.compile(r"^(\w+ hopform_(\w+)_real\([^;{]*\)) \{", re.MULTILINE)
     sources = (source.read_text("utf-8") for name, source in engine() if not name.endswith(".h"))
     return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
 

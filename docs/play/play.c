@@ -54,25 +54,20 @@ static int32_t leg_count, stance_used, flight_used;
 static hopform_search_f32 search_f32;
 static hopform_phase_f32 work_f32[HOPFORM_SELFTEST_PHASES];
 
-PUBLIC uint32_t play_digest_f32(void)
-{
+PUBLIC uint32_t play_digest_f32(void) {
     return hopform_selftest_f32(&search_f32, work_f32, HOPFORM_SELFTEST_PHASES);
 }
-PUBLIC uint32_t play_digest_f64(void)
-{
+PUBLIC uint32_t play_digest_f64(void) {
     return hopform_selftest_f64(&search, work, HOPFORM_SELFTEST_PHASES);
 }
 
-static double larger(double a, double b)
-{
+static double larger(double a, double b) {
     return a > b ? a : b;
 }
-static double smaller(double a, double b)
-{
+static double smaller(double a, double b) {
     return a < b ? a : b;
 }
-static double home(void)
-{
+static double home(void) {
     return smaller(larger(0.0, play_robot.x1_min), play_robot.x1_max);
 }
 
@@ -82,10 +77,8 @@ static double body_height(hopform_state_f64 state) /* [m] over the ground under 
     return length + unloaded;
 }
 
-static void event(double t, int32_t kind, int32_t side_1, int32_t side_2)
-{
-    if (play_counts[1] >= KEPT)
-        return;
+static void event(double t, int32_t kind, int32_t side_1, int32_t side_2) {
+    if (play_counts[1] >= KEPT) return;
     double *const row = play_events[(int32_t)play_counts[1]++];
     row[0] = t, row[1] = kind, row[2] = side_1, row[3] = side_2;
 }
@@ -105,21 +98,18 @@ static double body_energy(const leg *at, double t) /* [J] weight from level 0 on
 }
 
 /* Longer than any flight [s] from a state, with the body at some height over the ground ahead. */
-static double horizon_of(const hopform_state_f64 *state, double below)
-{
+static double horizon_of(const hopform_state_f64 *state, double below) {
     const double g = play_robot.g, v2 = state->v2, height = 1.0 + larger(below, -below);
     return 10.0 + 2.0 * (larger(v2, -v2) + __builtin_sqrt(v2 * v2 + 2.0 * g * height)) / g;
 }
 
 /* A flight from a state over the ground ahead, which begins at a time. */
-static int32_t fly(leg *at, const hopform_state_f64 *state, double horizon)
-{
+static int32_t fly(leg *at, const hopform_state_f64 *state, double horizon) {
     at->in_stance = 0;
     at->first = flight_used;
     const int32_t status = hopform_solve_flight_f64(&plan, state, 0, 0, horizon, PHASES, flight_phases + flight_used,
                                                     KEPT - flight_used, &at->flight);
-    if (status < 0)
-        return status;
+    if (status < 0) return status;
     flight_used += at->flight.phases_kept;
     at->duration = at->flight.duration;
     for (int32_t n = 0; n < at->flight.phases_kept; n++) {
@@ -129,14 +119,12 @@ static int32_t fly(leg *at, const hopform_state_f64 *state, double horizon)
     return HOPFORM_OK;
 }
 
-static int32_t stand(leg *at, const hopform_state_f64 *touchdown)
-{
+static int32_t stand(leg *at, const hopform_state_f64 *touchdown) {
     at->in_stance = 1;
     at->first = stance_used;
     const int32_t status = hopform_solve_stance_f64(&plan, touchdown, &at->current, 1, LONGEST_STANCE, PHASES,
                                                     stance_phases + stance_used, KEPT - stance_used, &at->stance);
-    if (status < 0)
-        return status;
+    if (status < 0) return status;
     stance_used += at->stance.phases_kept;
     at->duration = at->stance.duration;
     for (int32_t n = 0; n < at->stance.phases_kept; n++) {
@@ -148,16 +136,14 @@ static int32_t stand(leg *at, const hopform_state_f64 *touchdown)
 
 /* Drop from a hop height [m] over level 0 and hop over play_terrain: with the current `value` [A], or, controlled, with
  * the current after which the next apex is `value` [m]. COMPLETED, STOPPED, TRIPPED, or a negative status. */
-PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t hops)
-{
+PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t hops) {
     const hopform_robot_f64 *const robot = &play_robot;
     hopform_state_f64 state = {home(), 0.0, 0.0, 0.0};
     double time = 0.0, level = 0.0, x2 = height + (robot->L0 + robot->c);
     leg_count = stance_used = flight_used = 0;
     play_duration[0] = play_counts[0] = play_counts[1] = 0.0;
     int32_t status = hopform_plan_init_f64(&plan, robot);
-    if (status < 0)
-        return status;
+    if (status < 0) return status;
     for (int32_t index = 0; index <= hops && index <= HOPS; index++) {
         const int32_t last = index == hops || index == HOPS;
         const double ground = play_terrain[last ? index - 1 : index];
@@ -166,13 +152,11 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
         leg *const flight = &legs[leg_count++];
         flight->begin = time, flight->ground = ground;
         status = fly(flight, &state, horizon_of(&state, x2 - step));
-        if (status < 0)
-            return status;
+        if (status < 0) return status;
         flight->level = level = index ? level : body_energy(flight, 0.0);
         time += flight->duration;
         play_duration[0] = last ? flight->begin + flight->flight.apex_time : time;
-        if (last)
-            return COMPLETED;
+        if (last) return COMPLETED;
         if (flight->flight.ending != HOPFORM_FLIGHT_TOUCHDOWN)
             return flight->flight.ending == HOPFORM_FLIGHT_TRIPPED ? TRIPPED : STOPPED;
         const hopform_state_f64 touchdown = {flight->flight.end.x1, flight->flight.end.v1, flight->flight.v2_after,
@@ -181,14 +165,12 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
         const hopform_target_f64 target = {larger(value, ground), -ground, 0.0, LONGEST_STANCE};
         if (controlled)
             status = hopform_choose_current_f64(&search, &plan, &touchdown, &target, work, PHASES, &command);
-        if (status < 0)
-            return status;
+        if (status < 0) return status;
         leg *const stance = &legs[leg_count++];
         stance->begin = time, stance->ground = ground;
         stance->current = (hopform_step_f64){0.0, command.u};
         status = stand(stance, &touchdown);
-        if (status < 0)
-            return status;
+        if (status < 0) return status;
         stance->level = level += robot->k * (touchdown.x1 * touchdown.x1) / 2.0 + flight->flight.impact_loss;
         const hopform_stance_f64 *const solved = &stance->stance;
         const int32_t lifts = solved->ending == HOPFORM_ENDING_TAKEOFF;
@@ -207,8 +189,7 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
             command.status,
         };
         time = play_duration[0] = stance->begin + solved->duration;
-        if (!lifts)
-            return STOPPED;
+        if (!lifts) return STOPPED;
         state = solved->end;
         x2 = body_height(state);
         level += solved->aed - robot->k * (state.x1 * state.x1) / 2.0;
@@ -217,8 +198,7 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
 }
 
 /* The leg at a time of the run: a touchdown is in its stance, a take-off too. */
-static const leg *leg_at(double t)
-{
+static const leg *leg_at(double t) {
     int32_t found = 0;
     while (found + 1 < leg_count
            && (legs[found + 1].in_stance ? t >= legs[found + 1].begin : t > legs[found + 1].begin))
@@ -229,8 +209,7 @@ static const leg *leg_at(double t)
 /* `count` samples from one time of the run to another [s]: t, x1, v1, x2, v2, foot, ground, u, compression, force of
  * the spring, pull of the motor on the actuator [N], energy of the body, the same as predicted with the AED [J], hop.
  */
-PUBLIC void play_sample(double from, double to, int32_t count)
-{
+PUBLIC void play_sample(double from, double to, int32_t count) {
     const hopform_robot_f64 *const robot = &play_robot;
     for (int32_t n = 0; n < count && n < SAMPLES && leg_count; n++) {
         const double asked = count > 1 ? from + (to - from) * n / (count - 1) : from;
@@ -275,26 +254,22 @@ PUBLIC void play_sample(double from, double to, int32_t count)
 }
 
 /* The next apex after drops from play_heights under play_currents, on flat ground, and the bounds over all currents. */
-PUBLIC int32_t play_reach(int32_t height_count, int32_t current_count)
-{
+PUBLIC int32_t play_reach(int32_t height_count, int32_t current_count) {
     static hopform_trial_f64 trials[CURRENTS];
     const hopform_robot_f64 *const robot = &play_robot;
     const double limit = robot->x1_min < robot->x1_max ? robot->x1_max : __builtin_inf();
-    if (height_count > HEIGHTS || current_count > CURRENTS)
-        return HOPFORM_ERROR_STEPS;
+    if (height_count > HEIGHTS || current_count > CURRENTS) return HOPFORM_ERROR_STEPS;
     int32_t status = hopform_plan_init_f64(&plan, robot);
     for (int32_t row = 0; row < height_count && status >= 0; row++) {
         const hopform_state_f64 drop = {home(), 0.0, 0.0, home() - play_heights[row]};
         hopform_flight_f64 flight;
         status =
             hopform_solve_flight_f64(&plan, &drop, 0, 0, horizon_of(&drop, play_heights[row]), PHASES, 0, 0, &flight);
-        if (status < 0)
-            break;
+        if (status < 0) break;
         const hopform_state_f64 touchdown = {flight.end.x1, flight.end.v1, flight.v2_after, 0.0};
         status = hopform_try_currents_f64(&plan, &touchdown, 1, play_currents, current_count, LONGEST_STANCE, work,
                                           PHASES, trials);
-        if (status < 0)
-            break;
+        if (status < 0) break;
         for (int32_t column = 0; column < current_count; column++) {
             const hopform_trial_f64 *const trial = &trials[column];
             play_apex[row * current_count + column] = trial->takes_off ? trial->apex : __builtin_nan("");

@@ -43,16 +43,14 @@ typedef struct {
     hopform_tally_f32 *tally;
 } stance_chain_f32;
 
-static inline float current_of_chain_f32(const stance_chain_f32 *chain)
-{
+static inline float current_of_chain_f32(const stance_chain_f32 *chain) {
     return chain->steps[chain->step].u;
 }
 
 /* ---- the hold rule ---- */
 
 /* Level of friction of an element. */
-static inline float level_of_f32(const hopform_robot_f32 *robot, int element)
-{
+static inline float level_of_f32(const hopform_robot_f32 *robot, int element) {
     hopform_friction_by_element_f32 levels;
     levels.named = hopform_friction_of_f32(robot);
     return levels.of[element];
@@ -60,33 +58,27 @@ static inline float level_of_f32(const hopform_robot_f32 *robot, int element)
 
 /* Numerator of the free acceleration of an element that is held. */
 static inline hopform_numerator_f32 free_numerator_f32(const hopform_rates_f32 *rates, int element,
-                                                         const hopform_motion_f32 *motion)
-{
+                                                         const hopform_motion_f32 *motion) {
     return element == 0 ? hopform_free_numerator_1_f32(rates, motion) : hopform_free_numerator_2_f32(rates, motion);
 }
 
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
-static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element, int side)
-{
+static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element, int side) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
-    if (element != HOPFORM_STOPPED_ELEMENT) {
-        return HOPFORM_IS_FIXED(element);
-    }
+    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_IS_FIXED(element); }
     const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
     return locked || (side < 0 && chain->from_lower <= 0.0f) || (side > 0 && chain->from_upper >= 0.0f);
 }
 
 /* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline hopform_drive_by_element_f32 drive_of_chain_f32(const stance_chain_f32 *chain, const int *side)
-{
+static inline hopform_drive_by_element_f32 drive_of_chain_f32(const stance_chain_f32 *chain, const int *side) {
     hopform_drive_by_element_f32 drive;
     drive.named = hopform_drive_of_f32(&chain->plan->robot, &chain->plan->rates, current_of_chain_f32(chain),
                                         (float)side[0], (float)side[1]);
     return drive;
 }
 
-static inline hopform_numerators_f32 numerators_f32(const stance_chain_f32 *chain, const int *side)
-{
+static inline hopform_numerators_f32 numerators_f32(const stance_chain_f32 *chain, const int *side) {
     const hopform_drive_by_element_f32 drive = drive_of_chain_f32(chain, side);
     hopform_numerators_f32 made;
     made.named = hopform_motion_under_f32(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
@@ -94,31 +86,28 @@ static inline hopform_numerators_f32 numerators_f32(const stance_chain_f32 *chai
 }
 
 /* The first derivative at the start that is not zero. */
-static inline float first_derivative_f32(const hopform_numerator_f32 *h)
-{
+static inline float first_derivative_f32(const hopform_numerator_f32 *h) {
     const float first = fabs_f32(h->H3) > 0.0f ? h->H3 : h->H2;
     return fabs_f32(first) > 0.0f ? first : h->H1;
 }
 
 /* First non-zero derivative of the free acceleration of an element that is held. */
-static inline float drift_of_free_f32(const stance_chain_f32 *chain, int element)
-{
+static inline float drift_of_free_f32(const stance_chain_f32 *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const hopform_numerators_f32 motion = numerators_f32(chain, side);
     const hopform_numerator_f32 free = free_numerator_f32(&chain->plan->rates, element, &motion.named);
     return first_derivative_f32(&free);
 }
 
-static inline hopform_free_by_element_f32 free_of_f32(const stance_chain_f32 *chain, const hopform_state_f32 *state)
-{
+static inline hopform_free_by_element_f32 free_of_f32(const stance_chain_f32 *chain,
+                                                        const hopform_state_f32 *state) {
     hopform_free_by_element_f32 free;
     free.named = hopform_free_accelerations_f32(&chain->plan->rates, state, current_of_chain_f32(chain));
     return free;
 }
 
 /* Where an element at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
-static inline int direction_f32(const stance_chain_f32 *chain, int element)
-{
+static inline int direction_f32(const stance_chain_f32 *chain, int element) {
     const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
     const float acceleration = chain->alone == element ? chain->free : free.of[element];
     const float friction = level_of_f32(&chain->plan->robot, element);
@@ -133,20 +122,16 @@ static inline int direction_f32(const stance_chain_f32 *chain, int element)
 
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
  * the others do. */
-static inline void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting)
-{
+static inline void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting) {
     const bool several = (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
         for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) {
-                chain->side[element] = direction_f32(chain, element);
-            }
+            if ((resting & 1u << (uint32_t)element) != 0) { chain->side[element] = direction_f32(chain, element); }
         }
     }
 }
 
-static inline uint32_t held_elements_f32(const stance_chain_f32 *chain)
-{
+static inline uint32_t held_elements_f32(const stance_chain_f32 *chain) {
     uint32_t held = 0;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
@@ -155,8 +140,7 @@ static inline uint32_t held_elements_f32(const stance_chain_f32 *chain)
 }
 
 /* Up to when the current stays as it is. */
-static inline float end_of_step_f32(const stance_chain_f32 *chain)
-{
+static inline float end_of_step_f32(const stance_chain_f32 *chain) {
     const int32_t next = chain->step + 1;
     const float until = next < chain->step_count ? chain->steps[next].t : chain->horizon;
     return hopform_lesser_f32(until, chain->horizon);
@@ -173,8 +157,7 @@ typedef struct {
 } stance_events_f32;
 
 static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, const hopform_numerator_f32 *h,
-                                                           float start, float sign, int owner, int shape)
-{
+                                                           float start, float sign, int owner, int shape) {
     event_function_f32 *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -193,12 +176,9 @@ static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, con
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, int shape, event_set_f32 *set)
-{
+static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, int shape, event_set_f32 *set) {
     const bool open[] = {!stance_blocked_f32(chain, element, -1), !stance_blocked_f32(chain, element, 1)};
-    if (!open[0] && !open[1]) {
-        return;
-    }
+    if (!open[0] && !open[1]) { return; }
     const hopform_numerator_f32 h = free_numerator_f32(&chain->plan->rates, element, &chain->motion.named);
     const float drift = fabs_f32(h.H3) > 0.0f ? h.H3 : h.H2;
     for (int side = -1; side <= 1; side += 2) {
@@ -213,13 +193,10 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
 }
 
 /* How far the position is from the stop ahead, if there is one. */
-static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *set)
-{
+static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *set) {
     const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
     const float gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !hopform_is_finite_f32(gap)) {
-        return;
-    }
+    if (side == 0 || !hopform_is_finite_f32(gap)) { return; }
     const float away = -(float)side;
     const hopform_numerator_f32 *h = &chain->motion.of.position;
     const hopform_numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
@@ -230,8 +207,7 @@ static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *se
 
 /* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
  * velocity does: its first zero is known however far it has faded by then. */
-static inline void put_events_f32(stance_events_f32 *events, const stance_chain_f32 *chain)
-{
+static inline void put_events_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
     const float *at = chain->at.of;
     const int *side = chain->side;
     event_set_f32 *set = &events->set;
@@ -260,9 +236,7 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
         (void)add_event_function_f32(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (float)side[element],
                                       ELEMENT_f32 + element, MAY_TURN_f32);
     }
-    if (several) {
-        return;
-    }
+    if (several) { return; }
     const float sign = (float)side[slips];
     add_thresholds_f32(chain, 1 - slips, shape, set);
     events->rest_time =
@@ -277,15 +251,13 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
 }
 
 /* The contact force is the first event function, if it is one. */
-static inline bool is_takeoff_f32(const event_set_f32 *set, int32_t found)
-{
+static inline bool is_takeoff_f32(const event_set_f32 *set, int32_t found) {
     return found == 0 && set->function[0].owner == CONTACT_f32;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
  * current. */
-static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float limit, interval_f32 *in)
-{
+static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float limit, interval_f32 *in) {
     const event_set_f32 *set = &events->set;
     const int32_t before = events->rest_time > limit ? ELEMENT_f32 : events->rests;
     for (int32_t n = 0; n < set->count && in->found < 0; n++) {
@@ -295,18 +267,14 @@ static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float
 }
 
 /* Whether so much of a phase has passed that what the compression tends to may say more of a take-off. */
-static inline bool is_late_f32(const hopform_basis_f32 *basis)
-{
+static inline bool is_late_f32(const hopform_basis_f32 *basis) {
     return fabs_f32(basis->Wdd) < 0.25f;
 }
 
 /* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
 static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
-                                      const event_function_f32 *contact, const hopform_basis_f32 *basis, float t)
-{
-    if (!is_late_f32(basis)) {
-        return 0.0f;
-    }
+                                      const event_function_f32 *contact, const hopform_basis_f32 *basis, float t) {
+    if (!is_late_f32(basis)) { return 0.0f; }
     hopform_state_by_axis_f32 steady = {{0.0f, 0.0f, 0.0f, 0.0f}};
     hopform_numerators_f32 from_slack;
     from_slack.named = hopform_motion_of_f32(chain->plan, &steady.named, current_of_chain_f32(chain), chain->side[0],
@@ -319,15 +287,12 @@ static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopfo
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
  * first. */
 static inline bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stance_events_f32 *events, float limit,
-                                        interval_f32 *in)
-{
+                                        interval_f32 *in) {
     const event_set_f32 *set = &events->set;
     const float before = in->high.t;
     for (int n = 0; n < 4; n++) {
         const float later = later_takeoff_f32(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
-        if (!(fabs_f32(later) > 0.0f) || in->high.t + later > limit) {
-            break;
-        }
+        if (!(fabs_f32(later) > 0.0f) || in->high.t + later > limit) { break; }
         end_interval_at_f32(set, in, in->high.t + later);
         in->found = 0;
     }
@@ -335,8 +300,7 @@ static inline bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stan
 }
 
 /* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
-static inline float far_end_f32(const event_set_f32 *set, float low, float limit)
-{
+static inline float far_end_f32(const event_set_f32 *set, float low, float limit) {
     const float near = hopform_greater_f32(3.0f * low, set->node->t);
     const float half = 0.95f * set->node->half_period;
     const bool faded =
@@ -346,15 +310,13 @@ static inline float far_end_f32(const event_set_f32 *set, float low, float limit
 }
 
 /* That of the first interval: the node, which a pair that hardly draws has not. */
-static inline float first_end_f32(const event_set_f32 *set, float limit)
-{
+static inline float first_end_f32(const event_set_f32 *set, float limit) {
     const float half = 0.95f * set->node->half_period;
     return hopform_lesser_f32(hopform_lesser_f32(set->node->t, half), limit);
 }
 
 /* Reach it, by what is known there. */
-static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, float limit)
-{
+static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
     const hopform_node_f32 *node = set->node;
     if (node->t < limit) {
         const hopform_basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -379,8 +341,7 @@ typedef struct {
 
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
  * how many functions each phase has; not zeros, for which compilers call memset. */
-static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, stance_search_f32 *search)
-{
+static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, stance_search_f32 *search) {
     const event_function_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f, 1.0f, NO_OWNER_f32, 0, MAY_TURN_f32};
     const jet_f32 one = {1.0f, 0.0f, 0.0f, 0.0f};
     for (int n = 0; n < MOST_EVENT_FUNCTIONS_f32; n++) {
@@ -393,20 +354,16 @@ static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, sta
 }
 
 /* Whether the position is within rounding of the stop ahead: a grazing contact. */
-static inline bool is_at_stop_f32(const event_set_f32 *set, const propagator_f32 *at)
-{
+static inline bool is_at_stop_f32(const event_set_f32 *set, const propagator_f32 *at) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (g->shape == DISTANCE_f32) {
-            return fabs_f32(value_at_f32(g, at)) <= rounding_of_f32(g, at, 0.0f);
-        }
+        if (g->shape == DISTANCE_f32) { return fabs_f32(value_at_f32(g, at)) <= rounding_of_f32(g, at, 0.0f); }
     }
     return false;
 }
 
 /* What ends the phase at the end of its last interval. */
-static inline void stance_conclude_f32(stance_search_f32 *search)
-{
+static inline void stance_conclude_f32(stance_search_f32 *search) {
     const stance_events_f32 *events = &search->events;
     const interval_f32 *in = &search->in;
     const float limit = search->limit;
@@ -428,8 +385,7 @@ static inline void stance_conclude_f32(stance_search_f32 *search)
 }
 
 /* The search at the start of the phase that starts at the chain's state. */
-static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search)
-{
+static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
     const float until = end_of_step_f32(chain) - chain->t;
     put_events_f32(&search->events, chain);
     const event_set_f32 *set = &search->events.set;
@@ -439,14 +395,11 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     in->found = begin_at_start_f32(set, in);
     search->limit = hopform_lesser_f32(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0f;
-    if (!search->open) {
-        in->high = propagator_at_start_f32(set->poles);
-    }
+    if (!search->open) { in->high = propagator_at_start_f32(set->poles); }
 }
 
 /* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
-static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, float limit, float *end)
-{
+static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, float limit, float *end) {
     begin_interval_f32(set, in);
     const float until = quiet_until_f32(set, in);
     const bool quiet = until > in->low + 2.0f * set->node->t;
@@ -455,31 +408,26 @@ static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, floa
 }
 
 /* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
-static inline bool find_event_f32(const stance_chain_f32 *chain, stance_search_f32 *search, bool known)
-{
+static inline bool find_event_f32(const stance_chain_f32 *chain, stance_search_f32 *search, bool known) {
     const event_set_f32 *set = &search->events.set;
     interval_f32 *in = &search->in;
     bool certified = true;
     bool later = true; /* once at most, and then what else happens by then is looked at */
     for (int n = 0; n < 2 && later && certified; n++) {
         certified = (n == 0 && known) || find_first_root_f32(set, in);
-        if (!(in->high.t < search->limit)) {
-            cross_at_the_limit_f32(&search->events, search->limit, in);
-        }
+        if (!(in->high.t < search->limit)) { cross_at_the_limit_f32(&search->events, search->limit, in); }
         later = n == 0 && is_takeoff_f32(set, in->found)
                 && sharpen_takeoff_f32(chain, &search->events, search->limit, in);
     }
     return certified;
 }
 
-static inline bool is_open_f32(const stance_search_f32 *search)
-{
+static inline bool is_open_f32(const stance_search_f32 *search) {
     return search->in.found < 0 && search->in.high.t < search->limit;
 }
 
 /* The first event, from an interval on in which something may happen. */
-static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search)
-{
+static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
     const event_set_f32 *set = &search->events.set;
     interval_f32 *in = &search->in;
     bool certified = true;
@@ -507,8 +455,7 @@ static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_s
 }
 
 /* The first event of the phase that starts at the chain's state. */
-static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_search_f32 *search)
-{
+static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
     if (chain->side[0] == 0 && chain->side[1] == 0) {
         search->in.high = propagator_at_start_f32(&chain->plan->both);
         search->in.high.t = end_of_step_f32(chain) - chain->t;
@@ -519,17 +466,14 @@ static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_sea
         return;
     }
     stance_begin_search_f32(chain, search);
-    if (search->open) {
-        reach_ahead_f32(&search->events.set, &search->in, search->limit);
-    }
+    if (search->open) { reach_ahead_f32(&search->events.set, &search->in, search->limit); }
     stance_end_search_f32(chain, search);
 }
 
 /* ---- the chain ---- */
 
 /* The phase that begins at the chain's time, state and mode. */
-static inline hopform_phase_f32 phase_of_chain_f32(const stance_chain_f32 *chain, int event)
-{
+static inline hopform_phase_f32 phase_of_chain_f32(const stance_chain_f32 *chain, int event) {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     hopform_phase_f32 phase;
 #define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
@@ -542,11 +486,8 @@ static inline hopform_phase_f32 phase_of_chain_f32(const stance_chain_f32 *chain
     return phase;
 }
 
-static inline void stance_record_f32(stance_chain_f32 *chain, int event)
-{
-    if (chain->count < chain->capacity) {
-        chain->phases[chain->count] = phase_of_chain_f32(chain, event);
-    }
+static inline void stance_record_f32(stance_chain_f32 *chain, int event) {
+    if (chain->count < chain->capacity) { chain->phases[chain->count] = phase_of_chain_f32(chain, event); }
     if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
     }
@@ -556,8 +497,7 @@ static inline void stance_record_f32(stance_chain_f32 *chain, int event)
 
 /* An element has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where
  * it is. */
-static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, bool stops, bool touches)
-{
+static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, bool stops, bool touches) {
     const int before = chain->side[element];
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; /* inelastic */
     if (stops || touches) {
@@ -579,8 +519,7 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
 }
 
 /* The current takes its next value: what is held may begin to slip. */
-static inline void next_step_f32(stance_chain_f32 *chain)
-{
+static inline void next_step_f32(stance_chain_f32 *chain) {
     const uint32_t held = held_elements_f32(chain);
     const int32_t count = chain->count;
     chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
@@ -590,28 +529,21 @@ static inline void next_step_f32(stance_chain_f32 *chain)
             stance_record_f32(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
-    if (chain->count == count) {
-        stance_record_f32(chain, HOPFORM_EVENT_NONE);
-    }
+    if (chain->count == count) { stance_record_f32(chain, HOPFORM_EVENT_NONE); }
 }
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis)
-{
+static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f32 *rates = &chain->plan->rates;
-    if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->HOPFORM_PER_VELOCITY) > 0.0f) {
-        return;
-    }
+    if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->HOPFORM_PER_VELOCITY) > 0.0f) { return; }
     const hopform_free_by_element_f32 at_rest = free_of_f32(chain, &chain->at.named);
     const hopform_numerator_f32 *leg = &chain->motion.of.compression;
     const float compression = fabs_f32(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f32(leg->H3 * basis->Wd)
                              + fabs_f32(leg->H2 * basis->W) + fabs_f32(leg->H1 * basis->W1);
     const float by_spring = fabs_f32(rates->HOPFORM_PER_COMPRESSION * compression);
-    if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * by_spring)) {
-        return;
-    }
+    if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * by_spring)) { return; }
     const hopform_numerator_f32 *h = &chain->motion.of.velocity[element];
     const float terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const float rate = terms[0] + terms[1] + terms[2];
@@ -622,13 +554,10 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ho
 }
 
 /* What is known of the free acceleration of an element that comes to rest from its motion. */
-static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const stance_search_f32 *end)
-{
+static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const int element = end->owner - ELEMENT_f32;
     chain->alone = NO_ELEMENT_f32;
-    if (element < 0 || chain->side[element] == 0) {
-        return;
-    }
+    if (element < 0 || chain->side[element] == 0) { return; }
     if (chain->side[1 - element] == 0 && !end->stops) {
         chain->alone = element;
         chain->free =
@@ -641,8 +570,7 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis)
-{
+static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis) {
     float *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const float before = *position;
     *position = 0.0f;
@@ -655,8 +583,7 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_basi
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
-static inline void stance_begin_phase_f32(stance_chain_f32 *chain)
-{
+static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
     const int element = chain->alone;
     chain->drive = drive_of_chain_f32(chain, chain->side);
     chain->motion.named = hopform_motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named,
@@ -668,8 +595,7 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain)
 }
 
 /* The AED of a phase that lasts for t. */
-static inline float aed_in_phase_f32(const stance_chain_f32 *chain, float t)
-{
+static inline float aed_in_phase_f32(const stance_chain_f32 *chain, float t) {
     const hopform_phase_f32 phase = phase_of_chain_f32(chain, HOPFORM_EVENT_NONE);
     const hopform_ledger_f32 ledger =
         hopform_ledger_in_phase_f32(chain->plan, &phase, current_of_chain_f32(chain), t);
@@ -677,8 +603,7 @@ static inline float aed_in_phase_f32(const stance_chain_f32 *chain, float t)
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
-static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_f32 *end)
-{
+static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const int element = end->owner - ELEMENT_f32;
     keep_free_acceleration_f32(chain, end);
     chain->just_switched = NO_ELEMENT_f32;
@@ -695,16 +620,11 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
 
 /* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
-static inline bool leaves_at_once_f32(const stance_chain_f32 *chain)
-{
+static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
     const float contact = hopform_contact_of_f32(&chain->plan->robot, &chain->at.named);
-    if (HOPFORM_FOOT_IS_FIXED) {
-        return false;
-    }
+    if (HOPFORM_FOOT_IS_FIXED) { return false; }
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && hopform_compression_rate_f32(&chain->at.named) > 0.0f;
-    if (fabs_f32(contact) > 0.0f || rises) {
-        return contact < 0.0f;
-    }
+    if (fabs_f32(contact) > 0.0f || rises) { return contact < 0.0f; }
     const hopform_numerators_f32 motion = numerators_f32(chain, chain->side);
     const hopform_numerator_f32 h = hopform_contact_numerator_f32(&chain->plan->robot, &motion.named);
     return first_derivative_f32(&h) < 0.0f;
@@ -712,8 +632,7 @@ static inline bool leaves_at_once_f32(const stance_chain_f32 *chain)
 
 /* Show the phase that has come to its end to who follows the stance. */
 static inline void show_phase_f32(const stance_chain_f32 *chain, const hopform_state_by_axis_f32 *start, float length,
-                                   const hopform_basis_f32 *end, bool leaves)
-{
+                                   const hopform_basis_f32 *end, bool leaves) {
     if (chain->follow != NULL) {
         const hopform_passage_f32 passage = {&chain->motion, end,         length,       start,
                                               &chain->at,     chain->side, chain->event, leaves};
@@ -722,8 +641,7 @@ static inline void show_phase_f32(const stance_chain_f32 *chain, const hopform_s
 }
 
 /* The same of a last phase in which no time passes. */
-static inline void show_ending_f32(stance_chain_f32 *chain)
-{
+static inline void show_ending_f32(stance_chain_f32 *chain) {
     if (chain->follow != NULL) {
         const hopform_basis_f32 now = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
         stance_begin_phase_f32(chain);
@@ -732,8 +650,7 @@ static inline void show_ending_f32(stance_chain_f32 *chain)
 }
 
 /* The ending that comes before the next phase; 0 if the stance goes on. */
-static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain)
-{
+static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain) {
     if (chain->count > chain->max_phases) {
         chain->count = chain->max_phases; /* a step of the current may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
@@ -746,8 +663,7 @@ static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain)
 }
 
 /* What each element does at the start, no event; the ending if that is there already, 0 if not. */
-static inline int32_t stance_begin_f32(stance_chain_f32 *chain)
-{
+static inline int32_t stance_begin_f32(stance_chain_f32 *chain) {
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         float *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
         chain->side[element] = (int)hopform_goes_f32(*velocity, 0.0f);
@@ -764,8 +680,7 @@ static inline int32_t stance_begin_f32(stance_chain_f32 *chain)
 }
 
 /* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
-static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance_search_f32 *end)
-{
+static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const float until = end_of_step_f32(chain);
     const hopform_state_by_axis_f32 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f32 && end->certified;
@@ -779,12 +694,8 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
         *compression = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : *compression;
         return HOPFORM_ENDING_TAKEOFF;
     }
-    if (passes && !(until < chain->horizon)) {
-        return HOPFORM_ENDING_HORIZON;
-    }
-    if (!end->certified) {
-        return HOPFORM_ENDING_UNCERTIFIED;
-    }
+    if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
+    if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_f32(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
         && hopform_contact_of_f32(&chain->plan->robot, &chain->at.named) < 0.0f) {
@@ -796,8 +707,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
 
 /* ---- in and out ---- */
 
-static inline bool is_finite_state_f32(const hopform_state_f32 *state)
-{
+static inline bool is_finite_state_f32(const hopform_state_f32 *state) {
     hopform_state_by_axis_f32 at;
     at.named = *state;
     float sum = 0.0f;
@@ -809,8 +719,7 @@ static inline bool is_finite_state_f32(const hopform_state_f32 *state)
 
 /* Status of a stance that is to be solved, but for its current. */
 static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start, float horizon,
-                                         int32_t max_phases)
-{
+                                         int32_t max_phases) {
     hopform_state_by_axis_f32 at;
     at.named = *start;
     const float position = at.of[HOPFORM_POSITION_AXIS];
@@ -822,9 +731,7 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
         || !(position >= robot->HOPFORM_LOWER_STOP && position <= robot->HOPFORM_UPPER_STOP)) {
         return HOPFORM_ERROR_STATE;
     }
-    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0f) {
-        return HOPFORM_ERROR_EXTENDED;
-    }
+    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0f) { return HOPFORM_ERROR_EXTENDED; }
     const bool ends = horizon > 0.0f && horizon <= HOPFORM_NEVER_f32 && max_phases >= 1;
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
@@ -833,8 +740,7 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
 static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_f32 *plan,
                                      const hopform_state_f32 *start, const hopform_step_f32 *steps,
                                      int32_t step_count, float horizon, int32_t max_phases, hopform_phase_f32 *phases,
-                                     int32_t capacity)
-{
+                                     int32_t capacity) {
     chain->plan = plan;
     chain->steps = steps;
     chain->step_count = step_count;
@@ -862,8 +768,7 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
 
 /* Put a stance that has come to its ending into its record. */
 static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hopform_state_f32 *start,
-                                         int32_t ending, hopform_stance_f32 *stance)
-{
+                                         int32_t ending, hopform_stance_f32 *stance) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const hopform_state_f32 *end = &chain->at.named;
     stance->duration = chain->t;

@@ -10,22 +10,19 @@
 
 #include "model_f64.h"
 
-static inline double hopform_number_f64(const hopform_input_f64 *column, int64_t i)
-{
+static inline double hopform_number_f64(const hopform_input_f64 *column, int64_t i) {
     const void *place = (const char *)column->first + column->stride * (ptrdiff_t)i;
     return *(const double *)place;
 }
 
-static inline void hopform_put_f64(const hopform_output_f64 *column, int64_t i, double value)
-{
+static inline void hopform_put_f64(const hopform_output_f64 *column, int64_t i, double value) {
     if (column->first != NULL) {
         void *place = (char *)column->first + column->stride * (ptrdiff_t)i;
         *(double *)place = value;
     }
 }
 
-static inline void hopform_put_code_f64(const hopform_output_f64 *column, int64_t i, int32_t value)
-{
+static inline void hopform_put_code_f64(const hopform_output_f64 *column, int64_t i, int32_t value) {
     if (column->first != NULL) {
         void *place = (char *)column->first + column->stride * (ptrdiff_t)i;
         *(int32_t *)place = value;
@@ -44,14 +41,11 @@ typedef struct {
 /* Whether one of `count` elements of a column, whose first lies `distance` bytes behind the beginning of a range, has a
  * byte in common with it: the first element that ends behind that beginning decides. */
 static inline bool hopform_meets_range_f64(int64_t distance, int64_t stride, int64_t count, int64_t size,
-                                            int64_t range)
-{
+                                            int64_t range) {
     const int64_t pace = stride < 0 ? -stride : stride;
     const int64_t length = (count - 1) * pace;
     const int64_t lowest = stride < 0 ? distance - length : distance;
-    if (lowest >= range || lowest + length <= -size) {
-        return false;
-    }
+    if (lowest >= range || lowest + length <= -size) { return false; }
     const int64_t n = lowest > -size ? 0 : (-size - lowest) / pace + 1;
     return lowest + n * pace < range;
 }
@@ -59,13 +53,10 @@ static inline bool hopform_meets_range_f64(int64_t distance, int64_t stride, int
 /* Whether elements of two columns have a byte in common. Where their strides are equal, only the difference of two
  * elements' numbers counts; else each element of one is compared with the other column. */
 static inline bool hopform_columns_meet_f64(const hopform_elements_f64 *one, const hopform_elements_f64 *other,
-                                             int64_t count)
-{
+                                             int64_t count) {
     const int64_t size = (int64_t)other->size, range = (int64_t)one->size;
     const int64_t distance = (int64_t)(uintptr_t)other->first - (int64_t)(uintptr_t)one->first;
-    if (one->first == NULL || other->first == NULL || size == 0 || count <= 0) {
-        return false;
-    }
+    if (one->first == NULL || other->first == NULL || size == 0 || count <= 0) { return false; }
     const int64_t span = (count - 1) * one->stride;
     if (one->stride == other->stride) {
         return hopform_meets_range_f64(distance - span, other->stride, 2 * count - 1, size, range);
@@ -89,8 +80,7 @@ enum { HOPFORM_INPUTS_f64 = HOPFORM_ROBOT_FIELDS + HOPFORM_AXES + 2, HOPFORM_RES
 /* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may
  * overlap `itself` either. */
 static inline int32_t hopform_batch_status_f64(int64_t count, const hopform_stances_in_f64 *in, const void *itself,
-                                                size_t size, const hopform_elements_f64 *written, int written_count)
-{
+                                                size_t size, const hopform_elements_f64 *written, int written_count) {
     hopform_elements_f64 read[HOPFORM_INPUTS_f64 + 2] = {{in, 0, sizeof *in}, {itself, 0, size}};
     const void *first = in;
     const hopform_input_f64 *columns = first;
@@ -100,9 +90,7 @@ static inline int32_t hopform_batch_status_f64(int64_t count, const hopform_stan
         read[n + 2] = column;
     }
     for (int i = 0; i < HOPFORM_INPUTS_f64 + 2; i++) {
-        if (read[i].first == NULL && count > 0) {
-            return HOPFORM_ERROR_NULL;
-        }
+        if (read[i].first == NULL && count > 0) { return HOPFORM_ERROR_NULL; }
         for (int j = 0; j < written_count; j++) {
             status = hopform_columns_meet_f64(&read[i], &written[j], count) ? HOPFORM_ERROR_OVERLAP : status;
         }
@@ -112,8 +100,7 @@ static inline int32_t hopform_batch_status_f64(int64_t count, const hopform_stan
 
 /* ---- the robot ---- */
 
-static inline hopform_robot_f64 hopform_robot_of_f64(const hopform_stances_in_f64 *in, int64_t i)
-{
+static inline hopform_robot_f64 hopform_robot_of_f64(const hopform_stances_in_f64 *in, int64_t i) {
     const hopform_input_f64 *column = in->robot;
     hopform_robot_f64 robot;
 #define READ_PARAMETER(name, domain) robot.name = hopform_number_f64(column++, i);
@@ -129,8 +116,7 @@ typedef struct {
 } hopform_run_f64;
 
 /* Where the run ends that begins with stance i. NaN differs from everything. */
-static inline int64_t hopform_end_of_run_f64(const hopform_stances_in_f64 *in, int64_t i, int64_t count)
-{
+static inline int64_t hopform_end_of_run_f64(const hopform_stances_in_f64 *in, int64_t i, int64_t count) {
     int64_t end = count;
     for (int n = 0; n < HOPFORM_ROBOT_FIELDS && end > i + 1; n++) {
         const double here = hopform_number_f64(&in->robot[n], i);
@@ -144,8 +130,7 @@ static inline int64_t hopform_end_of_run_f64(const hopform_stances_in_f64 *in, i
 
 /* Where stance i begins a run, make its plan and find its end; the status of the plan. */
 static inline int32_t hopform_plan_for_f64(hopform_plan_f64 *plan, hopform_run_f64 *run,
-                                            const hopform_stances_in_f64 *in, int64_t i, int64_t count)
-{
+                                            const hopform_stances_in_f64 *in, int64_t i, int64_t count) {
     if (i == run->end) {
         const hopform_robot_f64 robot = hopform_robot_of_f64(in, i);
         run->planned = hopform_plan_init_f64(plan, &robot);
@@ -158,8 +143,7 @@ static inline int32_t hopform_plan_for_f64(hopform_plan_f64 *plan, hopform_run_f
 
 /* The events among the phases kept, where they are wanted; true if they are all that there are. */
 static inline bool hopform_put_events_f64(const hopform_stances_out_f64 *out, int64_t i,
-                                           const hopform_stance_f64 *stance, const hopform_phase_f64 *phases)
-{
+                                           const hopform_stance_f64 *stance, const hopform_phase_f64 *phases) {
     int32_t from = 0;
     int32_t found = 0;
     for (int32_t n = 0; n < out->event_capacity; n++) {
@@ -182,8 +166,7 @@ static inline bool hopform_put_events_f64(const hopform_stances_out_f64 *out, in
 /* Put stance i, solved or refused, where it belongs; HOPFORM_PHASES_NOT_KEPT if its events do not fit. */
 static inline int32_t hopform_put_stance_f64(const hopform_stances_out_f64 *out, int64_t i,
                                               const hopform_robot_f64 *robot, int32_t status,
-                                              const hopform_stance_f64 *solved, const hopform_phase_f64 *phases)
-{
+                                              const hopform_stance_f64 *solved, const hopform_phase_f64 *phases) {
     const double none = (double)NAN;
     const hopform_stance_f64 refused = {none, {none, none, none, none}, none, none, none, status, 0, 0, 0};
     const hopform_stance_f64 *stance = status < 0 ? &refused : solved;
@@ -203,13 +186,11 @@ static inline int32_t hopform_put_stance_f64(const hopform_stances_out_f64 *out,
 /* ---- one stance ---- */
 
 /* How many phases of a stance are to be kept for its list; a capacity below 0 is none. */
-static inline int32_t hopform_phases_wanted_f64(const hopform_stances_out_f64 *out)
-{
+static inline int32_t hopform_phases_wanted_f64(const hopform_stances_out_f64 *out) {
     return out->event_time == NULL || out->phase_capacity < 0 ? 0 : out->phase_capacity;
 }
 
-static inline hopform_state_f64 hopform_start_of_f64(const hopform_stances_in_f64 *in, int64_t i)
-{
+static inline hopform_state_f64 hopform_start_of_f64(const hopform_stances_in_f64 *in, int64_t i) {
     const void *first = in;
     const hopform_input_f64 *columns = first;
     hopform_state_by_axis_f64 start;
@@ -222,8 +203,7 @@ static inline hopform_state_f64 hopform_start_of_f64(const hopform_stances_in_f6
 /* Solve stance i of a robot by itself. */
 static inline int32_t hopform_solve_column_f64(const hopform_plan_f64 *plan, const hopform_stances_in_f64 *in,
                                                 int64_t i, hopform_step_f64 *step, hopform_phase_f64 *phases,
-                                                int32_t capacity, hopform_stance_f64 *stance)
-{
+                                                int32_t capacity, hopform_stance_f64 *stance) {
     const hopform_state_f64 start = hopform_start_of_f64(in, i);
     step->t = 0.0;
     step->u = hopform_number_f64(&in->u, i);
@@ -234,8 +214,7 @@ static inline int32_t hopform_solve_column_f64(const hopform_plan_f64 *plan, con
 /* Solve stance i by itself, or refuse it as its plan has been; HOPFORM_PHASES_NOT_KEPT if events of it did not fit. */
 static inline int32_t hopform_solve_alone_f64(const hopform_plan_f64 *plan, int32_t planned,
                                                const hopform_stances_in_f64 *in, int64_t i,
-                                               const hopform_stances_out_f64 *out)
-{
+                                               const hopform_stances_out_f64 *out) {
     hopform_step_f64 step;
     hopform_stance_f64 stance;
     const int32_t status = planned < 0 ? planned

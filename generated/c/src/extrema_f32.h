@@ -18,8 +18,7 @@ typedef struct {
 /* The minimum between two times, between which the rate becomes positive. */
 static inline void hopform_find_minimum_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                              const jet_f32 *from, float low, const jet_f32 *to, float high,
-                                             hopform_least_f32 *least)
-{
+                                             hopform_least_f32 *least) {
     const propagator_f32 at = minimum_between_f32(poles, g, from, low, to, high);
     const float value = value_at_f32(g, &at);
     if (least->count == 0 || value < least->value) {
@@ -30,8 +29,8 @@ static inline void hopform_find_minimum_f32(const hopform_poles_f32 *poles, cons
 }
 
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
-static inline bool hopform_is_decided_f32(const event_function_f32 *g, const propagator_f32 *at, const jet_f32 *jet)
-{
+static inline bool hopform_is_decided_f32(const event_function_f32 *g, const propagator_f32 *at,
+                                           const jet_f32 *jet) {
     const hopform_basis_f32 *w = &at->basis;
     const float of_rate = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
     const float of_curvature = fabs_f32(g->H3 * at->W_third) + fabs_f32(g->H2 * w->Wdd) + fabs_f32(g->H1 * w->Wd);
@@ -41,8 +40,7 @@ static inline bool hopform_is_decided_f32(const event_function_f32 *g, const pro
 
 /* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
  * times that lie less than half a period of the pair apart. */
-static inline int hopform_most_turns_f32(const hopform_node_f32 *node, const jet_f32 *from, const jet_f32 *to)
-{
+static inline int hopform_most_turns_f32(const hopform_node_f32 *node, const jet_f32 *from, const jet_f32 *to) {
     const float d = from->third + node->pole * from->curvature;
     const float d_then = to->third + node->pole * to->curvature;
     const int variations = (from->rate * from->curvature < 0.0f ? 1 : 0) + (from->curvature * d < 0.0f ? 1 : 0);
@@ -58,8 +56,7 @@ static inline int hopform_most_turns_f32(const hopform_node_f32 *node, const jet
 static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f32 *poles,
                                                             const hopform_node_f32 *node,
                                                             const hopform_numerator_f32 *h, float value,
-                                                            const propagator_f32 *end, float most)
-{
+                                                            const propagator_f32 *end, float most) {
     const event_function_f32 function = {h->H3, h->H2, h->H1, 0.0f, value, 0, 0, MAY_TURN_f32};
     const event_function_f32 *g = &function;
     const jet_f32 from = jet_at_start_f32(poles, g);
@@ -69,9 +66,7 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f3
     const int odd = turns || (from.rate > 0.0f && to.rate < 0.0f) ? 1 : 0;
     if (end->t < 0.95f * node->half_period && hopform_is_decided_f32(g, end, &to)
         && hopform_most_turns_f32(node, &from, &to) <= 1 + odd) {
-        if (turns) {
-            hopform_find_minimum_f32(poles, g, &from, 0.0f, &to, end->t, &least);
-        }
+        if (turns) { hopform_find_minimum_f32(poles, g, &from, 0.0f, &to, end->t, &least); }
         return least;
     }
     const float longest = hopform_greater_f32(end->t / most, 0.77f / sqrt_f32(poles->q));
@@ -95,9 +90,7 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f3
             const float top = bend < 0.0f ? t - 0.5f * (rise + bend * (t - earlier)) / bend : t;
             const propagator_f32 at_top = propagator_at_f32(poles, top);
             const jet_f32 there = jet_at_f32(poles, g, &at_top);
-            if (there.rate > 0.0f) {
-                hopform_find_minimum_f32(poles, g, &before, earlier, &there, top, &least);
-            }
+            if (there.rate > 0.0f) { hopform_find_minimum_f32(poles, g, &before, earlier, &there, top, &least); }
         }
         earlier = t;
         t = next;

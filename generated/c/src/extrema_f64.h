@@ -18,8 +18,7 @@ typedef struct {
 /* The minimum between two times, between which the rate becomes positive. */
 static inline void hopform_find_minimum_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                              const jet_f64 *from, double low, const jet_f64 *to, double high,
-                                             hopform_least_f64 *least)
-{
+                                             hopform_least_f64 *least) {
     const propagator_f64 at = minimum_between_f64(poles, g, from, low, to, high);
     const double value = value_at_f64(g, &at);
     if (least->count == 0 || value < least->value) {
@@ -30,8 +29,8 @@ static inline void hopform_find_minimum_f64(const hopform_poles_f64 *poles, cons
 }
 
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
-static inline bool hopform_is_decided_f64(const event_function_f64 *g, const propagator_f64 *at, const jet_f64 *jet)
-{
+static inline bool hopform_is_decided_f64(const event_function_f64 *g, const propagator_f64 *at,
+                                           const jet_f64 *jet) {
     const hopform_basis_f64 *w = &at->basis;
     const double of_rate = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
     const double of_curvature = fabs_f64(g->H3 * at->W_third) + fabs_f64(g->H2 * w->Wdd) + fabs_f64(g->H1 * w->Wd);
@@ -41,8 +40,7 @@ static inline bool hopform_is_decided_f64(const event_function_f64 *g, const pro
 
 /* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
  * times that lie less than half a period of the pair apart. */
-static inline int hopform_most_turns_f64(const hopform_node_f64 *node, const jet_f64 *from, const jet_f64 *to)
-{
+static inline int hopform_most_turns_f64(const hopform_node_f64 *node, const jet_f64 *from, const jet_f64 *to) {
     const double d = from->third + node->pole * from->curvature;
     const double d_then = to->third + node->pole * to->curvature;
     const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
@@ -58,8 +56,7 @@ static inline int hopform_most_turns_f64(const hopform_node_f64 *node, const jet
 static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f64 *poles,
                                                             const hopform_node_f64 *node,
                                                             const hopform_numerator_f64 *h, double value,
-                                                            const propagator_f64 *end, double most)
-{
+                                                            const propagator_f64 *end, double most) {
     const event_function_f64 function = {h->H3, h->H2, h->H1, 0.0, value, 0, 0, MAY_TURN_f64};
     const event_function_f64 *g = &function;
     const jet_f64 from = jet_at_start_f64(poles, g);
@@ -69,9 +66,7 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f6
     const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
     if (end->t < 0.95 * node->half_period && hopform_is_decided_f64(g, end, &to)
         && hopform_most_turns_f64(node, &from, &to) <= 1 + odd) {
-        if (turns) {
-            hopform_find_minimum_f64(poles, g, &from, 0.0, &to, end->t, &least);
-        }
+        if (turns) { hopform_find_minimum_f64(poles, g, &from, 0.0, &to, end->t, &least); }
         return least;
     }
     const double longest = hopform_greater_f64(end->t / most, 0.77 / sqrt_f64(poles->q));
@@ -95,9 +90,7 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f6
             const double top = bend < 0.0 ? t - 0.5 * (rise + bend * (t - earlier)) / bend : t;
             const propagator_f64 at_top = propagator_at_f64(poles, top);
             const jet_f64 there = jet_at_f64(poles, g, &at_top);
-            if (there.rate > 0.0) {
-                hopform_find_minimum_f64(poles, g, &before, earlier, &there, top, &least);
-            }
+            if (there.rate > 0.0) { hopform_find_minimum_f64(poles, g, &before, earlier, &there, top, &least); }
         }
         earlier = t;
         t = next;

@@ -63,8 +63,7 @@ typedef struct {
 } propagator_f32;
 
 /* That of any poles at the start of a phase. */
-static inline propagator_f32 propagator_at_start_f32(const hopform_poles_f32 *poles)
-{
+static inline propagator_f32 propagator_at_start_f32(const hopform_poles_f32 *poles) {
     const propagator_f32 at = {0.0f, {1.0f, 0.0f, 0.0f, 0.0f, 0.0f}, -poles->s_1};
     return at;
 }
@@ -77,32 +76,26 @@ typedef struct {
     float third;
 } jet_f32;
 
-static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis)
-{
+static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis) {
     return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
 }
 
 static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t,
-                                                 const hopform_basis_f32 *basis)
-{
+                                                 const hopform_basis_f32 *basis) {
     const propagator_f32 at = {t, *basis, third_of_basis_f32(poles, basis)};
     return at;
 }
 
-static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, float t)
-{
+static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, float t) {
     const hopform_basis_f32 basis = hopform_basis_at_f32(poles, t);
     return propagator_of_f32(poles, t, &basis);
 }
 
 /* The n-th derivative of what a damper leaves in the leg. */
-static inline float relaxing_f32(const event_function_f32 *g, float t, int n)
-{
+static inline float relaxing_f32(const event_function_f32 *g, float t, int n) {
     float value = 0.0f;
 #if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_f32(g->left) > 0.0f) {
-        value = g->left * hopform_exp_f32(-g->relaxes * t);
-    }
+    if (fabs_f32(g->left) > 0.0f) { value = g->left * hopform_exp_f32(-g->relaxes * t); }
     for (int i = 0; i < n; i++) {
         value *= -g->relaxes;
     }
@@ -114,31 +107,27 @@ static inline float relaxing_f32(const event_function_f32 *g, float t, int n)
     return value;
 }
 
-static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at)
-{
+static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
     const hopform_basis_f32 *w = &at->basis;
     const float value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
     return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f32(g, at->t, 0) : value;
 }
 
-static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at)
-{
+static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
     const hopform_basis_f32 *w = &at->basis;
     const float rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
     return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f32(g, at->t, 1) : rate;
 }
 
 static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                 const propagator_f32 *at)
-{
+                                 const propagator_f32 *at) {
     const hopform_basis_f32 *w = &at->basis;
     const float fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const float third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
     return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f32(g, at->t, 3) : third;
 }
 
-static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g)
-{
+static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
     jet_f32 jet;
     jet.value = g->start;
     jet.rate = g->H3;
@@ -148,8 +137,7 @@ static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const eve
 }
 
 /* Value, rate and curvature; the third derivative is 0 here. */
-static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at)
-{
+static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
     const hopform_basis_f32 *w = &at->basis;
     const float curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
     const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at),
@@ -158,16 +146,14 @@ static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propag
 }
 
 static inline jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                   const propagator_f32 *at)
-{
+                                   const propagator_f32 *at) {
     jet_f32 jet = short_jet_at_f32(g, at);
     jet.third = third_of_f32(poles, g, at);
     return jet;
 }
 
 /* Bound of what rounding may have done to the value of an event function. */
-static inline float rounding_of_f32(const event_function_f32 *g, const propagator_f32 *at, float rate)
-{
+static inline float rounding_of_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
     return 16.0f * HOPFORM_EPS_f32
            * (fabs_f32(g->start) + fabs_f32(g->H3 * at->basis.Wd) + fabs_f32(g->H2 * at->basis.W)
               + fabs_f32(g->H1 * at->basis.W1) + fabs_f32(g->H0 * at->basis.W2) + at->t * fabs_f32(rate));
@@ -177,8 +163,7 @@ static inline float rounding_of_f32(const event_function_f32 *g, const propagato
 
 /* Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a value
  * below: roughly, as the parabola with its slope at the start. Where it starts at 0 it is divided by the time first. */
-static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float h)
-{
+static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float h) {
     const bool above = from->value > 0.0f;
     const float rise = h * from->rate;
     const float start = above ? from->value : rise;
@@ -195,8 +180,7 @@ typedef struct {
     float c0, c1, c2, c3, r0, s1, s2;
 } interpolant_f32;
 
-static inline interpolant_f32 interpolant_of_f32(const jet_f32 *from, const jet_f32 *to, float h)
-{
+static inline interpolant_f32 interpolant_of_f32(const jet_f32 *from, const jet_f32 *to, float h) {
     const float hh = 0.5f * h * h;
     const float c0 = from->value;
     const float c1 = h * from->rate;
@@ -212,8 +196,7 @@ static inline interpolant_f32 interpolant_of_f32(const jet_f32 *from, const jet_
 enum { PREDICTION_STEPS_f32 = 3 };
 
 /* Halley's step from x towards a root of it. */
-static inline float prediction_step_f32(const interpolant_f32 *p, float x)
-{
+static inline float prediction_step_f32(const interpolant_f32 *p, float x) {
     const float y = x - 1.0f;
     const float tail = p->r0 + y * (p->s1 + y * p->s2);
     const float tail_1 = p->s1 + 2.0f * y * p->s2;
@@ -226,22 +209,18 @@ static inline float prediction_step_f32(const interpolant_f32 *p, float x)
 }
 
 /* A root of it, from a guess. It guesses, too: no bound rests on it. */
-static inline float refined_root_f32(const interpolant_f32 *p, float x)
-{
+static inline float refined_root_f32(const interpolant_f32 *p, float x) {
     for (int n = 0; n < PREDICTION_STEPS_f32; n++) {
         const float step = prediction_step_f32(p, x);
         const float next = x - step;
         x = ((next > 0.0f) & (next < 1.0f)) ? next : x;
-        if (fabs_f32(step) < HOPFORM_PREDICTION_f32 * x) {
-            break;
-        }
+        if (fabs_f32(step) < HOPFORM_PREDICTION_f32 * x) { break; }
     }
     return x;
 }
 
 /* Householder's step of third order towards a root. */
-static inline float step_to_root_f32(const jet_f32 *at)
-{
+static inline float step_to_root_f32(const jet_f32 *at) {
     const float square = at->rate * at->rate;
     const float below =
         6.0f * square * at->rate - 6.0f * at->value * at->rate * at->curvature + at->value * at->value * at->third;
@@ -252,8 +231,7 @@ static inline float step_to_root_f32(const jet_f32 *at)
 
 /* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
  * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
-static inline bool is_near_f32(const hopform_poles_f32 *poles, float t, float d)
-{
+static inline bool is_near_f32(const hopform_poles_f32 *poles, float t, float d) {
     const float share = t > 0.0f ? d / t : 1.0f;
     return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_f32;
 }
@@ -264,8 +242,7 @@ typedef struct {
     float w0, w1, w2, w3, w4;
 } derivatives_f32;
 
-static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const derivatives_f32 *from, float d)
-{
+static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const derivatives_f32 *from, float d) {
     derivatives_f32 w = *from;
     derivatives_f32 sum = w;
     float power = 1.0f;
@@ -291,8 +268,7 @@ static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const 
 
 /* The propagator's basis d later. */
 static inline hopform_basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *from,
-                                                    float d)
-{
+                                                    float d) {
     const derivatives_f32 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
     const derivatives_f32 later = carried_f32(poles, &w, d);
     const hopform_basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
@@ -300,8 +276,7 @@ static inline hopform_basis_f32 carried_basis_f32(const hopform_poles_f32 *poles
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline float fourth_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, const jet_f32 *at)
-{
+static inline float fourth_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, const jet_f32 *at) {
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
@@ -315,8 +290,7 @@ typedef struct {
  * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
  * small that nothing is left of its square, and where the propagator can be carried there. */
 static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float fourth, float t,
-                                               float low, float high)
-{
+                                               float low, float high) {
     const derivatives_f32 g = {at->value, at->rate, at->curvature, at->third, -fourth};
     const float first = -step_to_root_f32(at);
     const derivatives_f32 there = carried_f32(poles, &g, first);
@@ -333,8 +307,7 @@ static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, con
 
 /* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. */
 static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, float low,
-                                    propagator_f32 *at, float guess)
-{
+                                    propagator_f32 *at, float guess) {
     float high = at->t;
     float t = guess;
     for (int n = 0; n < 100; n++) {
@@ -349,9 +322,7 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
         at->basis = hopform_basis_at_f32(poles, t);
         at->W_third = third_of_basis_f32(poles, &at->basis);
         const jet_f32 jet = jet_at_f32(poles, g, at);
-        if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) {
-            return;
-        }
+        if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) { return; }
         const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
         /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
         if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_f32(relaxing_f32(g, t, 0)) > 0.0f)) {
@@ -371,8 +342,7 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
 /* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1, 2
  * for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its
  * sign, is 0 or less. */
-static inline bool has_no_root_f32(const jet_f32 *from, float d, const jet_f32 *to, float d_then)
-{
+static inline bool has_no_root_f32(const jet_f32 *from, float d, const jet_f32 *to, float d_then) {
     const bool faded = !(fabs_f32(d_then) > 0.0f) & (d > 0.0f); /* no sign is left of it: the worse one */
     const bool negative_then = (d_then < 0.0f) | faded;
     const bool after_negative = (to->rate < 0.0f) | negative_then;
@@ -382,15 +352,13 @@ static inline bool has_no_root_f32(const jet_f32 *from, float d, const jet_f32 *
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float rounding)
-{
+static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float rounding) {
     const float left = from->value + rounding;
     return left > -h * from->rate && left * hopform_greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
 }
 
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
-static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, const event_function_f32 *g)
-{
+static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
     const float a = poles->a;
@@ -404,8 +372,7 @@ static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, c
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
 static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                                 const jet_f32 *from, const jet_f32 *to, float h, bool root_at_end,
-                                                float rounding)
-{
+                                                float rounding) {
     const float M6 = sixth_derivative_bound_f32(poles, g);
     const float f = 0.2f * h;
     const float tw = 0.05f * h * h;
@@ -425,8 +392,7 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
 /* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
  * method, until a further step changes the value by less than rounding does. */
 static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                   const jet_f32 *from, float low, const jet_f32 *to, float high)
-{
+                                                   const jet_f32 *from, float low, const jet_f32 *to, float high) {
     const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
     const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
     const float apart = high - low;
@@ -438,15 +404,11 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
         const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, &jet)};
         const float step = step_to_root_f32(&falls);
         const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_f32(step * jet.rate) <= rounding_of_f32(g, &at, 0.0f)) {
-            break;
-        }
+        if (!is_far && fabs_f32(step * jet.rate) <= rounding_of_f32(g, &at, 0.0f)) { break; }
         low = jet.rate < 0.0f ? t : low;
         high = jet.rate < 0.0f ? high : t;
         t = n > 8 && n % 2 == 1 ? low : t - step;
-        if (!(t > low && t < high)) {
-            t = low + 0.5f * (high - low);
-        }
+        if (!(t > low && t < high)) { t = low + 0.5f * (high - low); }
         at = propagator_at_f32(poles, t);
     }
     return at;
@@ -454,8 +416,7 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
 
 /* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
  * leads to the end each time; a quarter of it where d has no two signs. */
-static inline float cut_between_f32(float d, float d_then, float h)
-{
+static inline float cut_between_f32(float d, float d_then, float h) {
     const bool changes = (d < 0.0f) != (d_then < 0.0f) && fabs_f32(d_then) > 0.0f;
     const float share = changes ? d / (d - d_then) : 0.25f;
     const float inside = share > 0.015625f ? (share < 0.5f ? share : 0.5f) : 0.015625f;
@@ -466,8 +427,7 @@ static inline float cut_between_f32(float d, float d_then, float h)
  *
  * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
  * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
-static inline float quiet_time_of_ringing_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float rounding)
-{
+static inline float quiet_time_of_ringing_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float rounding) {
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
     const float x = (at->third + poles->p * at->curvature + poles->q * at->rate) / hopform_residue_f32(poles);
@@ -483,27 +443,21 @@ static inline float quiet_time_of_ringing_f32(const hopform_poles_f32 *poles, co
 
 /* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
  * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). */
-static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const jet_f32 *at, float rounding)
-{
+static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const jet_f32 *at, float rounding) {
     const float l_1 = set->node->pole;
     const float l_2 = set->node->second;
     const float product = l_1 * l_2;
-    if (!(product > 0.0f)) {
-        return 0.0f;
-    }
+    if (!(product > 0.0f)) { return 0.0f; }
     const float first = hopform_lesser_f32(at->rate, 0.0f);
     const float second = hopform_lesser_f32(at->curvature + l_1 * at->rate, 0.0f);
     const float third = hopform_lesser_f32(at->third + (l_1 + l_2) * at->curvature + product * at->rate, 0.0f);
     const float left = at->value + first / l_1 + second / product - rounding;
     const float falls = third / product;
-    if (!(left > 0.0f)) {
-        return 0.0f;
-    }
+    if (!(left > 0.0f)) { return 0.0f; }
     return !(falls < 0.0f) || left * set->node->third > -falls ? HOPFORM_NEVER_f32 : -left / falls;
 }
 
-static inline float quiet_time_f32(const event_set_f32 *set, const jet_f32 *at, float rounding)
-{
+static inline float quiet_time_f32(const event_set_f32 *set, const jet_f32 *at, float rounding) {
     return set->node->half_period < HOPFORM_NEVER_f32 ? quiet_time_of_ringing_f32(set->poles, at, rounding)
                                                        : quiet_time_of_decay_f32(set, at, rounding);
 }
@@ -520,24 +474,21 @@ typedef struct {
     jet_f32 to; /* of the function that is looked at, or that has crossed zero first */
 } interval_f32;
 
-static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *in, float t)
-{
+static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *in, float t) {
     in->high = propagator_at_f32(set->poles, t);
     in->found = -1;
 }
 
 /* The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root has
  * been found before it, so steeply that the root is near. */
-static inline bool has_crossed_f32(const jet_f32 *to, float h, float rounding, bool is_last)
-{
+static inline bool has_crossed_f32(const jet_f32 *to, float h, float rounding, bool is_last) {
     return (to->value < 0.0f) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
 /* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess;
  * 2 if it has not. Its jet there. */
 static inline float guessed_crossing_f32(const event_function_f32 *g, const interval_f32 *in, const jet_f32 *from,
-                                         jet_f32 *to)
-{
+                                         jet_f32 *to) {
     const float h = in->high.t - in->low;
     const bool is_last = in->found < 0 && g->shape != DISTANCE_f32;
     *to = short_jet_at_f32(g, &in->high);
@@ -554,8 +505,7 @@ typedef struct {
 /* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
  * has. */
 static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape,
-                                       crossing_f32 *first)
-{
+                                       crossing_f32 *first) {
     const propagator_f32 end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0f;
@@ -575,8 +525,7 @@ static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in
 }
 
 /* Ends the interval at the root of a function that has crossed zero in it. */
-static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *in, const crossing_f32 *crossing)
-{
+static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *in, const crossing_f32 *crossing) {
     const event_function_f32 *g = &set->function[crossing->function];
     const float h = in->high.t - in->low;
     const interpolant_f32 p = interpolant_of_f32(&in->from[crossing->function], &in->to, h);
@@ -585,8 +534,7 @@ static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *i
 }
 
 /* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
-static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape)
-{
+static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape) {
     crossing_f32 first;
     for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, shape, &first); n++) {
         end_at_crossing_f32(set, in, &first);
@@ -595,17 +543,14 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
 
 /* Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met, only
  * where the roots are within 8 ulp of the time. */
-static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
-{
+static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in) {
     const event_function_f32 *found = &set->function[in->found];
     const float other = rate_at_f32(found, &in->high);
     for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_f32 *g = &set->function[n];
         const float rate = rate_at_f32(g, &in->high);
         const float rounding = rounding_of_f32(g, &in->high, rate);
-        if (!(rate * (in->high.t - in->low) < -16.0f * rounding)) {
-            continue;
-        }
+        if (!(rate * (in->high.t - in->low) < -16.0f * rounding)) { continue; }
         const float value = value_at_f32(g, &in->high);
         if (found->shape == DISTANCE_f32 ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
                                           : (value - 4.0f * rounding) * fabs_f32(other)
@@ -617,16 +562,14 @@ static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
 }
 
 /* Whether a function crosses zero at the end of the interval, the time of the limit, and does not just touch it. */
-static inline bool crosses_at_limit_f32(const event_function_f32 *g, const propagator_f32 *at, float limit)
-{
+static inline bool crosses_at_limit_f32(const event_function_f32 *g, const propagator_f32 *at, float limit) {
     const float rate = rate_at_f32(g, at);
     return value_at_f32(g, at) < -8.0f * HOPFORM_EPS_f32 * limit * rate
            && rate * limit < -16.0f * rounding_of_f32(g, at, rate);
 }
 
 /* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
-static inline float deflated_f32(const event_set_f32 *set, const event_function_f32 *g, const jet_f32 *at, float t)
-{
+static inline float deflated_f32(const event_set_f32 *set, const event_function_f32 *g, const jet_f32 *at, float t) {
     if (t > set->node->fades) {
         const hopform_poles_f32 *poles = set->poles;
         const hopform_numerator_f32 numerator = {g->H3, g->H2, g->H1};
@@ -638,8 +581,7 @@ static inline float deflated_f32(const event_set_f32 *set, const event_function_
 }
 
 /* Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation. */
-static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d)
-{
+static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d) {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     jet_f32 *to = &in->to;
@@ -648,9 +590,7 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const float d_then = deflated_f32(set, g, to, in->high.t);
-    if (has_no_root_f32(from, d, to, d_then)) {
-        return true;
-    }
+    if (has_no_root_f32(from, d, to, d_then)) { return true; }
     const float h = in->high.t - in->low;
     const float rounding = rounding_of_f32(g, &in->high, to->rate);
     return (!(d < 0.0f) && is_held_up_by_slope_f32(set->node->pole, from, to, h, rounding))
@@ -660,8 +600,7 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
 }
 
 /* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
-static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d)
-{
+static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d) {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     const jet_f32 *to = &in->to;
@@ -671,49 +610,35 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
         in->to.third = third_of_f32(set->poles, g, &in->high);
         const propagator_f32 lowest = minimum_between_f32(set->poles, g, from, in->low, to, in->high.t);
         const jet_f32 least = short_jet_at_f32(g, &lowest);
-        if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) {
-            return true;
-        }
+        if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
         in->found = -1;
         return false;
     }
     const float cut = in->low + cut_between_f32(d, d_then, h);
-    if (!(cut > in->low && cut < in->high.t)) {
-        return true; /* no number lies in between */
-    }
+    if (!(cut > in->low && cut < in->high.t)) { return true; /* no number lies in between */ }
     end_interval_at_f32(set, in, cut);
     return false;
 }
 
 /* Whether no function has a root before the end of the interval; among those that have one there, the first wins. */
-static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
-{
+static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (g->shape != MAY_TURN_f32) {
-            continue;
-        }
+        if (g->shape != MAY_TURN_f32) { continue; }
         /* what is cheap of rule 2 comes first */
         const float d = deflated_f32(set, g, &in->from[n], in->low);
         const bool soon = d < 0.0f ? rate_at_f32(g, &in->high) < 0.0f : !(in->from[n].rate < 0.0f);
-        if (!soon && !is_certified_f32(set, in, n, d) && !is_certified_inside_f32(set, in, n, d)) {
-            return false;
-        }
+        if (!soon && !is_certified_f32(set, in, n, d) && !is_certified_inside_f32(set, in, n, d)) { return false; }
     }
-    if (in->found > 0) {
-        settle_ties_f32(set, in);
-    }
+    if (in->found > 0) { settle_ties_f32(set, in); }
     return true;
 }
 
 /* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
-static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *in)
-{
+static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *in) {
     do {
-        if (in->count >= HOPFORM_MOST_INTERVALS) {
-            return false;
-        }
+        if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_f32(set, in, MAY_TURN_f32);
     } while (!are_certified_f32(set, in));
@@ -721,8 +646,7 @@ static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *i
 }
 
 /* The next interval begins where this one has ended. */
-static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in)
-{
+static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in) {
     in->low = in->high.t;
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
@@ -732,8 +656,7 @@ static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in
 }
 
 /* Rule 5: until when no function has a root, for certain. */
-static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32 *in)
-{
+static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32 *in) {
     float quiet = HOPFORM_NEVER_f32;
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
         const float rounding = 16.0f * HOPFORM_EPS_f32 * fabs_f32(set->function[n].start);
@@ -745,8 +668,7 @@ static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32
 }
 
 /* Begin the first interval. A function that is below zero already and falls is found; -1 if there is none. */
-static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 *in)
-{
+static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 *in) {
     int32_t found = -1;
     for (int32_t n = set->count - 1; n >= 0; n--) {
         in->from[n] = jet_at_start_f32(set->poles, &set->function[n]);
@@ -761,8 +683,7 @@ static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 
 /* ---- closed forms, contacts ---- */
 
 /* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
-static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, float omega, float v, float acc)
-{
+static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, float omega, float v, float acc) {
     const float back = v > 0.0f ? -(acc + 0.5f * poles->p * v) / omega : 1.0f;
     const float slowing = hopform_angle_f32(back, v) / omega;
     const float at_once = acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
@@ -775,13 +696,10 @@ static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, 
  * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
  * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
  */
-static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, float acc)
-{
+static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, float acc) {
     const float mean = 0.5f * poles->p;
     const float discriminant = mean * mean - poles->q;
-    if (discriminant < 0.0f) {
-        return time_to_rest_of_ringing_f32(poles, sqrt_f32(-discriminant), v, acc);
-    }
+    if (discriminant < 0.0f) { return time_to_rest_of_ringing_f32(poles, sqrt_f32(-discriminant), v, acc); }
     if (!(v > 0.0f)) { /* from rest it creeps; rounding may have left the other sign */
         return acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
     }
@@ -789,13 +707,9 @@ static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, fl
     const float slow = mean + half > 0.0f ? poles->q / (mean + half) : 0.0f;
     const float back = -(acc + slow * v); /* what the slow decay alone would leave over */
     const float x = back > 0.0f ? 2.0f * half * (v / back) : 1.0f;
-    if (!(x < 1.0f)) {
-        return HOPFORM_NEVER_f32;
-    }
+    if (!(x < 1.0f)) { return HOPFORM_NEVER_f32; }
     const float s = x / (2.0f - x);
-    if (s < 0.1716f) {
-        return 2.0f * (v / back) * hopform_area_tangent_f32(s) / (2.0f - x);
-    }
+    if (s < 0.1716f) { return 2.0f * (v / back) * hopform_area_tangent_f32(s) / (2.0f - x); }
     const float ratio = -(acc + (mean + half) * v) / back;
     return ratio > 0.0f ? -hopform_log_f32(ratio) / (2.0f * half) : HOPFORM_NEVER_f32;
 }
@@ -803,8 +717,7 @@ static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, fl
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
 static inline float steady_state_correction_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                float settled, const hopform_basis_f32 *basis, float t)
-{
+                                                float settled, const hopform_basis_f32 *basis, float t) {
     const float residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
     const float by_2 = residual * poles->s_2;

@@ -63,8 +63,7 @@ typedef struct {
 } propagator_f64;
 
 /* That of any poles at the start of a phase. */
-static inline propagator_f64 propagator_at_start_f64(const hopform_poles_f64 *poles)
-{
+static inline propagator_f64 propagator_at_start_f64(const hopform_poles_f64 *poles) {
     const propagator_f64 at = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, -poles->s_1};
     return at;
 }
@@ -77,32 +76,26 @@ typedef struct {
     double third;
 } jet_f64;
 
-static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *basis)
-{
+static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *basis) {
     return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
 }
 
 static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t,
-                                                 const hopform_basis_f64 *basis)
-{
+                                                 const hopform_basis_f64 *basis) {
     const propagator_f64 at = {t, *basis, third_of_basis_f64(poles, basis)};
     return at;
 }
 
-static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, double t)
-{
+static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, double t) {
     const hopform_basis_f64 basis = hopform_basis_at_f64(poles, t);
     return propagator_of_f64(poles, t, &basis);
 }
 
 /* The n-th derivative of what a damper leaves in the leg. */
-static inline double relaxing_f64(const event_function_f64 *g, double t, int n)
-{
+static inline double relaxing_f64(const event_function_f64 *g, double t, int n) {
     double value = 0.0;
 #if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_f64(g->left) > 0.0) {
-        value = g->left * hopform_exp_f64(-g->relaxes * t);
-    }
+    if (fabs_f64(g->left) > 0.0) { value = g->left * hopform_exp_f64(-g->relaxes * t); }
     for (int i = 0; i < n; i++) {
         value *= -g->relaxes;
     }
@@ -114,31 +107,27 @@ static inline double relaxing_f64(const event_function_f64 *g, double t, int n)
     return value;
 }
 
-static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at)
-{
+static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
     const hopform_basis_f64 *w = &at->basis;
     const double value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
     return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f64(g, at->t, 0) : value;
 }
 
-static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at)
-{
+static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
     const hopform_basis_f64 *w = &at->basis;
     const double rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
     return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f64(g, at->t, 1) : rate;
 }
 
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                 const propagator_f64 *at)
-{
+                                 const propagator_f64 *at) {
     const hopform_basis_f64 *w = &at->basis;
     const double fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const double third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
     return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f64(g, at->t, 3) : third;
 }
 
-static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
-{
+static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
     jet_f64 jet;
     jet.value = g->start;
     jet.rate = g->H3;
@@ -148,8 +137,7 @@ static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const eve
 }
 
 /* Value, rate and curvature; the third derivative is 0 here. */
-static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at)
-{
+static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
     const hopform_basis_f64 *w = &at->basis;
     const double curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
     const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at),
@@ -158,16 +146,14 @@ static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propag
 }
 
 static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                   const propagator_f64 *at)
-{
+                                   const propagator_f64 *at) {
     jet_f64 jet = short_jet_at_f64(g, at);
     jet.third = third_of_f64(poles, g, at);
     return jet;
 }
 
 /* Bound of what rounding may have done to the value of an event function. */
-static inline double rounding_of_f64(const event_function_f64 *g, const propagator_f64 *at, double rate)
-{
+static inline double rounding_of_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
     return 16.0 * HOPFORM_EPS_f64
            * (fabs_f64(g->start) + fabs_f64(g->H3 * at->basis.Wd) + fabs_f64(g->H2 * at->basis.W)
               + fabs_f64(g->H1 * at->basis.W1) + fabs_f64(g->H0 * at->basis.W2) + at->t * fabs_f64(rate));
@@ -177,8 +163,7 @@ static inline double rounding_of_f64(const event_function_f64 *g, const propagat
 
 /* Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a value
  * below: roughly, as the parabola with its slope at the start. Where it starts at 0 it is divided by the time first. */
-static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, double h)
-{
+static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, double h) {
     const bool above = from->value > 0.0;
     const double rise = h * from->rate;
     const double start = above ? from->value : rise;
@@ -195,8 +180,7 @@ typedef struct {
     double c0, c1, c2, c3, r0, s1, s2;
 } interpolant_f64;
 
-static inline interpolant_f64 interpolant_of_f64(const jet_f64 *from, const jet_f64 *to, double h)
-{
+static inline interpolant_f64 interpolant_of_f64(const jet_f64 *from, const jet_f64 *to, double h) {
     const double hh = 0.5 * h * h;
     const double c0 = from->value;
     const double c1 = h * from->rate;
@@ -212,8 +196,7 @@ static inline interpolant_f64 interpolant_of_f64(const jet_f64 *from, const jet_
 enum { PREDICTION_STEPS_f64 = 3 };
 
 /* Halley's step from x towards a root of it. */
-static inline double prediction_step_f64(const interpolant_f64 *p, double x)
-{
+static inline double prediction_step_f64(const interpolant_f64 *p, double x) {
     const double y = x - 1.0;
     const double tail = p->r0 + y * (p->s1 + y * p->s2);
     const double tail_1 = p->s1 + 2.0 * y * p->s2;
@@ -226,22 +209,18 @@ static inline double prediction_step_f64(const interpolant_f64 *p, double x)
 }
 
 /* A root of it, from a guess. It guesses, too: no bound rests on it. */
-static inline double refined_root_f64(const interpolant_f64 *p, double x)
-{
+static inline double refined_root_f64(const interpolant_f64 *p, double x) {
     for (int n = 0; n < PREDICTION_STEPS_f64; n++) {
         const double step = prediction_step_f64(p, x);
         const double next = x - step;
         x = ((next > 0.0) & (next < 1.0)) ? next : x;
-        if (fabs_f64(step) < HOPFORM_PREDICTION_f64 * x) {
-            break;
-        }
+        if (fabs_f64(step) < HOPFORM_PREDICTION_f64 * x) { break; }
     }
     return x;
 }
 
 /* Householder's step of third order towards a root. */
-static inline double step_to_root_f64(const jet_f64 *at)
-{
+static inline double step_to_root_f64(const jet_f64 *at) {
     const double square = at->rate * at->rate;
     const double below =
         6.0 * square * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
@@ -252,8 +231,7 @@ static inline double step_to_root_f64(const jet_f64 *at)
 
 /* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
  * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
-static inline bool is_near_f64(const hopform_poles_f64 *poles, double t, double d)
-{
+static inline bool is_near_f64(const hopform_poles_f64 *poles, double t, double d) {
     const double share = t > 0.0 ? d / t : 1.0;
     return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_f64;
 }
@@ -264,8 +242,7 @@ typedef struct {
     double w0, w1, w2, w3, w4;
 } derivatives_f64;
 
-static inline derivatives_f64 carried_f64(const hopform_poles_f64 *poles, const derivatives_f64 *from, double d)
-{
+static inline derivatives_f64 carried_f64(const hopform_poles_f64 *poles, const derivatives_f64 *from, double d) {
     derivatives_f64 w = *from;
     derivatives_f64 sum = w;
     double power = 1.0;
@@ -291,8 +268,7 @@ static inline derivatives_f64 carried_f64(const hopform_poles_f64 *poles, const 
 
 /* The propagator's basis d later. */
 static inline hopform_basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *from,
-                                                    double d)
-{
+                                                    double d) {
     const derivatives_f64 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
     const derivatives_f64 later = carried_f64(poles, &w, d);
     const hopform_basis_f64 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
@@ -300,8 +276,7 @@ static inline hopform_basis_f64 carried_basis_f64(const hopform_poles_f64 *poles
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, const jet_f64 *at)
-{
+static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, const jet_f64 *at) {
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
@@ -315,8 +290,7 @@ typedef struct {
  * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
  * small that nothing is left of its square, and where the propagator can be carried there. */
 static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double fourth, double t,
-                                               double low, double high)
-{
+                                               double low, double high) {
     const derivatives_f64 g = {at->value, at->rate, at->curvature, at->third, -fourth};
     const double first = -step_to_root_f64(at);
     const derivatives_f64 there = carried_f64(poles, &g, first);
@@ -333,8 +307,7 @@ static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, con
 
 /* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. */
 static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, double low,
-                                    propagator_f64 *at, double guess)
-{
+                                    propagator_f64 *at, double guess) {
     double high = at->t;
     double t = guess;
     for (int n = 0; n < 100; n++) {
@@ -349,9 +322,7 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
         at->basis = hopform_basis_at_f64(poles, t);
         at->W_third = third_of_basis_f64(poles, &at->basis);
         const jet_f64 jet = jet_at_f64(poles, g, at);
-        if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) {
-            return;
-        }
+        if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) { return; }
         const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
         /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
         if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_f64(relaxing_f64(g, t, 0)) > 0.0)) {
@@ -371,8 +342,7 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
 /* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1, 2
  * for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its
  * sign, is 0 or less. */
-static inline bool has_no_root_f64(const jet_f64 *from, double d, const jet_f64 *to, double d_then)
-{
+static inline bool has_no_root_f64(const jet_f64 *from, double d, const jet_f64 *to, double d_then) {
     const bool faded = !(fabs_f64(d_then) > 0.0) & (d > 0.0); /* no sign is left of it: the worse one */
     const bool negative_then = (d_then < 0.0) | faded;
     const bool after_negative = (to->rate < 0.0) | negative_then;
@@ -382,15 +352,13 @@ static inline bool has_no_root_f64(const jet_f64 *from, double d, const jet_f64 
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double rounding)
-{
+static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double rounding) {
     const double left = from->value + rounding;
     return left > -h * from->rate && left * hopform_greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
 }
 
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
-static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
-{
+static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
     const double a = poles->a;
@@ -404,8 +372,7 @@ static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, 
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
 static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                                 const jet_f64 *from, const jet_f64 *to, double h, bool root_at_end,
-                                                double rounding)
-{
+                                                double rounding) {
     const double M6 = sixth_derivative_bound_f64(poles, g);
     const double f = 0.2 * h;
     const double tw = 0.05 * h * h;
@@ -425,8 +392,7 @@ static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, c
 /* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
  * method, until a further step changes the value by less than rounding does. */
 static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                   const jet_f64 *from, double low, const jet_f64 *to, double high)
-{
+                                                   const jet_f64 *from, double low, const jet_f64 *to, double high) {
     const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, from)};
     const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const double apart = high - low;
@@ -438,15 +404,11 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
         const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, &jet)};
         const double step = step_to_root_f64(&falls);
         const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_f64(step * jet.rate) <= rounding_of_f64(g, &at, 0.0)) {
-            break;
-        }
+        if (!is_far && fabs_f64(step * jet.rate) <= rounding_of_f64(g, &at, 0.0)) { break; }
         low = jet.rate < 0.0 ? t : low;
         high = jet.rate < 0.0 ? high : t;
         t = n > 8 && n % 2 == 1 ? low : t - step;
-        if (!(t > low && t < high)) {
-            t = low + 0.5 * (high - low);
-        }
+        if (!(t > low && t < high)) { t = low + 0.5 * (high - low); }
         at = propagator_at_f64(poles, t);
     }
     return at;
@@ -454,8 +416,7 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
 
 /* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
  * leads to the end each time; a quarter of it where d has no two signs. */
-static inline double cut_between_f64(double d, double d_then, double h)
-{
+static inline double cut_between_f64(double d, double d_then, double h) {
     const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_f64(d_then) > 0.0;
     const double share = changes ? d / (d - d_then) : 0.25;
     const double inside = share > 0.015625 ? (share < 0.5 ? share : 0.5) : 0.015625;
@@ -466,8 +427,7 @@ static inline double cut_between_f64(double d, double d_then, double h)
  *
  * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
  * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
-static inline double quiet_time_of_ringing_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double rounding)
-{
+static inline double quiet_time_of_ringing_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double rounding) {
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
     const double x = (at->third + poles->p * at->curvature + poles->q * at->rate) / hopform_residue_f64(poles);
@@ -483,27 +443,21 @@ static inline double quiet_time_of_ringing_f64(const hopform_poles_f64 *poles, c
 
 /* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
  * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). */
-static inline double quiet_time_of_decay_f64(const event_set_f64 *set, const jet_f64 *at, double rounding)
-{
+static inline double quiet_time_of_decay_f64(const event_set_f64 *set, const jet_f64 *at, double rounding) {
     const double l_1 = set->node->pole;
     const double l_2 = set->node->second;
     const double product = l_1 * l_2;
-    if (!(product > 0.0)) {
-        return 0.0;
-    }
+    if (!(product > 0.0)) { return 0.0; }
     const double first = hopform_lesser_f64(at->rate, 0.0);
     const double second = hopform_lesser_f64(at->curvature + l_1 * at->rate, 0.0);
     const double third = hopform_lesser_f64(at->third + (l_1 + l_2) * at->curvature + product * at->rate, 0.0);
     const double left = at->value + first / l_1 + second / product - rounding;
     const double falls = third / product;
-    if (!(left > 0.0)) {
-        return 0.0;
-    }
+    if (!(left > 0.0)) { return 0.0; }
     return !(falls < 0.0) || left * set->node->third > -falls ? HOPFORM_NEVER_f64 : -left / falls;
 }
 
-static inline double quiet_time_f64(const event_set_f64 *set, const jet_f64 *at, double rounding)
-{
+static inline double quiet_time_f64(const event_set_f64 *set, const jet_f64 *at, double rounding) {
     return set->node->half_period < HOPFORM_NEVER_f64 ? quiet_time_of_ringing_f64(set->poles, at, rounding)
                                                        : quiet_time_of_decay_f64(set, at, rounding);
 }
@@ -520,24 +474,21 @@ typedef struct {
     jet_f64 to; /* of the function that is looked at, or that has crossed zero first */
 } interval_f64;
 
-static inline void end_interval_at_f64(const event_set_f64 *set, interval_f64 *in, double t)
-{
+static inline void end_interval_at_f64(const event_set_f64 *set, interval_f64 *in, double t) {
     in->high = propagator_at_f64(set->poles, t);
     in->found = -1;
 }
 
 /* The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root has
  * been found before it, so steeply that the root is near. */
-static inline bool has_crossed_f64(const jet_f64 *to, double h, double rounding, bool is_last)
-{
+static inline bool has_crossed_f64(const jet_f64 *to, double h, double rounding, bool is_last) {
     return (to->value < 0.0) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
 /* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess;
  * 2 if it has not. Its jet there. */
 static inline double guessed_crossing_f64(const event_function_f64 *g, const interval_f64 *in, const jet_f64 *from,
-                                         jet_f64 *to)
-{
+                                         jet_f64 *to) {
     const double h = in->high.t - in->low;
     const bool is_last = in->found < 0 && g->shape != DISTANCE_f64;
     *to = short_jet_at_f64(g, &in->high);
@@ -554,8 +505,7 @@ typedef struct {
 /* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
  * has. */
 static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape,
-                                       crossing_f64 *first)
-{
+                                       crossing_f64 *first) {
     const propagator_f64 end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0;
@@ -575,8 +525,7 @@ static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in
 }
 
 /* Ends the interval at the root of a function that has crossed zero in it. */
-static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *in, const crossing_f64 *crossing)
-{
+static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *in, const crossing_f64 *crossing) {
     const event_function_f64 *g = &set->function[crossing->function];
     const double h = in->high.t - in->low;
     const interpolant_f64 p = interpolant_of_f64(&in->from[crossing->function], &in->to, h);
@@ -585,8 +534,7 @@ static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *i
 }
 
 /* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
-static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape)
-{
+static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape) {
     crossing_f64 first;
     for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, shape, &first); n++) {
         end_at_crossing_f64(set, in, &first);
@@ -595,17 +543,14 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
 
 /* Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met, only
  * where the roots are within 8 ulp of the time. */
-static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in)
-{
+static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in) {
     const event_function_f64 *found = &set->function[in->found];
     const double other = rate_at_f64(found, &in->high);
     for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_f64 *g = &set->function[n];
         const double rate = rate_at_f64(g, &in->high);
         const double rounding = rounding_of_f64(g, &in->high, rate);
-        if (!(rate * (in->high.t - in->low) < -16.0 * rounding)) {
-            continue;
-        }
+        if (!(rate * (in->high.t - in->low) < -16.0 * rounding)) { continue; }
         const double value = value_at_f64(g, &in->high);
         if (found->shape == DISTANCE_f64 ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
                                           : (value - 4.0 * rounding) * fabs_f64(other)
@@ -617,16 +562,14 @@ static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in)
 }
 
 /* Whether a function crosses zero at the end of the interval, the time of the limit, and does not just touch it. */
-static inline bool crosses_at_limit_f64(const event_function_f64 *g, const propagator_f64 *at, double limit)
-{
+static inline bool crosses_at_limit_f64(const event_function_f64 *g, const propagator_f64 *at, double limit) {
     const double rate = rate_at_f64(g, at);
     return value_at_f64(g, at) < -8.0 * HOPFORM_EPS_f64 * limit * rate
            && rate * limit < -16.0 * rounding_of_f64(g, at, rate);
 }
 
 /* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
-static inline double deflated_f64(const event_set_f64 *set, const event_function_f64 *g, const jet_f64 *at, double t)
-{
+static inline double deflated_f64(const event_set_f64 *set, const event_function_f64 *g, const jet_f64 *at, double t) {
     if (t > set->node->fades) {
         const hopform_poles_f64 *poles = set->poles;
         const hopform_numerator_f64 numerator = {g->H3, g->H2, g->H1};
@@ -638,8 +581,7 @@ static inline double deflated_f64(const event_set_f64 *set, const event_function
 }
 
 /* Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation. */
-static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, int32_t n, double d)
-{
+static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, int32_t n, double d) {
     const event_function_f64 *g = &set->function[n];
     const jet_f64 *from = &in->from[n];
     jet_f64 *to = &in->to;
@@ -648,9 +590,7 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const double d_then = deflated_f64(set, g, to, in->high.t);
-    if (has_no_root_f64(from, d, to, d_then)) {
-        return true;
-    }
+    if (has_no_root_f64(from, d, to, d_then)) { return true; }
     const double h = in->high.t - in->low;
     const double rounding = rounding_of_f64(g, &in->high, to->rate);
     return (!(d < 0.0) && is_held_up_by_slope_f64(set->node->pole, from, to, h, rounding))
@@ -660,8 +600,7 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
 }
 
 /* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
-static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f64 *in, int32_t n, double d)
-{
+static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f64 *in, int32_t n, double d) {
     const event_function_f64 *g = &set->function[n];
     const jet_f64 *from = &in->from[n];
     const jet_f64 *to = &in->to;
@@ -671,49 +610,35 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
         in->to.third = third_of_f64(set->poles, g, &in->high);
         const propagator_f64 lowest = minimum_between_f64(set->poles, g, from, in->low, to, in->high.t);
         const jet_f64 least = short_jet_at_f64(g, &lowest);
-        if (!(least.value < -rounding_of_f64(g, &lowest, least.rate))) {
-            return true;
-        }
+        if (!(least.value < -rounding_of_f64(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
         in->found = -1;
         return false;
     }
     const double cut = in->low + cut_between_f64(d, d_then, h);
-    if (!(cut > in->low && cut < in->high.t)) {
-        return true; /* no number lies in between */
-    }
+    if (!(cut > in->low && cut < in->high.t)) { return true; /* no number lies in between */ }
     end_interval_at_f64(set, in, cut);
     return false;
 }
 
 /* Whether no function has a root before the end of the interval; among those that have one there, the first wins. */
-static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
-{
+static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (g->shape != MAY_TURN_f64) {
-            continue;
-        }
+        if (g->shape != MAY_TURN_f64) { continue; }
         /* what is cheap of rule 2 comes first */
         const double d = deflated_f64(set, g, &in->from[n], in->low);
         const bool soon = d < 0.0 ? rate_at_f64(g, &in->high) < 0.0 : !(in->from[n].rate < 0.0);
-        if (!soon && !is_certified_f64(set, in, n, d) && !is_certified_inside_f64(set, in, n, d)) {
-            return false;
-        }
+        if (!soon && !is_certified_f64(set, in, n, d) && !is_certified_inside_f64(set, in, n, d)) { return false; }
     }
-    if (in->found > 0) {
-        settle_ties_f64(set, in);
-    }
+    if (in->found > 0) { settle_ties_f64(set, in); }
     return true;
 }
 
 /* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
-static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *in)
-{
+static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *in) {
     do {
-        if (in->count >= HOPFORM_MOST_INTERVALS) {
-            return false;
-        }
+        if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_f64(set, in, MAY_TURN_f64);
     } while (!are_certified_f64(set, in));
@@ -721,8 +646,7 @@ static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *i
 }
 
 /* The next interval begins where this one has ended. */
-static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in)
-{
+static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in) {
     in->low = in->high.t;
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
@@ -732,8 +656,7 @@ static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in
 }
 
 /* Rule 5: until when no function has a root, for certain. */
-static inline double quiet_until_f64(const event_set_f64 *set, const interval_f64 *in)
-{
+static inline double quiet_until_f64(const event_set_f64 *set, const interval_f64 *in) {
     double quiet = HOPFORM_NEVER_f64;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const double rounding = 16.0 * HOPFORM_EPS_f64 * fabs_f64(set->function[n].start);
@@ -745,8 +668,7 @@ static inline double quiet_until_f64(const event_set_f64 *set, const interval_f6
 }
 
 /* Begin the first interval. A function that is below zero already and falls is found; -1 if there is none. */
-static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 *in)
-{
+static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 *in) {
     int32_t found = -1;
     for (int32_t n = set->count - 1; n >= 0; n--) {
         in->from[n] = jet_at_start_f64(set->poles, &set->function[n]);
@@ -761,8 +683,7 @@ static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 
 /* ---- closed forms, contacts ---- */
 
 /* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
-static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles, double omega, double v, double acc)
-{
+static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles, double omega, double v, double acc) {
     const double back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
     const double slowing = hopform_angle_f64(back, v) / omega;
     const double at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
@@ -775,13 +696,10 @@ static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles,
  * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
  * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
  */
-static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, double acc)
-{
+static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, double acc) {
     const double mean = 0.5 * poles->p;
     const double discriminant = mean * mean - poles->q;
-    if (discriminant < 0.0) {
-        return time_to_rest_of_ringing_f64(poles, sqrt_f64(-discriminant), v, acc);
-    }
+    if (discriminant < 0.0) { return time_to_rest_of_ringing_f64(poles, sqrt_f64(-discriminant), v, acc); }
     if (!(v > 0.0)) { /* from rest it creeps; rounding may have left the other sign */
         return acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
     }
@@ -789,13 +707,9 @@ static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, 
     const double slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
     const double back = -(acc + slow * v); /* what the slow decay alone would leave over */
     const double x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
-    if (!(x < 1.0)) {
-        return HOPFORM_NEVER_f64;
-    }
+    if (!(x < 1.0)) { return HOPFORM_NEVER_f64; }
     const double s = x / (2.0 - x);
-    if (s < 0.1716) {
-        return 2.0 * (v / back) * hopform_area_tangent_f64(s) / (2.0 - x);
-    }
+    if (s < 0.1716) { return 2.0 * (v / back) * hopform_area_tangent_f64(s) / (2.0 - x); }
     const double ratio = -(acc + (mean + half) * v) / back;
     return ratio > 0.0 ? -hopform_log_f64(ratio) / (2.0 * half) : HOPFORM_NEVER_f64;
 }
@@ -803,8 +717,7 @@ static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
 static inline double steady_state_correction_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                double settled, const hopform_basis_f64 *basis, double t)
-{
+                                                double settled, const hopform_basis_f64 *basis, double t) {
     const double residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const double by_2 = residual * poles->s_2;

@@ -13,25 +13,21 @@
 #include "formulas_f64.h"
 #include "series_f64.h"
 
-static inline double hopform_lesser_f64(double a, double b)
-{
+static inline double hopform_lesser_f64(double a, double b) {
     return a < b ? a : b;
 }
 
 /* b if a is not a number. */
-static inline double hopform_greater_f64(double a, double b)
-{
+static inline double hopform_greater_f64(double a, double b) {
     return a > b ? a : b;
 }
 
-static inline bool hopform_is_finite_f64(double value)
-{
+static inline bool hopform_is_finite_f64(double value) {
     return fabs_f64(value) <= HOPFORM_NEVER_f64;
 }
 
 /* The poles of an element that slips while the others are held. */
-static inline hopform_poles_f64 pair_alone_f64(double p, double q)
-{
+static inline hopform_poles_f64 pair_alone_f64(double p, double q) {
     const hopform_poles_f64 poles = {0.0, p, q, p, q, 0.0};
     return poles;
 }
@@ -51,8 +47,7 @@ typedef struct {
 } hopform_turn_f64;
 
 /* artanh(s)/s for |s| <= 0.1716, by its power series. */
-static inline double hopform_area_tangent_f64(double s)
-{
+static inline double hopform_area_tangent_f64(double s) {
     const double ss = s * s;
     double sum = 0.0;
 #define ADD_TERM(coefficient) sum = sum * ss + (coefficient);
@@ -62,8 +57,7 @@ static inline double hopform_area_tangent_f64(double s)
 }
 
 /* The number whose bits are these. */
-static inline double hopform_real_of_bits_f64(hopform_bits_f64 bits)
-{
+static inline double hopform_real_of_bits_f64(hopform_bits_f64 bits) {
     const union {
         hopform_bits_f64 bits;
         double value;
@@ -71,8 +65,7 @@ static inline double hopform_real_of_bits_f64(hopform_bits_f64 bits)
     return number.value;
 }
 
-static inline hopform_bits_f64 hopform_bits_of_real_f64(double value)
-{
+static inline hopform_bits_f64 hopform_bits_of_real_f64(double value) {
     union {
         hopform_bits_f64 bits;
         double value;
@@ -84,8 +77,7 @@ static inline hopform_bits_f64 hopform_bits_of_real_f64(double value)
 #ifdef HOPFORM_LIBM
 
 /* exp(x) and 1 - exp(x) for x <= 0; exp(x) counts as 0 below the normal numbers. */
-static inline hopform_fade_f64 hopform_fade_by_f64(double x)
-{
+static inline hopform_fade_f64 hopform_fade_by_f64(double x) {
     hopform_fade_f64 fade = {0.0, 1.0};
     if (x > HOPFORM_SMALLEST_EXPONENT_f64) {
         fade.left = exp_f64(x);
@@ -95,28 +87,24 @@ static inline hopform_fade_f64 hopform_fade_by_f64(double x)
 }
 
 /* sin(x) and cos(x) for x >= 0; an angle without a digit left counts as 0. */
-static inline hopform_turn_f64 hopform_turn_by_f64(double x)
-{
+static inline hopform_turn_f64 hopform_turn_by_f64(double x) {
     const double angle = x > 0.0 && x < HOPFORM_LARGEST_ANGLE_f64 ? x : 0.0;
     const hopform_turn_f64 turn = {sin_f64(angle), cos_f64(angle)};
     return turn;
 }
 
 /* The angle of (x, y), y >= 0, from 0 to pi. */
-static inline double hopform_angle_f64(double x, double y)
-{
+static inline double hopform_angle_f64(double x, double y) {
     return atan2_f64(y, x);
 }
 
 /* ln(x) for a normal x > 0. */
-static inline double hopform_log_f64(double x)
-{
+static inline double hopform_log_f64(double x) {
     return log_f64(x);
 }
 
 /* The cube root of x >= 0; 0 of what is not above 0. */
-static inline double hopform_cube_root_f64(double x)
-{
+static inline double hopform_cube_root_f64(double x) {
     return x > 0.0 ? cbrt_f64(x) : 0.0;
 }
 
@@ -124,8 +112,7 @@ static inline double hopform_cube_root_f64(double x)
 
 /* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
  * exp(x) counts as 0 below the normal numbers. No jump: loops over many x become vector instructions. */
-static inline hopform_fade_f64 hopform_fade_by_f64(double x)
-{
+static inline hopform_fade_f64 hopform_fade_by_f64(double x) {
     const bool faded = !(x > HOPFORM_SMALLEST_EXPONENT_f64);
     const double above = x > HOPFORM_SMALLEST_EXPONENT_f64 ? x : 0.0;
     const double down = above < 0.0 ? above : 0.0; /* above 0 by rounding at most */
@@ -145,8 +132,7 @@ static inline hopform_fade_f64 hopform_fade_by_f64(double x)
 }
 
 /* sin(x) and cos(x) for x >= 0, by quarter turns and power series; an angle without a digit left counts as 0. */
-static inline hopform_turn_f64 hopform_turn_by_f64(double x)
-{
+static inline hopform_turn_f64 hopform_turn_by_f64(double x) {
     const double below = x < HOPFORM_LARGEST_ANGLE_f64 ? x : 0.0;
     const double angle = below > 0.0 ? below : 0.0;
     const double shifted = angle * 0.6366197723675814 + HOPFORM_ROUNDER_f64;
@@ -172,8 +158,7 @@ static inline hopform_turn_f64 hopform_turn_by_f64(double x)
 }
 
 /* The angle of (x, y), y >= 0, from 0 to pi: a rational guess, turned back, leaves an angle whose series is short. */
-static inline double hopform_angle_f64(double x, double y)
-{
+static inline double hopform_angle_f64(double x, double y) {
     const bool steep = y > fabs_f64(x);
     const double tangent = steep ? fabs_f64(x) / y : y / fabs_f64(x);
     const double near = tangent * (1.0584 - 0.273 * tangent);
@@ -186,8 +171,7 @@ static inline double hopform_angle_f64(double x, double y)
 }
 
 /* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
-static inline double hopform_log_f64(double x)
-{
+static inline double hopform_log_f64(double x) {
     union {
         hopform_bits_f64 bits;
         double value;
@@ -207,8 +191,7 @@ static inline double hopform_log_f64(double x)
 }
 
 /* A step of Halley's towards the cube root of x, from y to the third power of its relative error. */
-static inline double hopform_toward_cube_root_f64(double x, double y)
-{
+static inline double hopform_toward_cube_root_f64(double x, double y) {
     const double other = x / (y * y);
     return y + y * ((other - y) / (y + y + other));
 }
@@ -219,11 +202,8 @@ static inline double hopform_toward_cube_root_f64(double x, double y)
  * a type holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are
  * rounded. They are rounded up, so that the quotient lies below the root and is not coarser than it.
  */
-static inline double hopform_cube_root_f64(double x)
-{
-    if (!(x > 0.0)) {
-        return 0.0;
-    }
+static inline double hopform_cube_root_f64(double x) {
+    if (!(x > 0.0)) { return 0.0; }
     const bool tiny = x < HOPFORM_SMALLEST_NORMAL_f64;
     const double scaled = tiny ? x * HOPFORM_TINY_UP_f64 : x;
     const hopform_bits_f64 third_of_bias =
@@ -239,14 +219,12 @@ static inline double hopform_cube_root_f64(double x)
 
 #endif
 
-static inline double hopform_exp_f64(double x)
-{
+static inline double hopform_exp_f64(double x) {
     return hopform_fade_by_f64(x).left;
 }
 
 /* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
-static inline hopform_decay_f64 hopform_decay_of_tail_f64(double a, double t, double tail)
-{
+static inline hopform_decay_f64 hopform_decay_of_tail_f64(double a, double t, double tail) {
     hopform_decay_f64 decay;
     decay.e3 = t * t * t * tail;
     decay.e2 = 0.5 * t * t - a * decay.e3;
@@ -256,8 +234,7 @@ static inline hopform_decay_f64 hopform_decay_of_tail_f64(double a, double t, do
 }
 
 /* The same from the first one. */
-static inline hopform_decay_f64 hopform_decay_of_exp_f64(double a, double t, double e)
-{
+static inline hopform_decay_f64 hopform_decay_of_exp_f64(double a, double t, double e) {
     const double inverse = 1.0 / a;
     hopform_decay_f64 decay;
     decay.e = e;
@@ -267,8 +244,7 @@ static inline hopform_decay_f64 hopform_decay_of_exp_f64(double a, double t, dou
     return decay;
 }
 
-static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
-{
+static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t) {
     const double z = a * t;
     if (fabs_f64(z) < 1.0) {
         double tail = 0.0;
@@ -281,8 +257,7 @@ static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
 }
 
 /* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */
-static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *poles, double t)
-{
+static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *poles, double t) {
     const double pt = -(poles->p * t);
     const double qtt = -(poles->q * t * t);
     double before = 0.0;
@@ -297,9 +272,7 @@ static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *p
         term = last;
         R2 = R2 + next + last;
         R3 = R3 + next * inverse[4] + last * inverse[5];
-        if (fabs_f64(term) + fabs_f64(before) < 0.01 * HOPFORM_EPS_f64) {
-            break;
-        }
+        if (fabs_f64(term) + fabs_f64(before) < 0.01 * HOPFORM_EPS_f64) { break; }
     }
     const hopform_pair_series_f64 series = {R2 * (t * t * t), R3 * (t * t * t * t)};
     const hopform_known_pair_f64 known = hopform_pair_from_series_f64(poles, &series, t);
@@ -308,16 +281,14 @@ static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *p
 }
 
 static inline hopform_pair_f64 hopform_pair_of_core_f64(const hopform_poles_f64 *poles, double t,
-                                                          const hopform_pair_core_f64 *core)
-{
+                                                          const hopform_pair_core_f64 *core) {
     const hopform_pair_integrals_f64 integrals = hopform_pair_by_quotient_f64(poles, core, t);
     const hopform_pair_f64 pair = {core->Rd, core->R, integrals.R1, integrals.R2, integrals.R3};
     return pair;
 }
 
 /* What R of a pair that rings with omega is made of. */
-static inline hopform_pair_core_f64 hopform_ringing_core_f64(const hopform_poles_f64 *poles, double omega, double t)
-{
+static inline hopform_pair_core_f64 hopform_ringing_core_f64(const hopform_poles_f64 *poles, double omega, double t) {
     const double mean = 0.5 * poles->p;
     const hopform_fade_f64 fade = hopform_fade_by_f64(-mean * t);
     const hopform_turn_f64 half = hopform_turn_by_f64(0.5 * omega * t);
@@ -329,8 +300,7 @@ static inline hopform_pair_core_f64 hopform_ringing_core_f64(const hopform_poles
 }
 
 /* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
-static inline hopform_pair_f64 hopform_distinct_pair_f64(double slow, double fast, double t)
-{
+static inline hopform_pair_f64 hopform_distinct_pair_f64(double slow, double fast, double t) {
     const hopform_decay_f64 of_slow = hopform_decay_at_f64(slow, t);
     const hopform_decay_f64 of_fast = hopform_decay_at_f64(fast, t);
     const double apart = fast - slow;
@@ -344,15 +314,12 @@ static inline hopform_pair_f64 hopform_distinct_pair_f64(double slow, double fas
 }
 
 /* R, its derivative and integrals at t. */
-static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *poles, double t)
-{
+static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *poles, double t) {
     const double mean = 0.5 * poles->p;
     const double discriminant = mean * mean - poles->q;
     hopform_pair_core_f64 core;
     if (discriminant < 0.0) {
-        if (poles->q * t * t < 1.0) {
-            return hopform_short_pair_f64(poles, t);
-        }
+        if (poles->q * t * t < 1.0) { return hopform_short_pair_f64(poles, t); }
         core = hopform_ringing_core_f64(poles, sqrt_f64(-discriminant), t);
     } else {
         const double half = poles->q > 0.0 ? sqrt_f64(discriminant) : mean; /* the square may underflow */
@@ -361,9 +328,7 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
             return hopform_short_pair_f64(poles, t);
         }
         const double slow = poles->q / fast;
-        if (half * t >= 0.5) {
-            return hopform_distinct_pair_f64(slow, fast, t);
-        }
+        if (half * t >= 0.5) { return hopform_distinct_pair_f64(slow, fast, t); }
         const hopform_decay_f64 spread = hopform_decay_at_f64(-2.0 * half, t);
         const double envelope = hopform_exp_f64(-fast * t);
         core.R = envelope * spread.e1;
@@ -378,15 +343,13 @@ typedef struct {
     double earlier, before, term, W2, W3, W4;
 } hopform_basis_terms_f64;
 
-static inline hopform_basis_terms_f64 hopform_first_basis_terms_f64(void)
-{
+static inline hopform_basis_terms_f64 hopform_first_basis_terms_f64(void) {
     const hopform_basis_terms_f64 terms = {0.0, 0.0, 1.0 / 24.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0};
     return terms;
 }
 
 /* Terms n to n + 2 of it: s_1 t, s_2 t^2 and s_3 t^3, times -1. */
-static inline void hopform_add_basis_terms_f64(hopform_basis_terms_f64 *terms, double h, double hh, double hhh, int n)
-{
+static inline void hopform_add_basis_terms_f64(hopform_basis_terms_f64 *terms, double h, double hh, double hhh, int n) {
     const double *inverse = &hopform_inverse_f64[n];
     const double first =
         (h * terms->term + (hh * terms->before + hhh * terms->earlier * inverse[2]) * inverse[3]) * inverse[4];
@@ -401,14 +364,12 @@ static inline void hopform_add_basis_terms_f64(hopform_basis_terms_f64 *terms, d
                 + third * inverse[7] * inverse[8];
 }
 
-static inline bool hopform_basis_terms_end_f64(const hopform_basis_terms_f64 *terms)
-{
+static inline bool hopform_basis_terms_end_f64(const hopform_basis_terms_f64 *terms) {
     return fabs_f64(terms->term) + fabs_f64(terms->before) + fabs_f64(terms->earlier) < 0.002 * HOPFORM_EPS_f64;
 }
 
 static inline hopform_basis_f64 hopform_basis_of_terms_f64(const hopform_poles_f64 *poles, double t,
-                                                             const hopform_basis_terms_f64 *terms)
-{
+                                                             const hopform_basis_terms_f64 *terms) {
     const double tt = t * t;
     const hopform_series_f64 series = {terms->W2 * (tt * tt), terms->W3 * (tt * tt * t), terms->W4 * (tt * tt * tt)};
     const hopform_known_basis_f64 known = hopform_all_from_series_f64(poles, &series, t);
@@ -417,24 +378,20 @@ static inline hopform_basis_f64 hopform_basis_of_terms_f64(const hopform_poles_f
 }
 
 /* W of s^3 + s_1 s^2 + s_2 s + s_3 over a time that is short for all three poles. */
-static inline hopform_basis_f64 hopform_short_basis_f64(const hopform_poles_f64 *poles, double t)
-{
+static inline hopform_basis_f64 hopform_short_basis_f64(const hopform_poles_f64 *poles, double t) {
     const double h = -(poles->s_1 * t);
     const double hh = -(poles->s_2 * t * t);
     const double hhh = -(poles->s_3 * t * t * t);
     hopform_basis_terms_f64 terms = hopform_first_basis_terms_f64();
     for (int n = 1; n < HOPFORM_TERMS_f64 - 2; n += 3) {
         hopform_add_basis_terms_f64(&terms, h, hh, hhh, n);
-        if (hopform_basis_terms_end_f64(&terms)) {
-            break;
-        }
+        if (hopform_basis_terms_end_f64(&terms)) { break; }
     }
     return hopform_basis_of_terms_f64(poles, t, &terms);
 }
 
 /* W of three poles that lie within 1/t of each other and are not slow: a series around their mean. */
-static inline hopform_basis_f64 hopform_close_basis_f64(const hopform_poles_f64 *poles, double t)
-{
+static inline hopform_basis_f64 hopform_close_basis_f64(const hopform_poles_f64 *poles, double t) {
     const hopform_shifted_f64 shifted = hopform_shift_f64(poles);
     const hopform_poles_f64 around = {0.0, 0.0, 0.0, 0.0, shifted.Q_s, shifted.T_s};
     const hopform_basis_f64 near = hopform_short_basis_f64(&around, t);
@@ -448,12 +405,9 @@ static inline hopform_basis_f64 hopform_close_basis_f64(const hopform_poles_f64 
 /* W split into the real pole and the pair. */
 static inline hopform_basis_f64 hopform_basis_of_split_f64(const hopform_poles_f64 *poles, double chi, double t,
                                                              const hopform_decay_f64 *decay,
-                                                             const hopform_pair_f64 *pair)
-{
+                                                             const hopform_pair_f64 *pair) {
     hopform_basis_f64 basis = hopform_split_f64(poles, chi, decay, pair);
-    if (poles->a * t < 0.5) {
-        basis.W = hopform_split_soon_f64(poles, chi, decay, pair);
-    }
+    if (poles->a * t < 0.5) { basis.W = hopform_split_soon_f64(poles, chi, decay, pair); }
     if (chi < 0.05 * poles->q) {
         const hopform_response_f64 response = {basis.Wdd, basis.Wd, basis.W};
         const hopform_integrals_f64 integrals = hopform_integrals_by_recursion_f64(poles, &response, t);
@@ -465,8 +419,7 @@ static inline hopform_basis_f64 hopform_basis_of_split_f64(const hopform_poles_f
 
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
  * a must be the most isolated root, as hopform_factor_cubic_f64 gives it. */
-static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *poles, double t)
-{
+static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *poles, double t) {
     if (!(fabs_f64(poles->a) > 0.0)) {
         const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
         const hopform_basis_f64 basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
@@ -485,29 +438,24 @@ static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *po
 enum { NEWTON_STEPS_f64 = 60, POLISHES_f64 = 3 };
 
 /* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
-static inline double hopform_toward_positive_root_f64(double P, double T, double z)
-{
+static inline double hopform_toward_positive_root_f64(double P, double T, double z) {
     const double step = ((z * z + P) * z - T) / (3.0 * z * z + P);
     return z - step;
 }
 
 /* That root, from above, where the cubic is convex. */
-static inline double hopform_positive_root_f64(double P, double T)
-{
+static inline double hopform_positive_root_f64(double P, double T) {
     double z = sqrt_f64(fabs_f64(P)) + hopform_cube_root_f64(T);
     for (int n = 0; n < NEWTON_STEPS_f64; n++) {
         const double next = hopform_toward_positive_root_f64(P, T, z);
-        if (!(next < z)) {
-            break;
-        }
+        if (!(next < z)) { break; }
         z = next;
     }
     return z;
 }
 
 /* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
-static inline double hopform_scale_of_cubic_f64(double s_1, double root_2, double root_3)
-{
+static inline double hopform_scale_of_cubic_f64(double s_1, double root_2, double root_3) {
     const double later = root_2 > root_3 ? root_2 : root_3;
     return s_1 > later ? s_1 : later;
 }
@@ -517,8 +465,7 @@ typedef struct {
     double c_1, c_2, c_3, mean, P, T;
 } hopform_cubic_f64;
 
-static inline hopform_cubic_f64 hopform_scaled_cubic_f64(double s_1, double s_2, double s_3, double scale)
-{
+static inline hopform_cubic_f64 hopform_scaled_cubic_f64(double s_1, double s_2, double s_3, double scale) {
     const double c_1 = s_1 / scale;
     const double c_2 = s_2 / (scale * scale);
     const double c_3 = s_3 / scale / (scale * scale);
@@ -529,16 +476,14 @@ static inline hopform_cubic_f64 hopform_scaled_cubic_f64(double s_1, double s_2,
 }
 
 /* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
-static inline void hopform_factor_at_f64(const hopform_cubic_f64 *cubic, double offset, hopform_poles_f64 *poles)
-{
+static inline void hopform_factor_at_f64(const hopform_cubic_f64 *cubic, double offset, hopform_poles_f64 *poles) {
     poles->a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
     poles->p = cubic->c_1 - poles->a;
     poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
 }
 
 /* A step that takes the residual of the coefficients off the factors; false where there is none. */
-static inline bool hopform_polish_factors_f64(const hopform_cubic_f64 *cubic, hopform_poles_f64 *poles)
-{
+static inline bool hopform_polish_factors_f64(const hopform_cubic_f64 *cubic, hopform_poles_f64 *poles) {
     const double a = poles->a;
     const double p = poles->p;
     const double q = poles->q;
@@ -560,13 +505,10 @@ static inline bool hopform_polish_factors_f64(const hopform_cubic_f64 *cubic, ho
  * The root beyond the inflection on the side where it is alone is simple unless all three coincide. The
  * factors, not the roots, are then polished: the residual of the coefficients is what the motion sees.
  */
-static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2, double s_3)
-{
+static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2, double s_3) {
     const double scale = hopform_scale_of_cubic_f64(s_1, sqrt_f64(s_2), hopform_cube_root_f64(s_3));
     hopform_poles_f64 poles = {0.0, 0.0, 0.0, s_1, s_2, s_3};
-    if (!(scale * scale * scale > 0.0)) {
-        return poles; /* slower than the type can say */
-    }
+    if (!(scale * scale * scale > 0.0)) { return poles; /* slower than the type can say */ }
     if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
         poles.p = s_1;
         poles.q = s_2;
@@ -576,8 +518,7 @@ static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2,
     const double even = cubic.P < 0.0 ? sqrt_f64(-cubic.P) : 0.0;
     const double offset = fabs_f64(cubic.T) > 0.0 ? hopform_positive_root_f64(cubic.P, fabs_f64(cubic.T)) : even;
     hopform_factor_at_f64(&cubic, offset, &poles);
-    for (int n = 0; n < POLISHES_f64 && hopform_polish_factors_f64(&cubic, &poles); n++) {
-    }
+    for (int n = 0; n < POLISHES_f64 && hopform_polish_factors_f64(&cubic, &poles); n++) {}
     poles.a = poles.a * scale;
     poles.p = poles.p * scale;
     poles.q = poles.q * scale * scale;

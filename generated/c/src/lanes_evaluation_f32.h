@@ -15,8 +15,7 @@
 #endif
 
 /* Whether a flag of a block is 1; 0 has no bit that is set. */
-static inline bool any(const float *flags)
-{
+static inline bool any(const float *flags) {
     uint64_t words[BLOCK_f32 * sizeof(float) / sizeof(uint64_t)];
     uint64_t found = 0;
     memcpy(words, flags, sizeof words);
@@ -34,8 +33,7 @@ RECORD_IN_COLUMNS(terms, hopform_basis_terms_f32, TERM_MEMBERS)
 RECORD_IN_COLUMNS(cubic, hopform_cubic_f32, CUBIC_MEMBERS)
 
 /* The guesses of roots, refined as refined_root does it. */
-LANES_CODE static void refine_guesses(lanes_f32 *restrict w, int first)
-{
+LANES_CODE static void refine_guesses(lanes_f32 *restrict w, int first) {
     for (int l = first; l < first + BLOCK_f32; l++) {
         const jet_f32 from = one_jet(&w->from, l);
         const jet_f32 to = one_jet(&w->to, l);
@@ -62,8 +60,7 @@ LANES_CODE static void refine_guesses(lanes_f32 *restrict w, int first)
 }
 
 /* W of three poles over a short time, of a block that waits for the longest series in it. */
-LANES_CODE static void short_bases(lanes_f32 *restrict w, const float *restrict wanted, int first)
-{
+LANES_CODE static void short_bases(lanes_f32 *restrict w, const float *restrict wanted, int first) {
     float going[BLOCK_f32];
     terms_columns terms;
     for (int n = 0; n < BLOCK_f32; n++) {
@@ -90,8 +87,7 @@ LANES_CODE static void short_bases(lanes_f32 *restrict w, const float *restrict 
 }
 
 /* W of a pair that rings, or from it that of the pair and a real pole, which may be fast. */
-LANES_CODE static void ringing_bases(lanes_f32 *restrict w, const float *restrict wanted, int first, bool fast)
-{
+LANES_CODE static void ringing_bases(lanes_f32 *restrict w, const float *restrict wanted, int first, bool fast) {
     float left[BLOCK_f32] = {0.0f};
     for (int n = 0; n < BLOCK_f32 && fast; n++) {
         left[n] = hopform_exp_f32(-(w->poles.a[first + n] * w->t[first + n]));
@@ -130,8 +126,7 @@ LANES_CODE static void ringing_bases(lanes_f32 *restrict w, const float *restric
 
 /* W at t where a lane wants it, as hopform_basis_at_f32, which itself gives it where neither is the time brief for all
  * poles nor does the pair ring by then. */
-LANES_CODE static void bases_at(lanes_f32 *restrict w)
-{
+LANES_CODE static void bases_at(lanes_f32 *restrict w) {
     column_f32 brief, rings, fast, rest;
     for (int l = 0; l < LANES_f32; l++) {
         const hopform_poles_f32 poles = one_poles(&w->poles, l);
@@ -144,12 +139,8 @@ LANES_CODE static void bases_at(lanes_f32 *restrict w)
         rest[l] = w->wants[l] - brief[l] - rings[l];
     }
     for (int n = 0; n < LANES_f32; n += BLOCK_f32) {
-        if (any(rings + n)) {
-            ringing_bases(w, rings, n, any(fast + n));
-        }
-        if (any(brief + n)) {
-            short_bases(w, brief, n);
-        }
+        if (any(rings + n)) { ringing_bases(w, rings, n, any(fast + n)); }
+        if (any(brief + n)) { short_bases(w, brief, n); }
     }
     for (int l = 0; l < LANES_f32; l++) {
         if (rest[l] > 0.0f) {
@@ -161,8 +152,7 @@ LANES_CODE static void bases_at(lanes_f32 *restrict w)
 }
 
 /* Where a root is sought, t goes on towards it as locate_root goes; what arrives wants no more. */
-LANES_CODE static void step_on(lanes_f32 *restrict w, int first)
-{
+LANES_CODE static void step_on(lanes_f32 *restrict w, int first) {
     for (int l = first; l < first + BLOCK_f32; l++) {
         const hopform_poles_f32 poles = one_poles(&w->poles, l);
         const hopform_basis_f32 basis = one_basis(&w->basis, l);
@@ -189,8 +179,7 @@ LANES_CODE static void step_on(lanes_f32 *restrict w, int first)
 }
 
 /* Cube roots of numbers that are not below 0. */
-LANES_CODE static void cube_roots(float *restrict roots, const float *restrict numbers)
-{
+LANES_CODE static void cube_roots(float *restrict roots, const float *restrict numbers) {
     for (int l = 0; l < BLOCK_f32; l++) {
         roots[l] = hopform_cube_root_f32(fabs_f32(numbers[l]));
     }
@@ -198,8 +187,7 @@ LANES_CODE static void cube_roots(float *restrict roots, const float *restrict n
 
 /* As hopform_factor_cubic_f32. A step of Newton's that does not lead down, or of the polish that is not small, leaves
  * all as it is, so more of them do no harm. */
-LANES_CODE static void factor(poles_columns *restrict cubics)
-{
+LANES_CODE static void factor(poles_columns *restrict cubics) {
     cubic_columns scaled;
     float scale[BLOCK_f32], root[BLOCK_f32], going[BLOCK_f32];
     cube_roots(root, cubics->s_3);
@@ -239,12 +227,9 @@ LANES_CODE static void factor(poles_columns *restrict cubics)
     }
 }
 
-static void evaluate(lanes_f32 *w)
-{
+static void evaluate(lanes_f32 *w) {
     for (int n = 0; n < LANES_f32; n += BLOCK_f32) {
-        if (any(w->refines + n)) {
-            refine_guesses(w, n);
-        }
+        if (any(w->refines + n)) { refine_guesses(w, n); }
     }
     bases_at(w);
     for (int n = 0; n < LANES_f32; n += BLOCK_f32) {
@@ -252,8 +237,7 @@ static void evaluate(lanes_f32 *w)
     }
 }
 
-lanes_code_f32 LANES_NAME(void)
-{
+lanes_code_f32 LANES_NAME(void) {
     const lanes_code_f32 code = {evaluate, factor};
     return code;
 }

@@ -15,8 +15,7 @@
 #endif
 
 /* Whether a flag of a block is 1; 0 has no bit that is set. */
-static inline bool any(const double *flags)
-{
+static inline bool any(const double *flags) {
     uint64_t words[BLOCK_f64 * sizeof(double) / sizeof(uint64_t)];
     uint64_t found = 0;
     memcpy(words, flags, sizeof words);
@@ -34,8 +33,7 @@ RECORD_IN_COLUMNS(terms, hopform_basis_terms_f64, TERM_MEMBERS)
 RECORD_IN_COLUMNS(cubic, hopform_cubic_f64, CUBIC_MEMBERS)
 
 /* The guesses of roots, refined as refined_root does it. */
-LANES_CODE static void refine_guesses(lanes_f64 *restrict w, int first)
-{
+LANES_CODE static void refine_guesses(lanes_f64 *restrict w, int first) {
     for (int l = first; l < first + BLOCK_f64; l++) {
         const jet_f64 from = one_jet(&w->from, l);
         const jet_f64 to = one_jet(&w->to, l);
@@ -62,8 +60,7 @@ LANES_CODE static void refine_guesses(lanes_f64 *restrict w, int first)
 }
 
 /* W of three poles over a short time, of a block that waits for the longest series in it. */
-LANES_CODE static void short_bases(lanes_f64 *restrict w, const double *restrict wanted, int first)
-{
+LANES_CODE static void short_bases(lanes_f64 *restrict w, const double *restrict wanted, int first) {
     double going[BLOCK_f64];
     terms_columns terms;
     for (int n = 0; n < BLOCK_f64; n++) {
@@ -90,8 +87,7 @@ LANES_CODE static void short_bases(lanes_f64 *restrict w, const double *restrict
 }
 
 /* W of a pair that rings, or from it that of the pair and a real pole, which may be fast. */
-LANES_CODE static void ringing_bases(lanes_f64 *restrict w, const double *restrict wanted, int first, bool fast)
-{
+LANES_CODE static void ringing_bases(lanes_f64 *restrict w, const double *restrict wanted, int first, bool fast) {
     double left[BLOCK_f64] = {0.0};
     for (int n = 0; n < BLOCK_f64 && fast; n++) {
         left[n] = hopform_exp_f64(-(w->poles.a[first + n] * w->t[first + n]));
@@ -130,8 +126,7 @@ LANES_CODE static void ringing_bases(lanes_f64 *restrict w, const double *restri
 
 /* W at t where a lane wants it, as hopform_basis_at_f64, which itself gives it where neither is the time brief for all
  * poles nor does the pair ring by then. */
-LANES_CODE static void bases_at(lanes_f64 *restrict w)
-{
+LANES_CODE static void bases_at(lanes_f64 *restrict w) {
     column_f64 brief, rings, fast, rest;
     for (int l = 0; l < LANES_f64; l++) {
         const hopform_poles_f64 poles = one_poles(&w->poles, l);
@@ -144,12 +139,8 @@ LANES_CODE static void bases_at(lanes_f64 *restrict w)
         rest[l] = w->wants[l] - brief[l] - rings[l];
     }
     for (int n = 0; n < LANES_f64; n += BLOCK_f64) {
-        if (any(rings + n)) {
-            ringing_bases(w, rings, n, any(fast + n));
-        }
-        if (any(brief + n)) {
-            short_bases(w, brief, n);
-        }
+        if (any(rings + n)) { ringing_bases(w, rings, n, any(fast + n)); }
+        if (any(brief + n)) { short_bases(w, brief, n); }
     }
     for (int l = 0; l < LANES_f64; l++) {
         if (rest[l] > 0.0) {
@@ -161,8 +152,7 @@ LANES_CODE static void bases_at(lanes_f64 *restrict w)
 }
 
 /* Where a root is sought, t goes on towards it as locate_root goes; what arrives wants no more. */
-LANES_CODE static void step_on(lanes_f64 *restrict w, int first)
-{
+LANES_CODE static void step_on(lanes_f64 *restrict w, int first) {
     for (int l = first; l < first + BLOCK_f64; l++) {
         const hopform_poles_f64 poles = one_poles(&w->poles, l);
         const hopform_basis_f64 basis = one_basis(&w->basis, l);
@@ -189,8 +179,7 @@ LANES_CODE static void step_on(lanes_f64 *restrict w, int first)
 }
 
 /* Cube roots of numbers that are not below 0. */
-LANES_CODE static void cube_roots(double *restrict roots, const double *restrict numbers)
-{
+LANES_CODE static void cube_roots(double *restrict roots, const double *restrict numbers) {
     for (int l = 0; l < BLOCK_f64; l++) {
         roots[l] = hopform_cube_root_f64(fabs_f64(numbers[l]));
     }
@@ -198,8 +187,7 @@ LANES_CODE static void cube_roots(double *restrict roots, const double *restrict
 
 /* As hopform_factor_cubic_f64. A step of Newton's that does not lead down, or of the polish that is not small, leaves
  * all as it is, so more of them do no harm. */
-LANES_CODE static void factor(poles_columns *restrict cubics)
-{
+LANES_CODE static void factor(poles_columns *restrict cubics) {
     cubic_columns scaled;
     double scale[BLOCK_f64], root[BLOCK_f64], going[BLOCK_f64];
     cube_roots(root, cubics->s_3);
@@ -239,12 +227,9 @@ LANES_CODE static void factor(poles_columns *restrict cubics)
     }
 }
 
-static void evaluate(lanes_f64 *w)
-{
+static void evaluate(lanes_f64 *w) {
     for (int n = 0; n < LANES_f64; n += BLOCK_f64) {
-        if (any(w->refines + n)) {
-            refine_guesses(w, n);
-        }
+        if (any(w->refines + n)) { refine_guesses(w, n); }
     }
     bases_at(w);
     for (int n = 0; n < LANES_f64; n += BLOCK_f64) {
@@ -252,8 +237,7 @@ static void evaluate(lanes_f64 *w)
     }
 }
 
-lanes_code_f64 LANES_NAME(void)
-{
+lanes_code_f64 LANES_NAME(void) {
     const lanes_code_f64 code = {evaluate, factor};
     return code;
 }

@@ -26,14 +26,12 @@ typedef float column_f32[LANES_f32] __attribute__((aligned(64)));
 typedef float column_f32[LANES_f32];
 #endif
 
-static inline float flag(bool yes)
-{
+static inline float flag(bool yes) {
     return yes ? 1.0f : 0.0f;
 }
 
 /* A number is put only where a flag says so. */
-static inline void keep(float *place, bool yes, float value)
-{
+static inline void keep(float *place, bool yes, float value) {
     const float before = *place;
     const float after = yes ? value : before;
     *place = after;
@@ -47,13 +45,11 @@ static inline void keep(float *place, bool yes, float value)
     typedef struct {                                                                                                   \
         MEMBERS(COLUMN)                                                                                                \
     } record##_columns;                                                                                                \
-    static inline type one_##record(const record##_columns *columns, int l)                                            \
-    {                                                                                                                  \
+    static inline type one_##record(const record##_columns *columns, int l) {                                          \
         const type one = {MEMBERS(TAKE_MEMBER)};                                                                       \
         return one;                                                                                                    \
     }                                                                                                                  \
-    static inline void keep_##record(record##_columns *columns, int l, bool yes, const type *one)                      \
-    {                                                                                                                  \
+    static inline void keep_##record(record##_columns *columns, int l, bool yes, const type *one) {                    \
         MEMBERS(KEEP_MEMBER)                                                                                           \
     }
 #define POLE_MEMBERS(X) X(a, NUMBER) X(p, NUMBER) X(q, NUMBER) X(s_1, NUMBER) X(s_2, NUMBER) X(s_3, NUMBER)

@@ -58,8 +58,7 @@ typedef struct {
 /* ---- the search ---- */
 
 /* The interval of a lane ends at t, where W is wanted. */
-static int32_t reach_for(batch *b, int l, double t, bool quiet)
-{
+static int32_t reach_for(batch *b, int l, double t, bool quiet) {
     lane *one = &b->stances[l];
     one->quiet = quiet;
     one->tries = 0;
@@ -71,8 +70,7 @@ static int32_t reach_for(batch *b, int l, double t, bool quiet)
 }
 
 /* Whether a lane seeks the root of a function of this shape or behind that has crossed zero in its interval. */
-static bool seek_first(batch *b, int l, int32_t shape)
-{
+static bool seek_first(batch *b, int l, int32_t shape) {
     lane *one = &b->stances[l];
     lanes_f64 *w = &b->w;
     const event_set_f64 *set = &one->search.events.set;
@@ -97,8 +95,7 @@ static bool seek_first(batch *b, int l, int32_t shape)
 
 /* What follows from the end of an interval, as in stance_end_search, which takes over where the bound on intervals is
  * met: the ending of the stance, 0 if another phase follows. */
-static int32_t end_interval(batch *b, int l)
-{
+static int32_t end_interval(batch *b, int l) {
     lane *one = &b->stances[l];
     stance_search_f64 *search = &one->search;
     const event_set_f64 *set = &search->events.set;
@@ -106,9 +103,7 @@ static int32_t end_interval(batch *b, int l)
     const int32_t shape = one->quiet ? DISTANCE_f64 : MAY_TURN_f64;
     bool certified = false;
     while (!certified && (one->quiet || in->count < HOPFORM_MOST_INTERVALS)) {
-        if (seek_first(b, l, shape)) {
-            return WAITS;
-        }
+        if (seek_first(b, l, shape)) { return WAITS; }
         in->count += one->quiet ? 0 : 1;
         certified = one->quiet || are_certified_f64(set, in);
         one->tries = 0; /* if it is not, the interval has been cut */
@@ -128,8 +123,7 @@ static int32_t end_interval(batch *b, int l)
 }
 
 /* W at t is known, or a root has not been found soon, or the lane goes on alone. */
-static int32_t arrive(batch *b, int l)
-{
+static int32_t arrive(batch *b, int l) {
     const lanes_f64 *w = &b->w;
     const lane *one = &b->stances[l];
     const event_set_f64 *set = &one->search.events.set;
@@ -147,8 +141,7 @@ static int32_t arrive(batch *b, int l)
 }
 
 /* Begin a phase; the ending of the stance, if the phase has ended already. */
-static int32_t begin_phase(batch *b, int l)
-{
+static int32_t begin_phase(batch *b, int l) {
     lane *one = &b->stances[l];
     stance_search_f64 *search = &one->search;
     const event_set_f64 *set = &search->events.set;
@@ -171,8 +164,7 @@ static int32_t begin_phase(batch *b, int l)
 /* ---- stances in and out ---- */
 
 /* Solve a stance by itself, or refuse it as its plan has been. */
-static void solve_alone(batch *b, planned *of, int64_t i)
-{
+static void solve_alone(batch *b, planned *of, int64_t i) {
     if (of->run.planned >= 0 && !hopform_is_made_f64(&of->plan)) {
         of->run.planned = hopform_plan_init_f64(&of->plan, &of->plan.robot);
     }
@@ -181,8 +173,7 @@ static void solve_alone(batch *b, planned *of, int64_t i)
 }
 
 /* The stance in a lane has come to its ending. */
-static void put_out(batch *b, int l, int32_t ending)
-{
+static void put_out(batch *b, int l, int32_t ending) {
     lane *one = &b->stances[l];
     planned *of = one->planned;
     hopform_stance_f64 stance;
@@ -199,8 +190,7 @@ static void put_out(batch *b, int l, int32_t ending)
 }
 
 /* Make the plans of some runs ahead, from stance i on. */
-static void plan_ahead(batch *b, int64_t i)
-{
+static void plan_ahead(batch *b, int64_t i) {
     b->ahead = 0;
     b->run = 0;
     for (int n = 0; n < PLANS && b->ahead < BLOCK_f64 && i < b->last; n++) {
@@ -221,23 +211,18 @@ static void plan_ahead(batch *b, int64_t i)
     for (int n = 0; n < b->ahead; n++) {
         planned *one = b->runs[n];
         const hopform_poles_f64 both = one_poles(&b->cubics, n);
-        if (one->run.planned >= 0) {
-            one->run.planned = poles_of_plan_f64(&one->plan, &both, one->several);
-        }
+        if (one->run.planned >= 0) { one->run.planned = poles_of_plan_f64(&one->plan, &both, one->several); }
     }
 }
 
 /* Put the next stance into a lane: its ending, if it has ended already. One that is refused is solved by itself, which
  * says why. */
-static int32_t take(batch *b, int l)
-{
+static int32_t take(batch *b, int l) {
     lane *one = &b->stances[l];
     const int64_t i = b->next++;
     if (b->ahead == 0 || i == b->runs[b->run]->run.end) {
         b->run++;
-        if (b->run >= b->ahead) {
-            plan_ahead(b, i);
-        }
+        if (b->run >= b->ahead) { plan_ahead(b, i); }
     }
     planned *of = b->runs[b->run];
     const hopform_plan_f64 *plan = &of->plan;
@@ -261,26 +246,20 @@ static int32_t take(batch *b, int l)
 }
 
 /* A lane goes on until it waits, or no stance is left. */
-static void go_on(batch *b, int l, int32_t ending)
-{
+static void go_on(batch *b, int l, int32_t ending) {
     while (ending != WAITS) {
         if (ending == 0) {
             ending = begin_phase(b, l);
             continue;
         }
-        if (b->stances[l].index != NO_STANCE) {
-            put_out(b, l, ending);
-        }
-        if (b->next >= b->last) {
-            return;
-        }
+        if (b->stances[l].index != NO_STANCE) { put_out(b, l, ending); }
+        if (b->next >= b->last) { return; }
         ending = take(b, l);
     }
 }
 
 int32_t hopform_solve_in_lanes_f64(lanes_code_f64 code, int64_t count, const hopform_stances_in_f64 *in,
-                                    const hopform_stances_out_f64 *out)
-{
+                                    const hopform_stances_out_f64 *out) {
     lane stances[LANES_f64];
     planned plans[PLANS] = {{.users = 0}};
     batch b = {.in = in, .out = out, .last = count, .code = code, .plans = plans, .stances = stances};
@@ -291,9 +270,7 @@ int32_t hopform_solve_in_lanes_f64(lanes_code_f64 code, int64_t count, const hop
     while (b.busy > FEW || b.next < b.last) {
         code.evaluate(&b.w);
         for (int l = 0; l < LANES_f64; l++) {
-            if (stances[l].index != NO_STANCE && !(b.w.wants[l] > 0.0)) {
-                go_on(&b, l, arrive(&b, l));
-            }
+            if (stances[l].index != NO_STANCE && !(b.w.wants[l] > 0.0)) { go_on(&b, l, arrive(&b, l)); }
         }
     }
     for (int l = 0; l < LANES_f64; l++) {

@@ -21,8 +21,7 @@ typedef union {
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f64 *plan,
                                                              const hopform_mode_f64 *mode,
-                                                             const hopform_state_f64 *start, double u, double h)
-{
+                                                             const hopform_state_f64 *start, double u, double h) {
     const hopform_motion_f64 motion = hopform_motion_of_f64(plan, start, u, mode->side[0], mode->side[1]);
     hopform_matrix_f64 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f64; node++) {
@@ -41,8 +40,7 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f6
 }
 
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
-static inline void hopform_double_moments_f64(hopform_matrix_f64 *sum, const hopform_matrix_f64 *phi)
-{
+static inline void hopform_double_moments_f64(hopform_matrix_f64 *sum, const hopform_matrix_f64 *phi) {
     double left[HOPFORM_AXES][HOPFORM_AXES_AND_ONE];
     for (int i = 1; i <= HOPFORM_AXES; i++) {
         for (int j = 0; j < i; j++) {
@@ -73,8 +71,7 @@ static inline void hopform_double_moments_f64(hopform_matrix_f64 *sum, const hop
 
 /* The ledger over the first t of a phase; axis 0 counts from where it starts. */
 static inline hopform_ledger_f64 hopform_ledger_in_phase_f64(const hopform_plan_f64 *plan,
-                                                               const hopform_phase_f64 *phase, double u, double t)
-{
+                                                               const hopform_phase_f64 *phase, double u, double t) {
     const hopform_mode_f64 mode = hopform_mode_of_f64(plan, phase, u);
     hopform_state_by_axis_f64 from;
     from.named = hopform_start_of_phase_f64(phase);

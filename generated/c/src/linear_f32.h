@@ -29,8 +29,7 @@ typedef struct {
 } hopform_mode_f32;
 
 static inline hopform_mode_f32 hopform_mode_of_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
-                                                     float u)
-{
+                                                     float u) {
     hopform_mode_f32 mode;
     mode.side[0] = hopform_side_1_f32(phase);
     mode.side[1] = hopform_side_2_f32(phase);
@@ -42,16 +41,14 @@ static inline hopform_mode_f32 hopform_mode_of_f32(const hopform_plan_f32 *plan,
     return mode;
 }
 
-static inline bool hopform_rests_f32(const hopform_mode_f32 *mode)
-{
+static inline bool hopform_rests_f32(const hopform_mode_f32 *mode) {
     return mode->side[0] == 0 && mode->side[1] == 0;
 }
 
 /* z' of a state. */
 static inline hopform_state_by_axis_f32 hopform_speeds_in_mode_f32(const hopform_plan_f32 *plan,
                                                                      const hopform_mode_f32 *mode,
-                                                                     const hopform_state_f32 *state)
-{
+                                                                     const hopform_state_f32 *state) {
     hopform_state_by_axis_f32 speeds;
     const float first = (float)mode->side[0];
     const float second = (float)mode->side[1];
@@ -60,21 +57,18 @@ static inline hopform_state_by_axis_f32 hopform_speeds_in_mode_f32(const hopform
 }
 
 /* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
-static inline hopform_basis_by_order_f32 hopform_response_in_mode_f32(const hopform_mode_f32 *mode, float h)
-{
+static inline hopform_basis_by_order_f32 hopform_response_in_mode_f32(const hopform_mode_f32 *mode, float h) {
     hopform_basis_by_order_f32 response;
     response.named = hopform_basis_at_f32(mode->poles, hopform_rests_f32(mode) ? 0.0f : h);
     return response;
 }
 
-static inline float hopform_applied_f32(const float powers[POWERS_f32], const float *W)
-{
+static inline float hopform_applied_f32(const float powers[POWERS_f32], const float *W) {
     return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
 }
 
 /* Phi(h) from W at h: axis 0 and the constant part are one integral further each; the 1 of that part is left out. */
-static inline hopform_matrix_f32 hopform_transition_f32(const hopform_mode_f32 *mode, const float W[ORDERS_f32])
-{
+static inline hopform_matrix_f32 hopform_transition_f32(const hopform_mode_f32 *mode, const float W[ORDERS_f32]) {
     hopform_matrix_f32 phi = {{{0}}};
     phi.at[0][0] = 1.0f;
     for (int j = 0; j <= CORE_f32; j++) {
@@ -94,8 +88,7 @@ static const float hopform_place_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_PLACES_
 static const float hopform_weight_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_WEIGHTS_f32};
 
 /* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
-static inline int hopform_halve_f32(const hopform_poles_f32 *poles, float *h)
-{
+static inline int hopform_halve_f32(const hopform_poles_f32 *poles, float *h) {
     const float fastest = poles->s_1 + sqrt_f32(poles->s_2);
     int times = 0;
     while (fastest * *h > 4.0f && times < 200) {

@@ -29,8 +29,7 @@ typedef struct {
 } hopform_mode_f64;
 
 static inline hopform_mode_f64 hopform_mode_of_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
-                                                     double u)
-{
+                                                     double u) {
     hopform_mode_f64 mode;
     mode.side[0] = hopform_side_1_f64(phase);
     mode.side[1] = hopform_side_2_f64(phase);
@@ -42,16 +41,14 @@ static inline hopform_mode_f64 hopform_mode_of_f64(const hopform_plan_f64 *plan,
     return mode;
 }
 
-static inline bool hopform_rests_f64(const hopform_mode_f64 *mode)
-{
+static inline bool hopform_rests_f64(const hopform_mode_f64 *mode) {
     return mode->side[0] == 0 && mode->side[1] == 0;
 }
 
 /* z' of a state. */
 static inline hopform_state_by_axis_f64 hopform_speeds_in_mode_f64(const hopform_plan_f64 *plan,
                                                                      const hopform_mode_f64 *mode,
-                                                                     const hopform_state_f64 *state)
-{
+                                                                     const hopform_state_f64 *state) {
     hopform_state_by_axis_f64 speeds;
     const double first = (double)mode->side[0];
     const double second = (double)mode->side[1];
@@ -60,21 +57,18 @@ static inline hopform_state_by_axis_f64 hopform_speeds_in_mode_f64(const hopform
 }
 
 /* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
-static inline hopform_basis_by_order_f64 hopform_response_in_mode_f64(const hopform_mode_f64 *mode, double h)
-{
+static inline hopform_basis_by_order_f64 hopform_response_in_mode_f64(const hopform_mode_f64 *mode, double h) {
     hopform_basis_by_order_f64 response;
     response.named = hopform_basis_at_f64(mode->poles, hopform_rests_f64(mode) ? 0.0 : h);
     return response;
 }
 
-static inline double hopform_applied_f64(const double powers[POWERS_f64], const double *W)
-{
+static inline double hopform_applied_f64(const double powers[POWERS_f64], const double *W) {
     return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
 }
 
 /* Phi(h) from W at h: axis 0 and the constant part are one integral further each; the 1 of that part is left out. */
-static inline hopform_matrix_f64 hopform_transition_f64(const hopform_mode_f64 *mode, const double W[ORDERS_f64])
-{
+static inline hopform_matrix_f64 hopform_transition_f64(const hopform_mode_f64 *mode, const double W[ORDERS_f64]) {
     hopform_matrix_f64 phi = {{{0}}};
     phi.at[0][0] = 1.0;
     for (int j = 0; j <= CORE_f64; j++) {
@@ -94,8 +88,7 @@ static const double hopform_place_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_PLACES
 static const double hopform_weight_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_WEIGHTS_f64};
 
 /* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
-static inline int hopform_halve_f64(const hopform_poles_f64 *poles, double *h)
-{
+static inline int hopform_halve_f64(const hopform_poles_f64 *poles, double *h) {
     const double fastest = poles->s_1 + sqrt_f64(poles->s_2);
     int times = 0;
     while (fastest * *h > 4.0 && times < 200) {

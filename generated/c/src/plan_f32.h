@@ -9,14 +9,11 @@
 
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
  * propagator is evaluated there, if that is wanted. */
-static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles, bool whole)
-{
+static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles, bool whole) {
     const bool draws = poles->q > HOPFORM_UNDERFLOW_f32; /* else the node is never reached */
     const float t = draws ? 2.984f / sqrt_f32(poles->q) : HOPFORM_NEVER_f32;
     hopform_basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    if (whole) {
-        basis = hopform_basis_at_f32(poles, draws ? t : 0.0f);
-    }
+    if (whole) { basis = hopform_basis_at_f32(poles, draws ? t : 0.0f); }
     const float mu = 0.5f * poles->p;
     const float square = mu * mu - poles->q;
     hopform_node_f32 node = {HOPFORM_NEVER_f32, HOPFORM_NEVER_f32, poles->a, 0.0f,      0.0f,     t,
@@ -35,8 +32,7 @@ static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles,
 }
 
 /* The rates of a plan's robot, if it is one. */
-static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan)
-{
+static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan) {
     const hopform_robot_f32 *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_f32(robot->name)
     if (!(robot->HOPFORM_LOWER_STOP <= robot->HOPFORM_UPPER_STOP) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
@@ -49,9 +45,7 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan)
     }
     const hopform_rates_f32 rates = hopform_rates_of_f32(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
-    if ((value) < 0.0f) {                                                                                               \
-        return HOPFORM_ERROR_UNSTABLE;                                                                                 \
-    }
+    if ((value) < 0.0f) { return HOPFORM_ERROR_UNSTABLE; }
     HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
 #undef REFUSE_IF_NEGATIVE
     plan->rates = rates;
@@ -59,8 +53,7 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan)
 }
 
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
-static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_poles_f32 *both, bool whole)
-{
+static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_poles_f32 *both, bool whole) {
     const hopform_rates_f32 *rates = &plan->rates;
     if (!hopform_is_finite_f32(rates->s_1 * rates->s_1) /* discriminants square it */
         || !hopform_is_finite_f32(rates->s_2) || !hopform_is_finite_f32(rates->s_3)

@@ -9,14 +9,11 @@
 
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
  * propagator is evaluated there, if that is wanted. */
-static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles, bool whole)
-{
+static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles, bool whole) {
     const bool draws = poles->q > HOPFORM_UNDERFLOW_f64; /* else the node is never reached */
     const double t = draws ? 2.984 / sqrt_f64(poles->q) : HOPFORM_NEVER_f64;
     hopform_basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    if (whole) {
-        basis = hopform_basis_at_f64(poles, draws ? t : 0.0);
-    }
+    if (whole) { basis = hopform_basis_at_f64(poles, draws ? t : 0.0); }
     const double mu = 0.5 * poles->p;
     const double square = mu * mu - poles->q;
     hopform_node_f64 node = {HOPFORM_NEVER_f64, HOPFORM_NEVER_f64, poles->a, 0.0,      0.0,     t,
@@ -35,8 +32,7 @@ static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles,
 }
 
 /* The rates of a plan's robot, if it is one. */
-static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan)
-{
+static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan) {
     const hopform_robot_f64 *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_f64(robot->name)
     if (!(robot->HOPFORM_LOWER_STOP <= robot->HOPFORM_UPPER_STOP) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
@@ -49,9 +45,7 @@ static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan)
     }
     const hopform_rates_f64 rates = hopform_rates_of_f64(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
-    if ((value) < 0.0) {                                                                                               \
-        return HOPFORM_ERROR_UNSTABLE;                                                                                 \
-    }
+    if ((value) < 0.0) { return HOPFORM_ERROR_UNSTABLE; }
     HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
 #undef REFUSE_IF_NEGATIVE
     plan->rates = rates;
@@ -59,8 +53,7 @@ static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan)
 }
 
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
-static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_poles_f64 *both, bool whole)
-{
+static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_poles_f64 *both, bool whole) {
     const hopform_rates_f64 *rates = &plan->rates;
     if (!hopform_is_finite_f64(rates->s_1 * rates->s_1) /* discriminants square it */
         || !hopform_is_finite_f64(rates->s_2) || !hopform_is_finite_f64(rates->s_3)

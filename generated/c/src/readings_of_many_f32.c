@@ -11,8 +11,7 @@ enum { APEX = 5, ROW = HOPFORM_SENSITIVITY_COLUMNS, MATRIX = HOPFORM_SENSITIVITY
 typedef int32_t reading(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, const hopform_phase_f32 *phases,
                         const hopform_stance_f32 *stance, float *numbers);
 
-static void no_numbers(float *numbers, int64_t count)
-{
+static void no_numbers(float *numbers, int64_t count) {
     for (int64_t n = 0; n < count; n++) {
         numbers[n] = (float)NAN;
     }
@@ -20,8 +19,7 @@ static void no_numbers(float *numbers, int64_t count)
 
 /* `each` numbers of all of them; where the call is refused, so is every stance. */
 static int32_t read_all(reading *read, int64_t each, int64_t count, const hopform_stances_in_f32 *in,
-                        hopform_phase_f32 *phases, int32_t capacity, float *results, int32_t *status)
-{
+                        hopform_phase_f32 *phases, int32_t capacity, float *results, int32_t *status) {
     int32_t whole = HOPFORM_ERROR_NULL;
     if (in != NULL && phases != NULL && results != NULL && status != NULL) {
         const size_t size = sizeof(float) * (size_t)each;
@@ -42,36 +40,27 @@ static int32_t read_all(reading *read, int64_t each, int64_t count, const hopfor
         hopform_step_f32 step;
         hopform_stance_f32 stance;
         status[i] = hopform_plan_for_f32(&plan, &run, in, i, count);
-        if (status[i] >= 0) {
-            status[i] = hopform_solve_column_f32(&plan, in, i, &step, phases, capacity, &stance);
-        }
-        if (status[i] == HOPFORM_OK) {
-            status[i] = read(&plan, &step, phases, &stance, results + i * each);
-        }
-        if (status[i] != HOPFORM_OK) {
-            no_numbers(results + i * each, each);
-        }
+        if (status[i] >= 0) { status[i] = hopform_solve_column_f32(&plan, in, i, &step, phases, capacity, &stance); }
+        if (status[i] == HOPFORM_OK) { status[i] = read(&plan, &step, phases, &stance, results + i * each); }
+        if (status[i] != HOPFORM_OK) { no_numbers(results + i * each, each); }
         whole = status[i] == HOPFORM_PHASES_NOT_KEPT ? status[i] : whole;
     }
     return whole;
 }
 
 static int32_t read_sensitivities(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float *matrix)
-{
+                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float *matrix) {
     const int32_t status = hopform_stance_sensitivities_f32(plan, steps, phases, stance, matrix);
     no_numbers(matrix + APEX * ROW, hopform_fall_of_f32(&plan->robot) > 0.0f ? 0 : ROW);
     return status;
 }
 
 int32_t hopform_stances_sensitivities_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
-                                           int32_t capacity, float *matrices, int32_t *status)
-{
+                                           int32_t capacity, float *matrices, int32_t *status) {
     return read_all(read_sensitivities, MATRIX, count, in, phases, capacity, matrices, status);
 }
 
 int32_t hopform_stances_compressions_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
-                                          int32_t capacity, float *compressions, int32_t *status)
-{
+                                          int32_t capacity, float *compressions, int32_t *status) {
     return read_all(hopform_stance_compression_f32, 1, count, in, phases, capacity, compressions, status);
 }

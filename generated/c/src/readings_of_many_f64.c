@@ -11,8 +11,7 @@ enum { APEX = 5, ROW = HOPFORM_SENSITIVITY_COLUMNS, MATRIX = HOPFORM_SENSITIVITY
 typedef int32_t reading(const hopform_plan_f64 *plan, const hopform_step_f64 *steps, const hopform_phase_f64 *phases,
                         const hopform_stance_f64 *stance, double *numbers);
 
-static void no_numbers(double *numbers, int64_t count)
-{
+static void no_numbers(double *numbers, int64_t count) {
     for (int64_t n = 0; n < count; n++) {
         numbers[n] = (double)NAN;
     }
@@ -20,8 +19,7 @@ static void no_numbers(double *numbers, int64_t count)
 
 /* `each` numbers of all of them; where the call is refused, so is every stance. */
 static int32_t read_all(reading *read, int64_t each, int64_t count, const hopform_stances_in_f64 *in,
-                        hopform_phase_f64 *phases, int32_t capacity, double *results, int32_t *status)
-{
+                        hopform_phase_f64 *phases, int32_t capacity, double *results, int32_t *status) {
     int32_t whole = HOPFORM_ERROR_NULL;
     if (in != NULL && phases != NULL && results != NULL && status != NULL) {
         const size_t size = sizeof(double) * (size_t)each;
@@ -42,36 +40,27 @@ static int32_t read_all(reading *read, int64_t each, int64_t count, const hopfor
         hopform_step_f64 step;
         hopform_stance_f64 stance;
         status[i] = hopform_plan_for_f64(&plan, &run, in, i, count);
-        if (status[i] >= 0) {
-            status[i] = hopform_solve_column_f64(&plan, in, i, &step, phases, capacity, &stance);
-        }
-        if (status[i] == HOPFORM_OK) {
-            status[i] = read(&plan, &step, phases, &stance, results + i * each);
-        }
-        if (status[i] != HOPFORM_OK) {
-            no_numbers(results + i * each, each);
-        }
+        if (status[i] >= 0) { status[i] = hopform_solve_column_f64(&plan, in, i, &step, phases, capacity, &stance); }
+        if (status[i] == HOPFORM_OK) { status[i] = read(&plan, &step, phases, &stance, results + i * each); }
+        if (status[i] != HOPFORM_OK) { no_numbers(results + i * each, each); }
         whole = status[i] == HOPFORM_PHASES_NOT_KEPT ? status[i] : whole;
     }
     return whole;
 }
 
 static int32_t read_sensitivities(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double *matrix)
-{
+                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double *matrix) {
     const int32_t status = hopform_stance_sensitivities_f64(plan, steps, phases, stance, matrix);
     no_numbers(matrix + APEX * ROW, hopform_fall_of_f64(&plan->robot) > 0.0 ? 0 : ROW);
     return status;
 }
 
 int32_t hopform_stances_sensitivities_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
-                                           int32_t capacity, double *matrices, int32_t *status)
-{
+                                           int32_t capacity, double *matrices, int32_t *status) {
     return read_all(read_sensitivities, MATRIX, count, in, phases, capacity, matrices, status);
 }
 
 int32_t hopform_stances_compressions_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
-                                          int32_t capacity, double *compressions, int32_t *status)
-{
+                                          int32_t capacity, double *compressions, int32_t *status) {
     return read_all(hopform_stance_compression_f64, 1, count, in, phases, capacity, compressions, status);
 }

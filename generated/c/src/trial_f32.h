@@ -27,8 +27,7 @@ struct hopform_tally_f32 {
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
-static inline void hopform_note_largest_f32(hopform_trial_f32 *trial, float position, float change)
-{
+static inline void hopform_note_largest_f32(hopform_trial_f32 *trial, float position, float change) {
     if (position > trial->HOPFORM_LARGEST_POSITION) {
         trial->HOPFORM_LARGEST_POSITION = position;
         trial->HOPFORM_LARGEST_POSITION_SLOPE = change;
@@ -36,8 +35,7 @@ static inline void hopform_note_largest_f32(hopform_trial_f32 *trial, float posi
 }
 
 /* A minimum of the contact force before the ending, where a little less of it would have been a take-off. */
-static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float contact, float change, uint32_t count)
-{
+static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float contact, float change, uint32_t count) {
     if (contact < trial->least_contact) {
         trial->least_contact = contact;
         trial->least_contact_u = change;
@@ -48,8 +46,7 @@ static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float cont
 /* The change of the state at an event that comes `late`r. */
 static inline hopform_state_by_axis_f32 hopform_change_at_event_f32(const hopform_state_by_axis_f32 *change,
                                                                       const hopform_state_by_axis_f32 *speed,
-                                                                      float late)
-{
+                                                                      float late) {
     hopform_state_by_axis_f32 met = *change;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         met.of[axis] += speed->of[axis] * late;
@@ -61,8 +58,7 @@ static inline hopform_state_by_axis_f32 hopform_change_at_event_f32(const hopfor
  * where the take-off comes before, the contact force being zero: the lesser of that and of the height from which a mass
  * falls as fast; smooth, as the position at rest is. `met` is the change of the state at the event, whose time moves.
  */
-static inline void hopform_note_hit_f32(const hopform_tally_f32 *tally, const hopform_state_by_axis_f32 *met)
-{
+static inline void hopform_note_hit_f32(const hopform_tally_f32 *tally, const hopform_state_by_axis_f32 *met) {
     const hopform_robot_f32 *robot = &tally->plan->robot;
     const float *at = tally->arrived.of;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
@@ -77,24 +73,20 @@ static inline void hopform_note_hit_f32(const hopform_tally_f32 *tally, const ho
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
  * moves at the event, the sides before and after decide, and not what rounding leaves of the velocities. */
 static inline bool hopform_turns_up_f32(const hopform_tally_f32 *tally, const hopform_passage_f32 *now,
-                                         float rate_after)
-{
+                                         float rate_after) {
     const float rate = hopform_contact_slope_f32(&tally->plan->robot, &tally->speed.named);
     const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP;
     bool moves = !HOPFORM_CONTACT_IS_COMPRESSION;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves = moves || fabs_f32(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f;
     }
-    if (moves) {
-        return (rate < 0.0f || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0f);
-    }
+    if (moves) { return (rate < 0.0f || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0f); }
     return HOPFORM_COMPRESSION_FALLS_FROM_REST(tally->side) && !HOPFORM_COMPRESSION_FALLS_FROM_REST(now->side);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
  * proportion to u where the rate that vanishes is 0. */
-static inline void hopform_pass_event_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *now)
-{
+static inline void hopform_pass_event_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *now) {
     const hopform_robot_f32 *robot = &tally->plan->robot;
     const hopform_state_by_axis_f32 *before = &tally->speed;
     hopform_state_by_axis_f32 after; /* z' right after it, where W'' is 1, and W', W are 0 */
@@ -129,8 +121,7 @@ static inline void hopform_pass_event_f32(hopform_tally_f32 *tally, const hopfor
  * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
  * the stance goes on for another rebound. */
 static inline void hopform_look_for_minimum_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage,
-                                                 const hopform_motion_f32 *by_u, bool turns)
-{
+                                                 const hopform_motion_f32 *by_u, bool turns) {
     const hopform_robot_f32 *robot = &tally->plan->robot;
     const int *side = passage->side;
     const hopform_poles_f32 *poles = hopform_poles_of_f32(tally->plan, side[0], side[1]);
@@ -147,9 +138,7 @@ static inline void hopform_look_for_minimum_f32(hopform_tally_f32 *tally, const 
                                       least.count);
         }
     }
-    if (!passage->leaves || tally->trial->minima > 0) {
-        return;
-    }
+    if (!passage->leaves || tally->trial->minima > 0) { return; }
     const hopform_numerator_f32 h_u = hopform_contact_numerator_f32(robot, by_u);
     const event_function_f32 contact = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
     const event_function_f32 contact_u = {
@@ -169,14 +158,11 @@ static inline void hopform_look_for_minimum_f32(hopform_tally_f32 *tally, const 
 /* Follow the change through a phase, and through the event with which it began. The contact force has no minimum inside
  * where it is the compression and that keeps the sign of its rate. Before the driven element has ever moved there is
  * nothing to follow. */
-static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage)
-{
+static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage) {
     const hopform_plan_f32 *plan = tally->plan;
     const int *side = passage->side;
     const hopform_basis_f32 *w = passage->end;
-    if (passage->event != HOPFORM_EVENT_NONE) {
-        hopform_pass_event_f32(tally, passage);
-    }
+    if (passage->event != HOPFORM_EVENT_NONE) { hopform_pass_event_f32(tally, passage); }
     tally->moves = tally->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
     const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
     if (tally->moves || turns) {
@@ -184,9 +170,7 @@ static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.HOPFORM_PER_AMPERE;
         const hopform_motion_f32 by_u =
             hopform_motion_under_f32(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
-        if (turns || passage->leaves) {
-            hopform_look_for_minimum_f32(tally, passage, &by_u, turns);
-        }
+        if (turns || passage->leaves) { hopform_look_for_minimum_f32(tally, passage, &by_u, turns); }
         tally->change.named = hopform_arrive_f32(&tally->change.named, &by_u, w, side[0], side[1]);
     }
     tally->arrived = *passage->arrived;
@@ -200,8 +184,7 @@ static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_
 
 /* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
  * take-off at once comes under every current. */
-static inline void hopform_lift_f32(const hopform_tally_f32 *tally, const hopform_state_f32 *end)
-{
+static inline void hopform_lift_f32(const hopform_tally_f32 *tally, const hopform_state_f32 *end) {
     const hopform_robot_f32 *robot = &tally->plan->robot;
     const float rate = hopform_contact_slope_f32(robot, &tally->speed.named);
     if (!(fabs_f32(rate) > 0.0f)) {
@@ -210,9 +193,7 @@ static inline void hopform_lift_f32(const hopform_tally_f32 *tally, const hopfor
     }
     const float late = -hopform_contact_slope_f32(robot, &tally->change.named) / rate;
     hopform_state_by_axis_f32 met = hopform_change_at_event_f32(&tally->change, &tally->speed, late);
-    if (HOPFORM_CONTACT_IS_COMPRESSION) {
-        met.of[HOPFORM_COMPRESSION_AXIS] = 0.0f;
-    }
+    if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0f; }
     tally->trial->apex_u = hopform_apex_slope_f32(robot, end, &met.change);
     hopform_note_largest_f32(tally->trial, end->HOPFORM_POSITION, met.of[HOPFORM_POSITION_AXIS]);
 }
@@ -220,8 +201,7 @@ static inline void hopform_lift_f32(const hopform_tally_f32 *tally, const hopfor
 /* What a stance says of its current, all of whose phases are at hand, and whose changes have been followed. `events` is
  * a hash (Fowler, Noll and Vo) of the order of modes and events, which differs where they do. */
 static inline void hopform_close_trial_f32(const hopform_tally_f32 *tally, const hopform_phase_f32 *phases,
-                                            const hopform_stance_f32 *stance)
-{
+                                            const hopform_stance_f32 *stance) {
     hopform_trial_f32 *trial = tally->trial;
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial->events = 2166136261u;

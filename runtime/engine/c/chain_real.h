@@ -43,16 +43,14 @@ typedef struct {
     hopform_tally_real *tally;
 } stance_chain_real;
 
-static inline real current_of_chain_real(const stance_chain_real *chain)
-{
+static inline real current_of_chain_real(const stance_chain_real *chain) {
     return chain->steps[chain->step].u;
 }
 
 /* ---- the hold rule ---- */
 
 /* Level of friction of an element. */
-static inline real level_of_real(const hopform_robot_real *robot, int element)
-{
+static inline real level_of_real(const hopform_robot_real *robot, int element) {
     hopform_friction_by_element_real levels;
     levels.named = hopform_friction_of_real(robot);
     return levels.of[element];
@@ -60,33 +58,27 @@ static inline real level_of_real(const hopform_robot_real *robot, int element)
 
 /* Numerator of the free acceleration of an element that is held. */
 static inline hopform_numerator_real free_numerator_real(const hopform_rates_real *rates, int element,
-                                                         const hopform_motion_real *motion)
-{
+                                                         const hopform_motion_real *motion) {
     return element == 0 ? hopform_free_numerator_1_real(rates, motion) : hopform_free_numerator_2_real(rates, motion);
 }
 
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
-static inline bool stance_blocked_real(const stance_chain_real *chain, int element, int side)
-{
+static inline bool stance_blocked_real(const stance_chain_real *chain, int element, int side) {
     const hopform_robot_real *robot = &chain->plan->robot;
-    if (element != HOPFORM_STOPPED_ELEMENT) {
-        return HOPFORM_IS_FIXED(element);
-    }
+    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_IS_FIXED(element); }
     const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
 /* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline hopform_drive_by_element_real drive_of_chain_real(const stance_chain_real *chain, const int *side)
-{
+static inline hopform_drive_by_element_real drive_of_chain_real(const stance_chain_real *chain, const int *side) {
     hopform_drive_by_element_real drive;
     drive.named = hopform_drive_of_real(&chain->plan->robot, &chain->plan->rates, current_of_chain_real(chain),
                                         (real)side[0], (real)side[1]);
     return drive;
 }
 
-static inline hopform_numerators_real numerators_real(const stance_chain_real *chain, const int *side)
-{
+static inline hopform_numerators_real numerators_real(const stance_chain_real *chain, const int *side) {
     const hopform_drive_by_element_real drive = drive_of_chain_real(chain, side);
     hopform_numerators_real made;
     made.named = hopform_motion_under_real(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
@@ -94,31 +86,28 @@ static inline hopform_numerators_real numerators_real(const stance_chain_real *c
 }
 
 /* The first derivative at the start that is not zero. */
-static inline real first_derivative_real(const hopform_numerator_real *h)
-{
+static inline real first_derivative_real(const hopform_numerator_real *h) {
     const real first = fabs_real(h->H3) > 0.0 ? h->H3 : h->H2;
     return fabs_real(first) > 0.0 ? first : h->H1;
 }
 
 /* First non-zero derivative of the free acceleration of an element that is held. */
-static inline real drift_of_free_real(const stance_chain_real *chain, int element)
-{
+static inline real drift_of_free_real(const stance_chain_real *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const hopform_numerators_real motion = numerators_real(chain, side);
     const hopform_numerator_real free = free_numerator_real(&chain->plan->rates, element, &motion.named);
     return first_derivative_real(&free);
 }
 
-static inline hopform_free_by_element_real free_of_real(const stance_chain_real *chain, const hopform_state_real *state)
-{
+static inline hopform_free_by_element_real free_of_real(const stance_chain_real *chain,
+                                                        const hopform_state_real *state) {
     hopform_free_by_element_real free;
     free.named = hopform_free_accelerations_real(&chain->plan->rates, state, current_of_chain_real(chain));
     return free;
 }
 
 /* Where an element at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
-static inline int direction_real(const stance_chain_real *chain, int element)
-{
+static inline int direction_real(const stance_chain_real *chain, int element) {
     const hopform_free_by_element_real free = free_of_real(chain, &chain->at.named);
     const real acceleration = chain->alone == element ? chain->free : free.of[element];
     const real friction = level_of_real(&chain->plan->robot, element);
@@ -133,20 +122,16 @@ static inline int direction_real(const stance_chain_real *chain, int element)
 
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
  * the others do. */
-static inline void stance_settle_real(stance_chain_real *chain, uint32_t resting)
-{
+static inline void stance_settle_real(stance_chain_real *chain, uint32_t resting) {
     const bool several = (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
         for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) {
-                chain->side[element] = direction_real(chain, element);
-            }
+            if ((resting & 1u << (uint32_t)element) != 0) { chain->side[element] = direction_real(chain, element); }
         }
     }
 }
 
-static inline uint32_t held_elements_real(const stance_chain_real *chain)
-{
+static inline uint32_t held_elements_real(const stance_chain_real *chain) {
     uint32_t held = 0;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
@@ -155,8 +140,7 @@ static inline uint32_t held_elements_real(const stance_chain_real *chain)
 }
 
 /* Up to when the current stays as it is. */
-static inline real end_of_step_real(const stance_chain_real *chain)
-{
+static inline real end_of_step_real(const stance_chain_real *chain) {
     const int32_t next = chain->step + 1;
     const real until = next < chain->step_count ? chain->steps[next].t : chain->horizon;
     return hopform_lesser_real(until, chain->horizon);
@@ -173,8 +157,7 @@ typedef struct {
 } stance_events_real;
 
 static inline event_function_real *add_event_function_real(event_set_real *set, const hopform_numerator_real *h,
-                                                           real start, real sign, int owner, int shape)
-{
+                                                           real start, real sign, int owner, int shape) {
     event_function_real *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -193,12 +176,9 @@ static inline event_function_real *add_event_function_real(event_set_real *set, 
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_real(const stance_chain_real *chain, int element, int shape, event_set_real *set)
-{
+static inline void add_thresholds_real(const stance_chain_real *chain, int element, int shape, event_set_real *set) {
     const bool open[] = {!stance_blocked_real(chain, element, -1), !stance_blocked_real(chain, element, 1)};
-    if (!open[0] && !open[1]) {
-        return;
-    }
+    if (!open[0] && !open[1]) { return; }
     const hopform_numerator_real h = free_numerator_real(&chain->plan->rates, element, &chain->motion.named);
     const real drift = fabs_real(h.H3) > 0.0 ? h.H3 : h.H2;
     for (int side = -1; side <= 1; side += 2) {
@@ -213,13 +193,10 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
 }
 
 /* How far the position is from the stop ahead, if there is one. */
-static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set)
-{
+static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set) {
     const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
     const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !hopform_is_finite_real(gap)) {
-        return;
-    }
+    if (side == 0 || !hopform_is_finite_real(gap)) { return; }
     const real away = -(real)side;
     const hopform_numerator_real *h = &chain->motion.of.position;
     const hopform_numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
@@ -230,8 +207,7 @@ static inline void add_stop_real(const stance_chain_real *chain, event_set_real 
 
 /* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
  * velocity does: its first zero is known however far it has faded by then. */
-static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain)
-{
+static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain) {
     const real *at = chain->at.of;
     const int *side = chain->side;
     event_set_real *set = &events->set;
@@ -260,9 +236,7 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
         (void)add_event_function_real(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (real)side[element],
                                       ELEMENT_real + element, MAY_TURN_real);
     }
-    if (several) {
-        return;
-    }
+    if (several) { return; }
     const real sign = (real)side[slips];
     add_thresholds_real(chain, 1 - slips, shape, set);
     events->rest_time =
@@ -277,15 +251,13 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
 }
 
 /* The contact force is the first event function, if it is one. */
-static inline bool is_takeoff_real(const event_set_real *set, int32_t found)
-{
+static inline bool is_takeoff_real(const event_set_real *set, int32_t found) {
     return found == 0 && set->function[0].owner == CONTACT_real;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
  * current. */
-static inline void cross_at_the_limit_real(const stance_events_real *events, real limit, interval_real *in)
-{
+static inline void cross_at_the_limit_real(const stance_events_real *events, real limit, interval_real *in) {
     const event_set_real *set = &events->set;
     const int32_t before = events->rest_time > limit ? ELEMENT_real : events->rests;
     for (int32_t n = 0; n < set->count && in->found < 0; n++) {
@@ -295,18 +267,14 @@ static inline void cross_at_the_limit_real(const stance_events_real *events, rea
 }
 
 /* Whether so much of a phase has passed that what the compression tends to may say more of a take-off. */
-static inline bool is_late_real(const hopform_basis_real *basis)
-{
+static inline bool is_late_real(const hopform_basis_real *basis) {
     return fabs_real(basis->Wdd) < 0.25;
 }
 
 /* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
 static inline real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
-                                      const event_function_real *contact, const hopform_basis_real *basis, real t)
-{
-    if (!is_late_real(basis)) {
-        return 0.0;
-    }
+                                      const event_function_real *contact, const hopform_basis_real *basis, real t) {
+    if (!is_late_real(basis)) { return 0.0; }
     hopform_state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
     hopform_numerators_real from_slack;
     from_slack.named = hopform_motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0],
@@ -319,15 +287,12 @@ static inline real later_takeoff_real(const stance_chain_real *chain, const hopf
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
  * first. */
 static inline bool sharpen_takeoff_real(const stance_chain_real *chain, const stance_events_real *events, real limit,
-                                        interval_real *in)
-{
+                                        interval_real *in) {
     const event_set_real *set = &events->set;
     const real before = in->high.t;
     for (int n = 0; n < 4; n++) {
         const real later = later_takeoff_real(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
-        if (!(fabs_real(later) > 0.0) || in->high.t + later > limit) {
-            break;
-        }
+        if (!(fabs_real(later) > 0.0) || in->high.t + later > limit) { break; }
         end_interval_at_real(set, in, in->high.t + later);
         in->found = 0;
     }
@@ -335,8 +300,7 @@ static inline bool sharpen_takeoff_real(const stance_chain_real *chain, const st
 }
 
 /* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
-static inline real far_end_real(const event_set_real *set, real low, real limit)
-{
+static inline real far_end_real(const event_set_real *set, real low, real limit) {
     const real near = hopform_greater_real(3.0 * low, set->node->t);
     const real half = 0.95 * set->node->half_period;
     const bool faded =
@@ -346,15 +310,13 @@ static inline real far_end_real(const event_set_real *set, real low, real limit)
 }
 
 /* That of the first interval: the node, which a pair that hardly draws has not. */
-static inline real first_end_real(const event_set_real *set, real limit)
-{
+static inline real first_end_real(const event_set_real *set, real limit) {
     const real half = 0.95 * set->node->half_period;
     return hopform_lesser_real(hopform_lesser_real(set->node->t, half), limit);
 }
 
 /* Reach it, by what is known there. */
-static inline void reach_ahead_real(const event_set_real *set, interval_real *in, real limit)
-{
+static inline void reach_ahead_real(const event_set_real *set, interval_real *in, real limit) {
     const hopform_node_real *node = set->node;
     if (node->t < limit) {
         const hopform_basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -379,8 +341,7 @@ typedef struct {
 
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
  * how many functions each phase has; not zeros, for which compilers call memset. */
-static inline void stance_search_nothing_real(const hopform_poles_real *poles, stance_search_real *search)
-{
+static inline void stance_search_nothing_real(const hopform_poles_real *poles, stance_search_real *search) {
     const event_function_real nothing = {0.0, 0.0, 0.0, 0.0, 1.0, NO_OWNER_real, 0, MAY_TURN_real};
     const jet_real one = {1.0, 0.0, 0.0, 0.0};
     for (int n = 0; n < MOST_EVENT_FUNCTIONS_real; n++) {
@@ -393,20 +354,16 @@ static inline void stance_search_nothing_real(const hopform_poles_real *poles, s
 }
 
 /* Whether the position is within rounding of the stop ahead: a grazing contact. */
-static inline bool is_at_stop_real(const event_set_real *set, const propagator_real *at)
-{
+static inline bool is_at_stop_real(const event_set_real *set, const propagator_real *at) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (g->shape == DISTANCE_real) {
-            return fabs_real(value_at_real(g, at)) <= rounding_of_real(g, at, 0.0);
-        }
+        if (g->shape == DISTANCE_real) { return fabs_real(value_at_real(g, at)) <= rounding_of_real(g, at, 0.0); }
     }
     return false;
 }
 
 /* What ends the phase at the end of its last interval. */
-static inline void stance_conclude_real(stance_search_real *search)
-{
+static inline void stance_conclude_real(stance_search_real *search) {
     const stance_events_real *events = &search->events;
     const interval_real *in = &search->in;
     const real limit = search->limit;
@@ -428,8 +385,7 @@ static inline void stance_conclude_real(stance_search_real *search)
 }
 
 /* The search at the start of the phase that starts at the chain's state. */
-static inline void stance_begin_search_real(const stance_chain_real *chain, stance_search_real *search)
-{
+static inline void stance_begin_search_real(const stance_chain_real *chain, stance_search_real *search) {
     const real until = end_of_step_real(chain) - chain->t;
     put_events_real(&search->events, chain);
     const event_set_real *set = &search->events.set;
@@ -439,14 +395,11 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     in->found = begin_at_start_real(set, in);
     search->limit = hopform_lesser_real(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
-    if (!search->open) {
-        in->high = propagator_at_start_real(set->poles);
-    }
+    if (!search->open) { in->high = propagator_at_start_real(set->poles); }
 }
 
 /* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
-static inline bool next_end_real(const event_set_real *set, interval_real *in, real limit, real *end)
-{
+static inline bool next_end_real(const event_set_real *set, interval_real *in, real limit, real *end) {
     begin_interval_real(set, in);
     const real until = quiet_until_real(set, in);
     const bool quiet = until > in->low + 2.0 * set->node->t;
@@ -455,31 +408,26 @@ static inline bool next_end_real(const event_set_real *set, interval_real *in, r
 }
 
 /* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
-static inline bool find_event_real(const stance_chain_real *chain, stance_search_real *search, bool known)
-{
+static inline bool find_event_real(const stance_chain_real *chain, stance_search_real *search, bool known) {
     const event_set_real *set = &search->events.set;
     interval_real *in = &search->in;
     bool certified = true;
     bool later = true; /* once at most, and then what else happens by then is looked at */
     for (int n = 0; n < 2 && later && certified; n++) {
         certified = (n == 0 && known) || find_first_root_real(set, in);
-        if (!(in->high.t < search->limit)) {
-            cross_at_the_limit_real(&search->events, search->limit, in);
-        }
+        if (!(in->high.t < search->limit)) { cross_at_the_limit_real(&search->events, search->limit, in); }
         later = n == 0 && is_takeoff_real(set, in->found)
                 && sharpen_takeoff_real(chain, &search->events, search->limit, in);
     }
     return certified;
 }
 
-static inline bool is_open_real(const stance_search_real *search)
-{
+static inline bool is_open_real(const stance_search_real *search) {
     return search->in.found < 0 && search->in.high.t < search->limit;
 }
 
 /* The first event, from an interval on in which something may happen. */
-static inline void stance_end_search_real(const stance_chain_real *chain, stance_search_real *search)
-{
+static inline void stance_end_search_real(const stance_chain_real *chain, stance_search_real *search) {
     const event_set_real *set = &search->events.set;
     interval_real *in = &search->in;
     bool certified = true;
@@ -507,8 +455,7 @@ static inline void stance_end_search_real(const stance_chain_real *chain, stance
 }
 
 /* The first event of the phase that starts at the chain's state. */
-static inline void stance_find_end_real(const stance_chain_real *chain, stance_search_real *search)
-{
+static inline void stance_find_end_real(const stance_chain_real *chain, stance_search_real *search) {
     if (chain->side[0] == 0 && chain->side[1] == 0) {
         search->in.high = propagator_at_start_real(&chain->plan->both);
         search->in.high.t = end_of_step_real(chain) - chain->t;
@@ -519,17 +466,14 @@ static inline void stance_find_end_real(const stance_chain_real *chain, stance_s
         return;
     }
     stance_begin_search_real(chain, search);
-    if (search->open) {
-        reach_ahead_real(&search->events.set, &search->in, search->limit);
-    }
+    if (search->open) { reach_ahead_real(&search->events.set, &search->in, search->limit); }
     stance_end_search_real(chain, search);
 }
 
 /* ---- the chain ---- */
 
 /* The phase that begins at the chain's time, state and mode. */
-static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *chain, int event)
-{
+static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *chain, int event) {
     const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     hopform_phase_real phase;
 #define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
@@ -542,11 +486,8 @@ static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *ch
     return phase;
 }
 
-static inline void stance_record_real(stance_chain_real *chain, int event)
-{
-    if (chain->count < chain->capacity) {
-        chain->phases[chain->count] = phase_of_chain_real(chain, event);
-    }
+static inline void stance_record_real(stance_chain_real *chain, int event) {
+    if (chain->count < chain->capacity) { chain->phases[chain->count] = phase_of_chain_real(chain, event); }
     if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
     }
@@ -556,8 +497,7 @@ static inline void stance_record_real(stance_chain_real *chain, int event)
 
 /* An element has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where
  * it is. */
-static inline void end_of_velocity_real(stance_chain_real *chain, int element, bool stops, bool touches)
-{
+static inline void end_of_velocity_real(stance_chain_real *chain, int element, bool stops, bool touches) {
     const int before = chain->side[element];
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
@@ -579,8 +519,7 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
 }
 
 /* The current takes its next value: what is held may begin to slip. */
-static inline void next_step_real(stance_chain_real *chain)
-{
+static inline void next_step_real(stance_chain_real *chain) {
     const uint32_t held = held_elements_real(chain);
     const int32_t count = chain->count;
     chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
@@ -590,28 +529,21 @@ static inline void next_step_real(stance_chain_real *chain)
             stance_record_real(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
-    if (chain->count == count) {
-        stance_record_real(chain, HOPFORM_EVENT_NONE);
-    }
+    if (chain->count == count) { stance_record_real(chain, HOPFORM_EVENT_NONE); }
 }
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_faint_acceleration_real(stance_chain_real *chain, const hopform_basis_real *basis)
-{
+static inline void keep_faint_acceleration_real(stance_chain_real *chain, const hopform_basis_real *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = &chain->plan->rates;
-    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->HOPFORM_PER_VELOCITY) > 0.0) {
-        return;
-    }
+    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->HOPFORM_PER_VELOCITY) > 0.0) { return; }
     const hopform_free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
     const hopform_numerator_real *leg = &chain->motion.of.compression;
     const real compression = fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_real(leg->H3 * basis->Wd)
                              + fabs_real(leg->H2 * basis->W) + fabs_real(leg->H1 * basis->W1);
     const real by_spring = fabs_real(rates->HOPFORM_PER_COMPRESSION * compression);
-    if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * by_spring)) {
-        return;
-    }
+    if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * by_spring)) { return; }
     const hopform_numerator_real *h = &chain->motion.of.velocity[element];
     const real terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const real rate = terms[0] + terms[1] + terms[2];
@@ -622,13 +554,10 @@ static inline void keep_faint_acceleration_real(stance_chain_real *chain, const 
 }
 
 /* What is known of the free acceleration of an element that comes to rest from its motion. */
-static inline void keep_free_acceleration_real(stance_chain_real *chain, const stance_search_real *end)
-{
+static inline void keep_free_acceleration_real(stance_chain_real *chain, const stance_search_real *end) {
     const int element = end->owner - ELEMENT_real;
     chain->alone = NO_ELEMENT_real;
-    if (element < 0 || chain->side[element] == 0) {
-        return;
-    }
+    if (element < 0 || chain->side[element] == 0) { return; }
     if (chain->side[1 - element] == 0 && !end->stops) {
         chain->alone = element;
         chain->free =
@@ -641,8 +570,7 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_real(stance_chain_real *chain, const hopform_basis_real *basis)
-{
+static inline void stance_arrive_real(stance_chain_real *chain, const hopform_basis_real *basis) {
     real *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const real before = *position;
     *position = 0.0;
@@ -655,8 +583,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const hopform_ba
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
-static inline void stance_begin_phase_real(stance_chain_real *chain)
-{
+static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->alone;
     chain->drive = drive_of_chain_real(chain, chain->side);
     chain->motion.named = hopform_motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named,
@@ -668,8 +595,7 @@ static inline void stance_begin_phase_real(stance_chain_real *chain)
 }
 
 /* The AED of a phase that lasts for t. */
-static inline real aed_in_phase_real(const stance_chain_real *chain, real t)
-{
+static inline real aed_in_phase_real(const stance_chain_real *chain, real t) {
     const hopform_phase_real phase = phase_of_chain_real(chain, HOPFORM_EVENT_NONE);
     const hopform_ledger_real ledger =
         hopform_ledger_in_phase_real(chain->plan, &phase, current_of_chain_real(chain), t);
@@ -677,8 +603,7 @@ static inline real aed_in_phase_real(const stance_chain_real *chain, real t)
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
-static inline void stance_pass_real(stance_chain_real *chain, const stance_search_real *end)
-{
+static inline void stance_pass_real(stance_chain_real *chain, const stance_search_real *end) {
     const int element = end->owner - ELEMENT_real;
     keep_free_acceleration_real(chain, end);
     chain->just_switched = NO_ELEMENT_real;
@@ -695,16 +620,11 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
 
 /* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
-static inline bool leaves_at_once_real(const stance_chain_real *chain)
-{
+static inline bool leaves_at_once_real(const stance_chain_real *chain) {
     const real contact = hopform_contact_of_real(&chain->plan->robot, &chain->at.named);
-    if (HOPFORM_FOOT_IS_FIXED) {
-        return false;
-    }
+    if (HOPFORM_FOOT_IS_FIXED) { return false; }
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && hopform_compression_rate_real(&chain->at.named) > 0.0;
-    if (fabs_real(contact) > 0.0 || rises) {
-        return contact < 0.0;
-    }
+    if (fabs_real(contact) > 0.0 || rises) { return contact < 0.0; }
     const hopform_numerators_real motion = numerators_real(chain, chain->side);
     const hopform_numerator_real h = hopform_contact_numerator_real(&chain->plan->robot, &motion.named);
     return first_derivative_real(&h) < 0.0;
@@ -712,8 +632,7 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain)
 
 /* Show the phase that has come to its end to who follows the stance. */
 static inline void show_phase_real(const stance_chain_real *chain, const hopform_state_by_axis_real *start, real length,
-                                   const hopform_basis_real *end, bool leaves)
-{
+                                   const hopform_basis_real *end, bool leaves) {
     if (chain->follow != NULL) {
         const hopform_passage_real passage = {&chain->motion, end,         length,       start,
                                               &chain->at,     chain->side, chain->event, leaves};
@@ -722,8 +641,7 @@ static inline void show_phase_real(const stance_chain_real *chain, const hopform
 }
 
 /* The same of a last phase in which no time passes. */
-static inline void show_ending_real(stance_chain_real *chain)
-{
+static inline void show_ending_real(stance_chain_real *chain) {
     if (chain->follow != NULL) {
         const hopform_basis_real now = {1.0, 0.0, 0.0, 0.0, 0.0};
         stance_begin_phase_real(chain);
@@ -732,8 +650,7 @@ static inline void show_ending_real(stance_chain_real *chain)
 }
 
 /* The ending that comes before the next phase; 0 if the stance goes on. */
-static inline int32_t ending_before_phase_real(stance_chain_real *chain)
-{
+static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
     if (chain->count > chain->max_phases) {
         chain->count = chain->max_phases; /* a step of the current may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
@@ -746,8 +663,7 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain)
 }
 
 /* What each element does at the start, no event; the ending if that is there already, 0 if not. */
-static inline int32_t stance_begin_real(stance_chain_real *chain)
-{
+static inline int32_t stance_begin_real(stance_chain_real *chain) {
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         real *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
         chain->side[element] = (int)hopform_goes_real(*velocity, 0.0);
@@ -764,8 +680,7 @@ static inline int32_t stance_begin_real(stance_chain_real *chain)
 }
 
 /* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
-static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stance_search_real *end)
-{
+static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stance_search_real *end) {
     const real until = end_of_step_real(chain);
     const hopform_state_by_axis_real start = chain->at;
     const bool passes = end->owner == NO_OWNER_real && end->certified;
@@ -779,12 +694,8 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
         *compression = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : *compression;
         return HOPFORM_ENDING_TAKEOFF;
     }
-    if (passes && !(until < chain->horizon)) {
-        return HOPFORM_ENDING_HORIZON;
-    }
-    if (!end->certified) {
-        return HOPFORM_ENDING_UNCERTIFIED;
-    }
+    if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
+    if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_real(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
         && hopform_contact_of_real(&chain->plan->robot, &chain->at.named) < 0.0) {
@@ -796,8 +707,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
 
 /* ---- in and out ---- */
 
-static inline bool is_finite_state_real(const hopform_state_real *state)
-{
+static inline bool is_finite_state_real(const hopform_state_real *state) {
     hopform_state_by_axis_real at;
     at.named = *state;
     real sum = 0.0;
@@ -809,8 +719,7 @@ static inline bool is_finite_state_real(const hopform_state_real *state)
 
 /* Status of a stance that is to be solved, but for its current. */
 static inline int32_t stance_status_real(const hopform_robot_real *robot, const hopform_state_real *start, real horizon,
-                                         int32_t max_phases)
-{
+                                         int32_t max_phases) {
     hopform_state_by_axis_real at;
     at.named = *start;
     const real position = at.of[HOPFORM_POSITION_AXIS];
@@ -822,9 +731,7 @@ static inline int32_t stance_status_real(const hopform_robot_real *robot, const 
         || !(position >= robot->HOPFORM_LOWER_STOP && position <= robot->HOPFORM_UPPER_STOP)) {
         return HOPFORM_ERROR_STATE;
     }
-    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) {
-        return HOPFORM_ERROR_EXTENDED;
-    }
+    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
     const bool ends = horizon > 0.0 && horizon <= HOPFORM_NEVER_real && max_phases >= 1;
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
@@ -833,8 +740,7 @@ static inline int32_t stance_status_real(const hopform_robot_real *robot, const 
 static inline void stance_start_real(stance_chain_real *chain, const hopform_plan_real *plan,
                                      const hopform_state_real *start, const hopform_step_real *steps,
                                      int32_t step_count, real horizon, int32_t max_phases, hopform_phase_real *phases,
-                                     int32_t capacity)
-{
+                                     int32_t capacity) {
     chain->plan = plan;
     chain->steps = steps;
     chain->step_count = step_count;
@@ -862,8 +768,7 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
 
 /* Put a stance that has come to its ending into its record. */
 static inline int32_t stance_report_real(const stance_chain_real *chain, const hopform_state_real *start,
-                                         int32_t ending, hopform_stance_real *stance)
-{
+                                         int32_t ending, hopform_stance_real *stance) {
     const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_state_real *end = &chain->at.named;
     stance->duration = chain->t;

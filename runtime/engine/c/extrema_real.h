@@ -18,8 +18,7 @@ typedef struct {
 /* The minimum between two times, between which the rate becomes positive. */
 static inline void hopform_find_minimum_real(const hopform_poles_real *poles, const event_function_real *g,
                                              const jet_real *from, real low, const jet_real *to, real high,
-                                             hopform_least_real *least)
-{
+                                             hopform_least_real *least) {
     const propagator_real at = minimum_between_real(poles, g, from, low, to, high);
     const real value = value_at_real(g, &at);
     if (least->count == 0 || value < least->value) {
@@ -30,8 +29,8 @@ static inline void hopform_find_minimum_real(const hopform_poles_real *poles, co
 }
 
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
-static inline bool hopform_is_decided_real(const event_function_real *g, const propagator_real *at, const jet_real *jet)
-{
+static inline bool hopform_is_decided_real(const event_function_real *g, const propagator_real *at,
+                                           const jet_real *jet) {
     const hopform_basis_real *w = &at->basis;
     const real of_rate = fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W);
     const real of_curvature = fabs_real(g->H3 * at->W_third) + fabs_real(g->H2 * w->Wdd) + fabs_real(g->H1 * w->Wd);
@@ -41,8 +40,7 @@ static inline bool hopform_is_decided_real(const event_function_real *g, const p
 
 /* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
  * times that lie less than half a period of the pair apart. */
-static inline int hopform_most_turns_real(const hopform_node_real *node, const jet_real *from, const jet_real *to)
-{
+static inline int hopform_most_turns_real(const hopform_node_real *node, const jet_real *from, const jet_real *to) {
     const real d = from->third + node->pole * from->curvature;
     const real d_then = to->third + node->pole * to->curvature;
     const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
@@ -58,8 +56,7 @@ static inline int hopform_most_turns_real(const hopform_node_real *node, const j
 static inline hopform_least_real hopform_least_minimum_real(const hopform_poles_real *poles,
                                                             const hopform_node_real *node,
                                                             const hopform_numerator_real *h, real value,
-                                                            const propagator_real *end, real most)
-{
+                                                            const propagator_real *end, real most) {
     const event_function_real function = {h->H3, h->H2, h->H1, 0.0, value, 0, 0, MAY_TURN_real};
     const event_function_real *g = &function;
     const jet_real from = jet_at_start_real(poles, g);
@@ -69,9 +66,7 @@ static inline hopform_least_real hopform_least_minimum_real(const hopform_poles_
     const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
     if (end->t < 0.95 * node->half_period && hopform_is_decided_real(g, end, &to)
         && hopform_most_turns_real(node, &from, &to) <= 1 + odd) {
-        if (turns) {
-            hopform_find_minimum_real(poles, g, &from, 0.0, &to, end->t, &least);
-        }
+        if (turns) { hopform_find_minimum_real(poles, g, &from, 0.0, &to, end->t, &least); }
         return least;
     }
     const real longest = hopform_greater_real(end->t / most, 0.77 / sqrt_real(poles->q));
@@ -95,9 +90,7 @@ static inline hopform_least_real hopform_least_minimum_real(const hopform_poles_
             const real top = bend < 0.0 ? t - 0.5 * (rise + bend * (t - earlier)) / bend : t;
             const propagator_real at_top = propagator_at_real(poles, top);
             const jet_real there = jet_at_real(poles, g, &at_top);
-            if (there.rate > 0.0) {
-                hopform_find_minimum_real(poles, g, &before, earlier, &there, top, &least);
-            }
+            if (there.rate > 0.0) { hopform_find_minimum_real(poles, g, &before, earlier, &there, top, &least); }
         }
         earlier = t;
         t = next;

@@ -63,8 +63,7 @@ typedef struct {
 } propagator_real;
 
 /* That of any poles at the start of a phase. */
-static inline propagator_real propagator_at_start_real(const hopform_poles_real *poles)
-{
+static inline propagator_real propagator_at_start_real(const hopform_poles_real *poles) {
     const propagator_real at = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, -poles->s_1};
     return at;
 }
@@ -77,32 +76,26 @@ typedef struct {
     real third;
 } jet_real;
 
-static inline real third_of_basis_real(const hopform_poles_real *poles, const hopform_basis_real *basis)
-{
+static inline real third_of_basis_real(const hopform_poles_real *poles, const hopform_basis_real *basis) {
     return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
 }
 
 static inline propagator_real propagator_of_real(const hopform_poles_real *poles, real t,
-                                                 const hopform_basis_real *basis)
-{
+                                                 const hopform_basis_real *basis) {
     const propagator_real at = {t, *basis, third_of_basis_real(poles, basis)};
     return at;
 }
 
-static inline propagator_real propagator_at_real(const hopform_poles_real *poles, real t)
-{
+static inline propagator_real propagator_at_real(const hopform_poles_real *poles, real t) {
     const hopform_basis_real basis = hopform_basis_at_real(poles, t);
     return propagator_of_real(poles, t, &basis);
 }
 
 /* The n-th derivative of what a damper leaves in the leg. */
-static inline real relaxing_real(const event_function_real *g, real t, int n)
-{
+static inline real relaxing_real(const event_function_real *g, real t, int n) {
     real value = 0.0;
 #if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_real(g->left) > 0.0) {
-        value = g->left * hopform_exp_real(-g->relaxes * t);
-    }
+    if (fabs_real(g->left) > 0.0) { value = g->left * hopform_exp_real(-g->relaxes * t); }
     for (int i = 0; i < n; i++) {
         value *= -g->relaxes;
     }
@@ -114,31 +107,27 @@ static inline real relaxing_real(const event_function_real *g, real t, int n)
     return value;
 }
 
-static inline real value_at_real(const event_function_real *g, const propagator_real *at)
-{
+static inline real value_at_real(const event_function_real *g, const propagator_real *at) {
     const hopform_basis_real *w = &at->basis;
     const real value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
     return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_real(g, at->t, 0) : value;
 }
 
-static inline real rate_at_real(const event_function_real *g, const propagator_real *at)
-{
+static inline real rate_at_real(const event_function_real *g, const propagator_real *at) {
     const hopform_basis_real *w = &at->basis;
     const real rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
     return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_real(g, at->t, 1) : rate;
 }
 
 static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
-                                 const propagator_real *at)
-{
+                                 const propagator_real *at) {
     const hopform_basis_real *w = &at->basis;
     const real fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const real third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
     return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_real(g, at->t, 3) : third;
 }
 
-static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g)
-{
+static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g) {
     jet_real jet;
     jet.value = g->start;
     jet.rate = g->H3;
@@ -148,8 +137,7 @@ static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const 
 }
 
 /* Value, rate and curvature; the third derivative is 0 here. */
-static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at)
-{
+static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at) {
     const hopform_basis_real *w = &at->basis;
     const real curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
     const jet_real jet = {value_at_real(g, at), rate_at_real(g, at),
@@ -158,16 +146,14 @@ static inline jet_real short_jet_at_real(const event_function_real *g, const pro
 }
 
 static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
-                                   const propagator_real *at)
-{
+                                   const propagator_real *at) {
     jet_real jet = short_jet_at_real(g, at);
     jet.third = third_of_real(poles, g, at);
     return jet;
 }
 
 /* Bound of what rounding may have done to the value of an event function. */
-static inline real rounding_of_real(const event_function_real *g, const propagator_real *at, real rate)
-{
+static inline real rounding_of_real(const event_function_real *g, const propagator_real *at, real rate) {
     return 16.0 * HOPFORM_EPS_real
            * (fabs_real(g->start) + fabs_real(g->H3 * at->basis.Wd) + fabs_real(g->H2 * at->basis.W)
               + fabs_real(g->H1 * at->basis.W1) + fabs_real(g->H0 * at->basis.W2) + at->t * fabs_real(rate));
@@ -177,8 +163,7 @@ static inline real rounding_of_real(const event_function_real *g, const propagat
 
 /* Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a value
  * below: roughly, as the parabola with its slope at the start. Where it starts at 0 it is divided by the time first. */
-static inline real rough_root_real(const jet_real *from, const jet_real *to, real h)
-{
+static inline real rough_root_real(const jet_real *from, const jet_real *to, real h) {
     const bool above = from->value > 0.0;
     const real rise = h * from->rate;
     const real start = above ? from->value : rise;
@@ -195,8 +180,7 @@ typedef struct {
     real c0, c1, c2, c3, r0, s1, s2;
 } interpolant_real;
 
-static inline interpolant_real interpolant_of_real(const jet_real *from, const jet_real *to, real h)
-{
+static inline interpolant_real interpolant_of_real(const jet_real *from, const jet_real *to, real h) {
     const real hh = 0.5 * h * h;
     const real c0 = from->value;
     const real c1 = h * from->rate;
@@ -212,8 +196,7 @@ static inline interpolant_real interpolant_of_real(const jet_real *from, const j
 enum { PREDICTION_STEPS_real = 3 };
 
 /* Halley's step from x towards a root of it. */
-static inline real prediction_step_real(const interpolant_real *p, real x)
-{
+static inline real prediction_step_real(const interpolant_real *p, real x) {
     const real y = x - 1.0;
     const real tail = p->r0 + y * (p->s1 + y * p->s2);
     const real tail_1 = p->s1 + 2.0 * y * p->s2;
@@ -226,22 +209,18 @@ static inline real prediction_step_real(const interpolant_real *p, real x)
 }
 
 /* A root of it, from a guess. It guesses, too: no bound rests on it. */
-static inline real refined_root_real(const interpolant_real *p, real x)
-{
+static inline real refined_root_real(const interpolant_real *p, real x) {
     for (int n = 0; n < PREDICTION_STEPS_real; n++) {
         const real step = prediction_step_real(p, x);
         const real next = x - step;
         x = ((next > 0.0) & (next < 1.0)) ? next : x;
-        if (fabs_real(step) < HOPFORM_PREDICTION_real * x) {
-            break;
-        }
+        if (fabs_real(step) < HOPFORM_PREDICTION_real * x) { break; }
     }
     return x;
 }
 
 /* Householder's step of third order towards a root. */
-static inline real step_to_root_real(const jet_real *at)
-{
+static inline real step_to_root_real(const jet_real *at) {
     const real square = at->rate * at->rate;
     const real below =
         6.0 * square * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
@@ -252,8 +231,7 @@ static inline real step_to_root_real(const jet_real *at)
 
 /* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
  * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
-static inline bool is_near_real(const hopform_poles_real *poles, real t, real d)
-{
+static inline bool is_near_real(const hopform_poles_real *poles, real t, real d) {
     const real share = t > 0.0 ? d / t : 1.0;
     return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_real;
 }
@@ -264,8 +242,7 @@ typedef struct {
     real w0, w1, w2, w3, w4;
 } derivatives_real;
 
-static inline derivatives_real carried_real(const hopform_poles_real *poles, const derivatives_real *from, real d)
-{
+static inline derivatives_real carried_real(const hopform_poles_real *poles, const derivatives_real *from, real d) {
     derivatives_real w = *from;
     derivatives_real sum = w;
     real power = 1.0;
@@ -291,8 +268,7 @@ static inline derivatives_real carried_real(const hopform_poles_real *poles, con
 
 /* The propagator's basis d later. */
 static inline hopform_basis_real carried_basis_real(const hopform_poles_real *poles, const hopform_basis_real *from,
-                                                    real d)
-{
+                                                    real d) {
     const derivatives_real w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
     const derivatives_real later = carried_real(poles, &w, d);
     const hopform_basis_real basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
@@ -300,8 +276,7 @@ static inline hopform_basis_real carried_basis_real(const hopform_poles_real *po
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline real fourth_of_real(const hopform_poles_real *poles, const event_function_real *g, const jet_real *at)
-{
+static inline real fourth_of_real(const hopform_poles_real *poles, const event_function_real *g, const jet_real *at) {
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
@@ -315,8 +290,7 @@ typedef struct {
  * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
  * small that nothing is left of its square, and where the propagator can be carried there. */
 static inline root_step_real step_between_real(const hopform_poles_real *poles, const jet_real *at, real fourth, real t,
-                                               real low, real high)
-{
+                                               real low, real high) {
     const derivatives_real g = {at->value, at->rate, at->curvature, at->third, -fourth};
     const real first = -step_to_root_real(at);
     const derivatives_real there = carried_real(poles, &g, first);
@@ -333,8 +307,7 @@ static inline root_step_real step_between_real(const hopform_poles_real *poles, 
 
 /* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. */
 static inline void locate_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
-                                    propagator_real *at, real guess)
-{
+                                    propagator_real *at, real guess) {
     real high = at->t;
     real t = guess;
     for (int n = 0; n < 100; n++) {
@@ -349,9 +322,7 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
         at->basis = hopform_basis_at_real(poles, t);
         at->W_third = third_of_basis_real(poles, &at->basis);
         const jet_real jet = jet_at_real(poles, g, at);
-        if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) {
-            return;
-        }
+        if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) { return; }
         const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
         /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
         if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_real(relaxing_real(g, t, 0)) > 0.0)) {
@@ -371,8 +342,7 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
 /* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1, 2
  * for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its
  * sign, is 0 or less. */
-static inline bool has_no_root_real(const jet_real *from, real d, const jet_real *to, real d_then)
-{
+static inline bool has_no_root_real(const jet_real *from, real d, const jet_real *to, real d_then) {
     const bool faded = !(fabs_real(d_then) > 0.0) & (d > 0.0); /* no sign is left of it: the worse one */
     const bool negative_then = (d_then < 0.0) | faded;
     const bool after_negative = (to->rate < 0.0) | negative_then;
@@ -382,15 +352,13 @@ static inline bool has_no_root_real(const jet_real *from, real d, const jet_real
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_real(real l, const jet_real *from, const jet_real *to, real h, real rounding)
-{
+static inline bool is_held_up_by_slope_real(real l, const jet_real *from, const jet_real *to, real h, real rounding) {
     const real left = from->value + rounding;
     return left > -h * from->rate && left * hopform_greater_real(1.0 - l * h, 0.0) > -h * to->rate;
 }
 
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
-static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, const event_function_real *g)
-{
+static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, const event_function_real *g) {
     const real mu = 0.5 * poles->p;
     const real ww = poles->q - mu * mu;
     const real a = poles->a;
@@ -404,8 +372,7 @@ static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, 
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
 static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles, const event_function_real *g,
                                                 const jet_real *from, const jet_real *to, real h, bool root_at_end,
-                                                real rounding)
-{
+                                                real rounding) {
     const real M6 = sixth_derivative_bound_real(poles, g);
     const real f = 0.2 * h;
     const real tw = 0.05 * h * h;
@@ -425,8 +392,7 @@ static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles,
 /* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
  * method, until a further step changes the value by less than rounding does. */
 static inline propagator_real minimum_between_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                   const jet_real *from, real low, const jet_real *to, real high)
-{
+                                                   const jet_real *from, real low, const jet_real *to, real high) {
     const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, from)};
     const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const real apart = high - low;
@@ -438,15 +404,11 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
         const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, &jet)};
         const real step = step_to_root_real(&falls);
         const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_real(step * jet.rate) <= rounding_of_real(g, &at, 0.0)) {
-            break;
-        }
+        if (!is_far && fabs_real(step * jet.rate) <= rounding_of_real(g, &at, 0.0)) { break; }
         low = jet.rate < 0.0 ? t : low;
         high = jet.rate < 0.0 ? high : t;
         t = n > 8 && n % 2 == 1 ? low : t - step;
-        if (!(t > low && t < high)) {
-            t = low + 0.5 * (high - low);
-        }
+        if (!(t > low && t < high)) { t = low + 0.5 * (high - low); }
         at = propagator_at_real(poles, t);
     }
     return at;
@@ -454,8 +416,7 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
 
 /* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
  * leads to the end each time; a quarter of it where d has no two signs. */
-static inline real cut_between_real(real d, real d_then, real h)
-{
+static inline real cut_between_real(real d, real d_then, real h) {
     const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_real(d_then) > 0.0;
     const real share = changes ? d / (d - d_then) : 0.25;
     const real inside = share > 0.015625 ? (share < 0.5 ? share : 0.5) : 0.015625;
@@ -466,8 +427,7 @@ static inline real cut_between_real(real d, real d_then, real h)
  *
  * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
  * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
-static inline real quiet_time_of_ringing_real(const hopform_poles_real *poles, const jet_real *at, real rounding)
-{
+static inline real quiet_time_of_ringing_real(const hopform_poles_real *poles, const jet_real *at, real rounding) {
     const real mu = 0.5 * poles->p;
     const real ww = poles->q - mu * mu;
     const real x = (at->third + poles->p * at->curvature + poles->q * at->rate) / hopform_residue_real(poles);
@@ -483,27 +443,21 @@ static inline real quiet_time_of_ringing_real(const hopform_poles_real *poles, c
 
 /* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
  * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). */
-static inline real quiet_time_of_decay_real(const event_set_real *set, const jet_real *at, real rounding)
-{
+static inline real quiet_time_of_decay_real(const event_set_real *set, const jet_real *at, real rounding) {
     const real l_1 = set->node->pole;
     const real l_2 = set->node->second;
     const real product = l_1 * l_2;
-    if (!(product > 0.0)) {
-        return 0.0;
-    }
+    if (!(product > 0.0)) { return 0.0; }
     const real first = hopform_lesser_real(at->rate, 0.0);
     const real second = hopform_lesser_real(at->curvature + l_1 * at->rate, 0.0);
     const real third = hopform_lesser_real(at->third + (l_1 + l_2) * at->curvature + product * at->rate, 0.0);
     const real left = at->value + first / l_1 + second / product - rounding;
     const real falls = third / product;
-    if (!(left > 0.0)) {
-        return 0.0;
-    }
+    if (!(left > 0.0)) { return 0.0; }
     return !(falls < 0.0) || left * set->node->third > -falls ? HOPFORM_NEVER_real : -left / falls;
 }
 
-static inline real quiet_time_real(const event_set_real *set, const jet_real *at, real rounding)
-{
+static inline real quiet_time_real(const event_set_real *set, const jet_real *at, real rounding) {
     return set->node->half_period < HOPFORM_NEVER_real ? quiet_time_of_ringing_real(set->poles, at, rounding)
                                                        : quiet_time_of_decay_real(set, at, rounding);
 }
@@ -520,24 +474,21 @@ typedef struct {
     jet_real to; /* of the function that is looked at, or that has crossed zero first */
 } interval_real;
 
-static inline void end_interval_at_real(const event_set_real *set, interval_real *in, real t)
-{
+static inline void end_interval_at_real(const event_set_real *set, interval_real *in, real t) {
     in->high = propagator_at_real(set->poles, t);
     in->found = -1;
 }
 
 /* The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root has
  * been found before it, so steeply that the root is near. */
-static inline bool has_crossed_real(const jet_real *to, real h, real rounding, bool is_last)
-{
+static inline bool has_crossed_real(const jet_real *to, real h, real rounding, bool is_last) {
     return (to->value < 0.0) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
 /* Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough guess;
  * 2 if it has not. Its jet there. */
 static inline real guessed_crossing_real(const event_function_real *g, const interval_real *in, const jet_real *from,
-                                         jet_real *to)
-{
+                                         jet_real *to) {
     const real h = in->high.t - in->low;
     const bool is_last = in->found < 0 && g->shape != DISTANCE_real;
     *to = short_jet_at_real(g, &in->high);
@@ -554,8 +505,7 @@ typedef struct {
 /* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
  * has. */
 static inline bool first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape,
-                                       crossing_real *first)
-{
+                                       crossing_real *first) {
     const propagator_real end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0;
@@ -575,8 +525,7 @@ static inline bool first_crossing_real(const event_set_real *set, interval_real 
 }
 
 /* Ends the interval at the root of a function that has crossed zero in it. */
-static inline void end_at_crossing_real(const event_set_real *set, interval_real *in, const crossing_real *crossing)
-{
+static inline void end_at_crossing_real(const event_set_real *set, interval_real *in, const crossing_real *crossing) {
     const event_function_real *g = &set->function[crossing->function];
     const real h = in->high.t - in->low;
     const interpolant_real p = interpolant_of_real(&in->from[crossing->function], &in->to, h);
@@ -585,8 +534,7 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
 }
 
 /* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
-static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape)
-{
+static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape) {
     crossing_real first;
     for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, shape, &first); n++) {
         end_at_crossing_real(set, in, &first);
@@ -595,17 +543,14 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
 
 /* Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met, only
  * where the roots are within 8 ulp of the time. */
-static inline void settle_ties_real(const event_set_real *set, interval_real *in)
-{
+static inline void settle_ties_real(const event_set_real *set, interval_real *in) {
     const event_function_real *found = &set->function[in->found];
     const real other = rate_at_real(found, &in->high);
     for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_real *g = &set->function[n];
         const real rate = rate_at_real(g, &in->high);
         const real rounding = rounding_of_real(g, &in->high, rate);
-        if (!(rate * (in->high.t - in->low) < -16.0 * rounding)) {
-            continue;
-        }
+        if (!(rate * (in->high.t - in->low) < -16.0 * rounding)) { continue; }
         const real value = value_at_real(g, &in->high);
         if (found->shape == DISTANCE_real ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
                                           : (value - 4.0 * rounding) * fabs_real(other)
@@ -617,16 +562,14 @@ static inline void settle_ties_real(const event_set_real *set, interval_real *in
 }
 
 /* Whether a function crosses zero at the end of the interval, the time of the limit, and does not just touch it. */
-static inline bool crosses_at_limit_real(const event_function_real *g, const propagator_real *at, real limit)
-{
+static inline bool crosses_at_limit_real(const event_function_real *g, const propagator_real *at, real limit) {
     const real rate = rate_at_real(g, at);
     return value_at_real(g, at) < -8.0 * HOPFORM_EPS_real * limit * rate
            && rate * limit < -16.0 * rounding_of_real(g, at, rate);
 }
 
 /* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
-static inline real deflated_real(const event_set_real *set, const event_function_real *g, const jet_real *at, real t)
-{
+static inline real deflated_real(const event_set_real *set, const event_function_real *g, const jet_real *at, real t) {
     if (t > set->node->fades) {
         const hopform_poles_real *poles = set->poles;
         const hopform_numerator_real numerator = {g->H3, g->H2, g->H1};
@@ -638,8 +581,7 @@ static inline real deflated_real(const event_set_real *set, const event_function
 }
 
 /* Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation. */
-static inline bool is_certified_real(const event_set_real *set, interval_real *in, int32_t n, real d)
-{
+static inline bool is_certified_real(const event_set_real *set, interval_real *in, int32_t n, real d) {
     const event_function_real *g = &set->function[n];
     const jet_real *from = &in->from[n];
     jet_real *to = &in->to;
@@ -648,9 +590,7 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const real d_then = deflated_real(set, g, to, in->high.t);
-    if (has_no_root_real(from, d, to, d_then)) {
-        return true;
-    }
+    if (has_no_root_real(from, d, to, d_then)) { return true; }
     const real h = in->high.t - in->low;
     const real rounding = rounding_of_real(g, &in->high, to->rate);
     return (!(d < 0.0) && is_held_up_by_slope_real(set->node->pole, from, to, h, rounding))
@@ -660,8 +600,7 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
 }
 
 /* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
-static inline bool is_certified_inside_real(const event_set_real *set, interval_real *in, int32_t n, real d)
-{
+static inline bool is_certified_inside_real(const event_set_real *set, interval_real *in, int32_t n, real d) {
     const event_function_real *g = &set->function[n];
     const jet_real *from = &in->from[n];
     const jet_real *to = &in->to;
@@ -671,49 +610,35 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
         in->to.third = third_of_real(set->poles, g, &in->high);
         const propagator_real lowest = minimum_between_real(set->poles, g, from, in->low, to, in->high.t);
         const jet_real least = short_jet_at_real(g, &lowest);
-        if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) {
-            return true;
-        }
+        if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
         in->found = -1;
         return false;
     }
     const real cut = in->low + cut_between_real(d, d_then, h);
-    if (!(cut > in->low && cut < in->high.t)) {
-        return true; /* no number lies in between */
-    }
+    if (!(cut > in->low && cut < in->high.t)) { return true; /* no number lies in between */ }
     end_interval_at_real(set, in, cut);
     return false;
 }
 
 /* Whether no function has a root before the end of the interval; among those that have one there, the first wins. */
-static inline bool are_certified_real(const event_set_real *set, interval_real *in)
-{
+static inline bool are_certified_real(const event_set_real *set, interval_real *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (g->shape != MAY_TURN_real) {
-            continue;
-        }
+        if (g->shape != MAY_TURN_real) { continue; }
         /* what is cheap of rule 2 comes first */
         const real d = deflated_real(set, g, &in->from[n], in->low);
         const bool soon = d < 0.0 ? rate_at_real(g, &in->high) < 0.0 : !(in->from[n].rate < 0.0);
-        if (!soon && !is_certified_real(set, in, n, d) && !is_certified_inside_real(set, in, n, d)) {
-            return false;
-        }
+        if (!soon && !is_certified_real(set, in, n, d) && !is_certified_inside_real(set, in, n, d)) { return false; }
     }
-    if (in->found > 0) {
-        settle_ties_real(set, in);
-    }
+    if (in->found > 0) { settle_ties_real(set, in); }
     return true;
 }
 
 /* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
-static inline bool find_first_root_real(const event_set_real *set, interval_real *in)
-{
+static inline bool find_first_root_real(const event_set_real *set, interval_real *in) {
     do {
-        if (in->count >= HOPFORM_MOST_INTERVALS) {
-            return false;
-        }
+        if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_real(set, in, MAY_TURN_real);
     } while (!are_certified_real(set, in));
@@ -721,8 +646,7 @@ static inline bool find_first_root_real(const event_set_real *set, interval_real
 }
 
 /* The next interval begins where this one has ended. */
-static inline void begin_interval_real(const event_set_real *set, interval_real *in)
-{
+static inline void begin_interval_real(const event_set_real *set, interval_real *in) {
     in->low = in->high.t;
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
@@ -732,8 +656,7 @@ static inline void begin_interval_real(const event_set_real *set, interval_real 
 }
 
 /* Rule 5: until when no function has a root, for certain. */
-static inline real quiet_until_real(const event_set_real *set, const interval_real *in)
-{
+static inline real quiet_until_real(const event_set_real *set, const interval_real *in) {
     real quiet = HOPFORM_NEVER_real;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const real rounding = 16.0 * HOPFORM_EPS_real * fabs_real(set->function[n].start);
@@ -745,8 +668,7 @@ static inline real quiet_until_real(const event_set_real *set, const interval_re
 }
 
 /* Begin the first interval. A function that is below zero already and falls is found; -1 if there is none. */
-static inline int32_t begin_at_start_real(const event_set_real *set, interval_real *in)
-{
+static inline int32_t begin_at_start_real(const event_set_real *set, interval_real *in) {
     int32_t found = -1;
     for (int32_t n = set->count - 1; n >= 0; n--) {
         in->from[n] = jet_at_start_real(set->poles, &set->function[n]);
@@ -761,8 +683,7 @@ static inline int32_t begin_at_start_real(const event_set_real *set, interval_re
 /* ---- closed forms, contacts ---- */
 
 /* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
-static inline real time_to_rest_of_ringing_real(const hopform_poles_real *poles, real omega, real v, real acc)
-{
+static inline real time_to_rest_of_ringing_real(const hopform_poles_real *poles, real omega, real v, real acc) {
     const real back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
     const real slowing = hopform_angle_real(back, v) / omega;
     const real at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_real;
@@ -775,13 +696,10 @@ static inline real time_to_rest_of_ringing_real(const hopform_poles_real *poles,
  * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
  * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
  */
-static inline real time_to_rest_real(const hopform_poles_real *poles, real v, real acc)
-{
+static inline real time_to_rest_real(const hopform_poles_real *poles, real v, real acc) {
     const real mean = 0.5 * poles->p;
     const real discriminant = mean * mean - poles->q;
-    if (discriminant < 0.0) {
-        return time_to_rest_of_ringing_real(poles, sqrt_real(-discriminant), v, acc);
-    }
+    if (discriminant < 0.0) { return time_to_rest_of_ringing_real(poles, sqrt_real(-discriminant), v, acc); }
     if (!(v > 0.0)) { /* from rest it creeps; rounding may have left the other sign */
         return acc < 0.0 ? 0.0 : HOPFORM_NEVER_real;
     }
@@ -789,13 +707,9 @@ static inline real time_to_rest_real(const hopform_poles_real *poles, real v, re
     const real slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
     const real back = -(acc + slow * v); /* what the slow decay alone would leave over */
     const real x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
-    if (!(x < 1.0)) {
-        return HOPFORM_NEVER_real;
-    }
+    if (!(x < 1.0)) { return HOPFORM_NEVER_real; }
     const real s = x / (2.0 - x);
-    if (s < 0.1716) {
-        return 2.0 * (v / back) * hopform_area_tangent_real(s) / (2.0 - x);
-    }
+    if (s < 0.1716) { return 2.0 * (v / back) * hopform_area_tangent_real(s) / (2.0 - x); }
     const real ratio = -(acc + (mean + half) * v) / back;
     return ratio > 0.0 ? -hopform_log_real(ratio) / (2.0 * half) : HOPFORM_NEVER_real;
 }
@@ -803,8 +717,7 @@ static inline real time_to_rest_real(const hopform_poles_real *poles, real v, re
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
 static inline real steady_state_correction_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                real settled, const hopform_basis_real *basis, real t)
-{
+                                                real settled, const hopform_basis_real *basis, real t) {
     const real residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const real by_2 = residual * poles->s_2;

@@ -13,25 +13,21 @@
 #include "formulas_real.h"
 #include "series_real.h"
 
-static inline real hopform_lesser_real(real a, real b)
-{
+static inline real hopform_lesser_real(real a, real b) {
     return a < b ? a : b;
 }
 
 /* b if a is not a number. */
-static inline real hopform_greater_real(real a, real b)
-{
+static inline real hopform_greater_real(real a, real b) {
     return a > b ? a : b;
 }
 
-static inline bool hopform_is_finite_real(real value)
-{
+static inline bool hopform_is_finite_real(real value) {
     return fabs_real(value) <= HOPFORM_NEVER_real;
 }
 
 /* The poles of an element that slips while the others are held. */
-static inline hopform_poles_real pair_alone_real(real p, real q)
-{
+static inline hopform_poles_real pair_alone_real(real p, real q) {
     const hopform_poles_real poles = {0.0, p, q, p, q, 0.0};
     return poles;
 }
@@ -51,8 +47,7 @@ typedef struct {
 } hopform_turn_real;
 
 /* artanh(s)/s for |s| <= 0.1716, by its power series. */
-static inline real hopform_area_tangent_real(real s)
-{
+static inline real hopform_area_tangent_real(real s) {
     const real ss = s * s;
     real sum = 0.0;
 #define ADD_TERM(coefficient) sum = sum * ss + (coefficient);
@@ -62,8 +57,7 @@ static inline real hopform_area_tangent_real(real s)
 }
 
 /* The number whose bits are these. */
-static inline real hopform_real_of_bits_real(hopform_bits_real bits)
-{
+static inline real hopform_real_of_bits_real(hopform_bits_real bits) {
     const union {
         hopform_bits_real bits;
         real value;
@@ -71,8 +65,7 @@ static inline real hopform_real_of_bits_real(hopform_bits_real bits)
     return number.value;
 }
 
-static inline hopform_bits_real hopform_bits_of_real_real(real value)
-{
+static inline hopform_bits_real hopform_bits_of_real_real(real value) {
     union {
         hopform_bits_real bits;
         real value;
@@ -84,8 +77,7 @@ static inline hopform_bits_real hopform_bits_of_real_real(real value)
 #ifdef HOPFORM_LIBM
 
 /* exp(x) and 1 - exp(x) for x <= 0; exp(x) counts as 0 below the normal numbers. */
-static inline hopform_fade_real hopform_fade_by_real(real x)
-{
+static inline hopform_fade_real hopform_fade_by_real(real x) {
     hopform_fade_real fade = {0.0, 1.0};
     if (x > HOPFORM_SMALLEST_EXPONENT_real) {
         fade.left = exp_real(x);
@@ -95,28 +87,24 @@ static inline hopform_fade_real hopform_fade_by_real(real x)
 }
 
 /* sin(x) and cos(x) for x >= 0; an angle without a digit left counts as 0. */
-static inline hopform_turn_real hopform_turn_by_real(real x)
-{
+static inline hopform_turn_real hopform_turn_by_real(real x) {
     const real angle = x > 0.0 && x < HOPFORM_LARGEST_ANGLE_real ? x : 0.0;
     const hopform_turn_real turn = {sin_real(angle), cos_real(angle)};
     return turn;
 }
 
 /* The angle of (x, y), y >= 0, from 0 to pi. */
-static inline real hopform_angle_real(real x, real y)
-{
+static inline real hopform_angle_real(real x, real y) {
     return atan2_real(y, x);
 }
 
 /* ln(x) for a normal x > 0. */
-static inline real hopform_log_real(real x)
-{
+static inline real hopform_log_real(real x) {
     return log_real(x);
 }
 
 /* The cube root of x >= 0; 0 of what is not above 0. */
-static inline real hopform_cube_root_real(real x)
-{
+static inline real hopform_cube_root_real(real x) {
     return x > 0.0 ? cbrt_real(x) : 0.0;
 }
 
@@ -124,8 +112,7 @@ static inline real hopform_cube_root_real(real x)
 
 /* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
  * exp(x) counts as 0 below the normal numbers. No jump: loops over many x become vector instructions. */
-static inline hopform_fade_real hopform_fade_by_real(real x)
-{
+static inline hopform_fade_real hopform_fade_by_real(real x) {
     const bool faded = !(x > HOPFORM_SMALLEST_EXPONENT_real);
     const real above = x > HOPFORM_SMALLEST_EXPONENT_real ? x : 0.0;
     const real down = above < 0.0 ? above : 0.0; /* above 0 by rounding at most */
@@ -145,8 +132,7 @@ static inline hopform_fade_real hopform_fade_by_real(real x)
 }
 
 /* sin(x) and cos(x) for x >= 0, by quarter turns and power series; an angle without a digit left counts as 0. */
-static inline hopform_turn_real hopform_turn_by_real(real x)
-{
+static inline hopform_turn_real hopform_turn_by_real(real x) {
     const real below = x < HOPFORM_LARGEST_ANGLE_real ? x : 0.0;
     const real angle = below > 0.0 ? below : 0.0;
     const real shifted = angle * 0.6366197723675814 + HOPFORM_ROUNDER_real;
@@ -172,8 +158,7 @@ static inline hopform_turn_real hopform_turn_by_real(real x)
 }
 
 /* The angle of (x, y), y >= 0, from 0 to pi: a rational guess, turned back, leaves an angle whose series is short. */
-static inline real hopform_angle_real(real x, real y)
-{
+static inline real hopform_angle_real(real x, real y) {
     const bool steep = y > fabs_real(x);
     const real tangent = steep ? fabs_real(x) / y : y / fabs_real(x);
     const real near = tangent * (1.0584 - 0.273 * tangent);
@@ -186,8 +171,7 @@ static inline real hopform_angle_real(real x, real y)
 }
 
 /* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
-static inline real hopform_log_real(real x)
-{
+static inline real hopform_log_real(real x) {
     union {
         hopform_bits_real bits;
         real value;
@@ -207,8 +191,7 @@ static inline real hopform_log_real(real x)
 }
 
 /* A step of Halley's towards the cube root of x, from y to the third power of its relative error. */
-static inline real hopform_toward_cube_root_real(real x, real y)
-{
+static inline real hopform_toward_cube_root_real(real x, real y) {
     const real other = x / (y * y);
     return y + y * ((other - y) / (y + y + other));
 }
@@ -219,11 +202,8 @@ static inline real hopform_toward_cube_root_real(real x, real y)
  * a type holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are
  * rounded. They are rounded up, so that the quotient lies below the root and is not coarser than it.
  */
-static inline real hopform_cube_root_real(real x)
-{
-    if (!(x > 0.0)) {
-        return 0.0;
-    }
+static inline real hopform_cube_root_real(real x) {
+    if (!(x > 0.0)) { return 0.0; }
     const bool tiny = x < HOPFORM_SMALLEST_NORMAL_real;
     const real scaled = tiny ? x * HOPFORM_TINY_UP_real : x;
     const hopform_bits_real third_of_bias =
@@ -239,14 +219,12 @@ static inline real hopform_cube_root_real(real x)
 
 #endif
 
-static inline real hopform_exp_real(real x)
-{
+static inline real hopform_exp_real(real x) {
     return hopform_fade_by_real(x).left;
 }
 
 /* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
-static inline hopform_decay_real hopform_decay_of_tail_real(real a, real t, real tail)
-{
+static inline hopform_decay_real hopform_decay_of_tail_real(real a, real t, real tail) {
     hopform_decay_real decay;
     decay.e3 = t * t * t * tail;
     decay.e2 = 0.5 * t * t - a * decay.e3;
@@ -256,8 +234,7 @@ static inline hopform_decay_real hopform_decay_of_tail_real(real a, real t, real
 }
 
 /* The same from the first one. */
-static inline hopform_decay_real hopform_decay_of_exp_real(real a, real t, real e)
-{
+static inline hopform_decay_real hopform_decay_of_exp_real(real a, real t, real e) {
     const real inverse = 1.0 / a;
     hopform_decay_real decay;
     decay.e = e;
@@ -267,8 +244,7 @@ static inline hopform_decay_real hopform_decay_of_exp_real(real a, real t, real 
     return decay;
 }
 
-static inline hopform_decay_real hopform_decay_at_real(real a, real t)
-{
+static inline hopform_decay_real hopform_decay_at_real(real a, real t) {
     const real z = a * t;
     if (fabs_real(z) < 1.0) {
         real tail = 0.0;
@@ -281,8 +257,7 @@ static inline hopform_decay_real hopform_decay_at_real(real a, real t)
 }
 
 /* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */
-static inline hopform_pair_real hopform_short_pair_real(const hopform_poles_real *poles, real t)
-{
+static inline hopform_pair_real hopform_short_pair_real(const hopform_poles_real *poles, real t) {
     const real pt = -(poles->p * t);
     const real qtt = -(poles->q * t * t);
     real before = 0.0;
@@ -297,9 +272,7 @@ static inline hopform_pair_real hopform_short_pair_real(const hopform_poles_real
         term = last;
         R2 = R2 + next + last;
         R3 = R3 + next * inverse[4] + last * inverse[5];
-        if (fabs_real(term) + fabs_real(before) < 0.01 * HOPFORM_EPS_real) {
-            break;
-        }
+        if (fabs_real(term) + fabs_real(before) < 0.01 * HOPFORM_EPS_real) { break; }
     }
     const hopform_pair_series_real series = {R2 * (t * t * t), R3 * (t * t * t * t)};
     const hopform_known_pair_real known = hopform_pair_from_series_real(poles, &series, t);
@@ -308,16 +281,14 @@ static inline hopform_pair_real hopform_short_pair_real(const hopform_poles_real
 }
 
 static inline hopform_pair_real hopform_pair_of_core_real(const hopform_poles_real *poles, real t,
-                                                          const hopform_pair_core_real *core)
-{
+                                                          const hopform_pair_core_real *core) {
     const hopform_pair_integrals_real integrals = hopform_pair_by_quotient_real(poles, core, t);
     const hopform_pair_real pair = {core->Rd, core->R, integrals.R1, integrals.R2, integrals.R3};
     return pair;
 }
 
 /* What R of a pair that rings with omega is made of. */
-static inline hopform_pair_core_real hopform_ringing_core_real(const hopform_poles_real *poles, real omega, real t)
-{
+static inline hopform_pair_core_real hopform_ringing_core_real(const hopform_poles_real *poles, real omega, real t) {
     const real mean = 0.5 * poles->p;
     const hopform_fade_real fade = hopform_fade_by_real(-mean * t);
     const hopform_turn_real half = hopform_turn_by_real(0.5 * omega * t);
@@ -329,8 +300,7 @@ static inline hopform_pair_core_real hopform_ringing_core_real(const hopform_pol
 }
 
 /* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
-static inline hopform_pair_real hopform_distinct_pair_real(real slow, real fast, real t)
-{
+static inline hopform_pair_real hopform_distinct_pair_real(real slow, real fast, real t) {
     const hopform_decay_real of_slow = hopform_decay_at_real(slow, t);
     const hopform_decay_real of_fast = hopform_decay_at_real(fast, t);
     const real apart = fast - slow;
@@ -344,15 +314,12 @@ static inline hopform_pair_real hopform_distinct_pair_real(real slow, real fast,
 }
 
 /* R, its derivative and integrals at t. */
-static inline hopform_pair_real hopform_pair_at_real(const hopform_poles_real *poles, real t)
-{
+static inline hopform_pair_real hopform_pair_at_real(const hopform_poles_real *poles, real t) {
     const real mean = 0.5 * poles->p;
     const real discriminant = mean * mean - poles->q;
     hopform_pair_core_real core;
     if (discriminant < 0.0) {
-        if (poles->q * t * t < 1.0) {
-            return hopform_short_pair_real(poles, t);
-        }
+        if (poles->q * t * t < 1.0) { return hopform_short_pair_real(poles, t); }
         core = hopform_ringing_core_real(poles, sqrt_real(-discriminant), t);
     } else {
         const real half = poles->q > 0.0 ? sqrt_real(discriminant) : mean; /* the square may underflow */
@@ -361,9 +328,7 @@ static inline hopform_pair_real hopform_pair_at_real(const hopform_poles_real *p
             return hopform_short_pair_real(poles, t);
         }
         const real slow = poles->q / fast;
-        if (half * t >= 0.5) {
-            return hopform_distinct_pair_real(slow, fast, t);
-        }
+        if (half * t >= 0.5) { return hopform_distinct_pair_real(slow, fast, t); }
         const hopform_decay_real spread = hopform_decay_at_real(-2.0 * half, t);
         const real envelope = hopform_exp_real(-fast * t);
         core.R = envelope * spread.e1;
@@ -378,15 +343,13 @@ typedef struct {
     real earlier, before, term, W2, W3, W4;
 } hopform_basis_terms_real;
 
-static inline hopform_basis_terms_real hopform_first_basis_terms_real(void)
-{
+static inline hopform_basis_terms_real hopform_first_basis_terms_real(void) {
     const hopform_basis_terms_real terms = {0.0, 0.0, 1.0 / 24.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0};
     return terms;
 }
 
 /* Terms n to n + 2 of it: s_1 t, s_2 t^2 and s_3 t^3, times -1. */
-static inline void hopform_add_basis_terms_real(hopform_basis_terms_real *terms, real h, real hh, real hhh, int n)
-{
+static inline void hopform_add_basis_terms_real(hopform_basis_terms_real *terms, real h, real hh, real hhh, int n) {
     const real *inverse = &hopform_inverse_real[n];
     const real first =
         (h * terms->term + (hh * terms->before + hhh * terms->earlier * inverse[2]) * inverse[3]) * inverse[4];
@@ -401,14 +364,12 @@ static inline void hopform_add_basis_terms_real(hopform_basis_terms_real *terms,
                 + third * inverse[7] * inverse[8];
 }
 
-static inline bool hopform_basis_terms_end_real(const hopform_basis_terms_real *terms)
-{
+static inline bool hopform_basis_terms_end_real(const hopform_basis_terms_real *terms) {
     return fabs_real(terms->term) + fabs_real(terms->before) + fabs_real(terms->earlier) < 0.002 * HOPFORM_EPS_real;
 }
 
 static inline hopform_basis_real hopform_basis_of_terms_real(const hopform_poles_real *poles, real t,
-                                                             const hopform_basis_terms_real *terms)
-{
+                                                             const hopform_basis_terms_real *terms) {
     const real tt = t * t;
     const hopform_series_real series = {terms->W2 * (tt * tt), terms->W3 * (tt * tt * t), terms->W4 * (tt * tt * tt)};
     const hopform_known_basis_real known = hopform_all_from_series_real(poles, &series, t);
@@ -417,24 +378,20 @@ static inline hopform_basis_real hopform_basis_of_terms_real(const hopform_poles
 }
 
 /* W of s^3 + s_1 s^2 + s_2 s + s_3 over a time that is short for all three poles. */
-static inline hopform_basis_real hopform_short_basis_real(const hopform_poles_real *poles, real t)
-{
+static inline hopform_basis_real hopform_short_basis_real(const hopform_poles_real *poles, real t) {
     const real h = -(poles->s_1 * t);
     const real hh = -(poles->s_2 * t * t);
     const real hhh = -(poles->s_3 * t * t * t);
     hopform_basis_terms_real terms = hopform_first_basis_terms_real();
     for (int n = 1; n < HOPFORM_TERMS_real - 2; n += 3) {
         hopform_add_basis_terms_real(&terms, h, hh, hhh, n);
-        if (hopform_basis_terms_end_real(&terms)) {
-            break;
-        }
+        if (hopform_basis_terms_end_real(&terms)) { break; }
     }
     return hopform_basis_of_terms_real(poles, t, &terms);
 }
 
 /* W of three poles that lie within 1/t of each other and are not slow: a series around their mean. */
-static inline hopform_basis_real hopform_close_basis_real(const hopform_poles_real *poles, real t)
-{
+static inline hopform_basis_real hopform_close_basis_real(const hopform_poles_real *poles, real t) {
     const hopform_shifted_real shifted = hopform_shift_real(poles);
     const hopform_poles_real around = {0.0, 0.0, 0.0, 0.0, shifted.Q_s, shifted.T_s};
     const hopform_basis_real near = hopform_short_basis_real(&around, t);
@@ -448,12 +405,9 @@ static inline hopform_basis_real hopform_close_basis_real(const hopform_poles_re
 /* W split into the real pole and the pair. */
 static inline hopform_basis_real hopform_basis_of_split_real(const hopform_poles_real *poles, real chi, real t,
                                                              const hopform_decay_real *decay,
-                                                             const hopform_pair_real *pair)
-{
+                                                             const hopform_pair_real *pair) {
     hopform_basis_real basis = hopform_split_real(poles, chi, decay, pair);
-    if (poles->a * t < 0.5) {
-        basis.W = hopform_split_soon_real(poles, chi, decay, pair);
-    }
+    if (poles->a * t < 0.5) { basis.W = hopform_split_soon_real(poles, chi, decay, pair); }
     if (chi < 0.05 * poles->q) {
         const hopform_response_real response = {basis.Wdd, basis.Wd, basis.W};
         const hopform_integrals_real integrals = hopform_integrals_by_recursion_real(poles, &response, t);
@@ -465,8 +419,7 @@ static inline hopform_basis_real hopform_basis_of_split_real(const hopform_poles
 
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
  * a must be the most isolated root, as hopform_factor_cubic_real gives it. */
-static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real *poles, real t)
-{
+static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real *poles, real t) {
     if (!(fabs_real(poles->a) > 0.0)) {
         const hopform_pair_real pair = hopform_pair_at_real(poles, t);
         const hopform_basis_real basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
@@ -485,29 +438,24 @@ static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real 
 enum { NEWTON_STEPS_real = 60, POLISHES_real = 3 };
 
 /* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
-static inline real hopform_toward_positive_root_real(real P, real T, real z)
-{
+static inline real hopform_toward_positive_root_real(real P, real T, real z) {
     const real step = ((z * z + P) * z - T) / (3.0 * z * z + P);
     return z - step;
 }
 
 /* That root, from above, where the cubic is convex. */
-static inline real hopform_positive_root_real(real P, real T)
-{
+static inline real hopform_positive_root_real(real P, real T) {
     real z = sqrt_real(fabs_real(P)) + hopform_cube_root_real(T);
     for (int n = 0; n < NEWTON_STEPS_real; n++) {
         const real next = hopform_toward_positive_root_real(P, T, z);
-        if (!(next < z)) {
-            break;
-        }
+        if (!(next < z)) { break; }
         z = next;
     }
     return z;
 }
 
 /* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
-static inline real hopform_scale_of_cubic_real(real s_1, real root_2, real root_3)
-{
+static inline real hopform_scale_of_cubic_real(real s_1, real root_2, real root_3) {
     const real later = root_2 > root_3 ? root_2 : root_3;
     return s_1 > later ? s_1 : later;
 }
@@ -517,8 +465,7 @@ typedef struct {
     real c_1, c_2, c_3, mean, P, T;
 } hopform_cubic_real;
 
-static inline hopform_cubic_real hopform_scaled_cubic_real(real s_1, real s_2, real s_3, real scale)
-{
+static inline hopform_cubic_real hopform_scaled_cubic_real(real s_1, real s_2, real s_3, real scale) {
     const real c_1 = s_1 / scale;
     const real c_2 = s_2 / (scale * scale);
     const real c_3 = s_3 / scale / (scale * scale);
@@ -529,16 +476,14 @@ static inline hopform_cubic_real hopform_scaled_cubic_real(real s_1, real s_2, r
 }
 
 /* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
-static inline void hopform_factor_at_real(const hopform_cubic_real *cubic, real offset, hopform_poles_real *poles)
-{
+static inline void hopform_factor_at_real(const hopform_cubic_real *cubic, real offset, hopform_poles_real *poles) {
     poles->a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
     poles->p = cubic->c_1 - poles->a;
     poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
 }
 
 /* A step that takes the residual of the coefficients off the factors; false where there is none. */
-static inline bool hopform_polish_factors_real(const hopform_cubic_real *cubic, hopform_poles_real *poles)
-{
+static inline bool hopform_polish_factors_real(const hopform_cubic_real *cubic, hopform_poles_real *poles) {
     const real a = poles->a;
     const real p = poles->p;
     const real q = poles->q;
@@ -560,13 +505,10 @@ static inline bool hopform_polish_factors_real(const hopform_cubic_real *cubic, 
  * The root beyond the inflection on the side where it is alone is simple unless all three coincide. The
  * factors, not the roots, are then polished: the residual of the coefficients is what the motion sees.
  */
-static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, real s_3)
-{
+static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, real s_3) {
     const real scale = hopform_scale_of_cubic_real(s_1, sqrt_real(s_2), hopform_cube_root_real(s_3));
     hopform_poles_real poles = {0.0, 0.0, 0.0, s_1, s_2, s_3};
-    if (!(scale * scale * scale > 0.0)) {
-        return poles; /* slower than the type can say */
-    }
+    if (!(scale * scale * scale > 0.0)) { return poles; /* slower than the type can say */ }
     if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
         poles.p = s_1;
         poles.q = s_2;
@@ -576,8 +518,7 @@ static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, r
     const real even = cubic.P < 0.0 ? sqrt_real(-cubic.P) : 0.0;
     const real offset = fabs_real(cubic.T) > 0.0 ? hopform_positive_root_real(cubic.P, fabs_real(cubic.T)) : even;
     hopform_factor_at_real(&cubic, offset, &poles);
-    for (int n = 0; n < POLISHES_real && hopform_polish_factors_real(&cubic, &poles); n++) {
-    }
+    for (int n = 0; n < POLISHES_real && hopform_polish_factors_real(&cubic, &poles); n++) {}
     poles.a = poles.a * scale;
     poles.p = poles.p * scale;
     poles.q = poles.q * scale * scale;

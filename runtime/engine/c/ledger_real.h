@@ -21,8 +21,7 @@ typedef union {
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_real *plan,
                                                              const hopform_mode_real *mode,
-                                                             const hopform_state_real *start, real u, real h)
-{
+                                                             const hopform_state_real *start, real u, real h) {
     const hopform_motion_real motion = hopform_motion_of_real(plan, start, u, mode->side[0], mode->side[1]);
     hopform_matrix_real sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
@@ -41,8 +40,7 @@ static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_
 }
 
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
-static inline void hopform_double_moments_real(hopform_matrix_real *sum, const hopform_matrix_real *phi)
-{
+static inline void hopform_double_moments_real(hopform_matrix_real *sum, const hopform_matrix_real *phi) {
     real left[HOPFORM_AXES][HOPFORM_AXES_AND_ONE];
     for (int i = 1; i <= HOPFORM_AXES; i++) {
         for (int j = 0; j < i; j++) {
@@ -73,8 +71,7 @@ static inline void hopform_double_moments_real(hopform_matrix_real *sum, const h
 
 /* The ledger over the first t of a phase; axis 0 counts from where it starts. */
 static inline hopform_ledger_real hopform_ledger_in_phase_real(const hopform_plan_real *plan,
-                                                               const hopform_phase_real *phase, real u, real t)
-{
+                                                               const hopform_phase_real *phase, real u, real t) {
     const hopform_mode_real mode = hopform_mode_of_real(plan, phase, u);
     hopform_state_by_axis_real from;
     from.named = hopform_start_of_phase_real(phase);

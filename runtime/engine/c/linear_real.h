@@ -29,8 +29,7 @@ typedef struct {
 } hopform_mode_real;
 
 static inline hopform_mode_real hopform_mode_of_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
-                                                     real u)
-{
+                                                     real u) {
     hopform_mode_real mode;
     mode.side[0] = hopform_side_1_real(phase);
     mode.side[1] = hopform_side_2_real(phase);
@@ -42,16 +41,14 @@ static inline hopform_mode_real hopform_mode_of_real(const hopform_plan_real *pl
     return mode;
 }
 
-static inline bool hopform_rests_real(const hopform_mode_real *mode)
-{
+static inline bool hopform_rests_real(const hopform_mode_real *mode) {
     return mode->side[0] == 0 && mode->side[1] == 0;
 }
 
 /* z' of a state. */
 static inline hopform_state_by_axis_real hopform_speeds_in_mode_real(const hopform_plan_real *plan,
                                                                      const hopform_mode_real *mode,
-                                                                     const hopform_state_real *state)
-{
+                                                                     const hopform_state_real *state) {
     hopform_state_by_axis_real speeds;
     const real first = (real)mode->side[0];
     const real second = (real)mode->side[1];
@@ -60,21 +57,18 @@ static inline hopform_state_by_axis_real hopform_speeds_in_mode_real(const hopfo
 }
 
 /* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
-static inline hopform_basis_by_order_real hopform_response_in_mode_real(const hopform_mode_real *mode, real h)
-{
+static inline hopform_basis_by_order_real hopform_response_in_mode_real(const hopform_mode_real *mode, real h) {
     hopform_basis_by_order_real response;
     response.named = hopform_basis_at_real(mode->poles, hopform_rests_real(mode) ? 0.0 : h);
     return response;
 }
 
-static inline real hopform_applied_real(const real powers[POWERS_real], const real *W)
-{
+static inline real hopform_applied_real(const real powers[POWERS_real], const real *W) {
     return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
 }
 
 /* Phi(h) from W at h: axis 0 and the constant part are one integral further each; the 1 of that part is left out. */
-static inline hopform_matrix_real hopform_transition_real(const hopform_mode_real *mode, const real W[ORDERS_real])
-{
+static inline hopform_matrix_real hopform_transition_real(const hopform_mode_real *mode, const real W[ORDERS_real]) {
     hopform_matrix_real phi = {{{0}}};
     phi.at[0][0] = 1.0;
     for (int j = 0; j <= CORE_real; j++) {
@@ -94,8 +88,7 @@ static const real hopform_place_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_PLACES
 static const real hopform_weight_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_WEIGHTS_real};
 
 /* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
-static inline int hopform_halve_real(const hopform_poles_real *poles, real *h)
-{
+static inline int hopform_halve_real(const hopform_poles_real *poles, real *h) {
     const real fastest = poles->s_1 + sqrt_real(poles->s_2);
     int times = 0;
     while (fastest * *h > 4.0 && times < 200) {

@@ -23,8 +23,7 @@ typedef struct {
 } hopform_times_real;
 
 /* An array; a count below 0 stands for none. */
-static inline hopform_memory_real hopform_array_real(const void *first, int32_t count, size_t element)
-{
+static inline hopform_memory_real hopform_array_real(const void *first, int32_t count, size_t element) {
     const hopform_memory_real memory = {first, count > 0 ? (size_t)count * element : 0};
     return memory;
 }

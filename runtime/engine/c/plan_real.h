@@ -9,14 +9,11 @@
 
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
  * propagator is evaluated there, if that is wanted. */
-static inline hopform_node_real node_of_poles_real(const hopform_poles_real *poles, bool whole)
-{
+static inline hopform_node_real node_of_poles_real(const hopform_poles_real *poles, bool whole) {
     const bool draws = poles->q > HOPFORM_UNDERFLOW_real; /* else the node is never reached */
     const real t = draws ? 2.984 / sqrt_real(poles->q) : HOPFORM_NEVER_real;
     hopform_basis_real basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    if (whole) {
-        basis = hopform_basis_at_real(poles, draws ? t : 0.0);
-    }
+    if (whole) { basis = hopform_basis_at_real(poles, draws ? t : 0.0); }
     const real mu = 0.5 * poles->p;
     const real square = mu * mu - poles->q;
     hopform_node_real node = {HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     t,
@@ -35,8 +32,7 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
 }
 
 /* The rates of a plan's robot, if it is one. */
-static inline int32_t rates_of_plan_real(hopform_plan_real *plan)
-{
+static inline int32_t rates_of_plan_real(hopform_plan_real *plan) {
     const hopform_robot_real *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_real(robot->name)
     if (!(robot->HOPFORM_LOWER_STOP <= robot->HOPFORM_UPPER_STOP) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
@@ -49,9 +45,7 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan)
     }
     const hopform_rates_real rates = hopform_rates_of_real(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
-    if ((value) < 0.0) {                                                                                               \
-        return HOPFORM_ERROR_UNSTABLE;                                                                                 \
-    }
+    if ((value) < 0.0) { return HOPFORM_ERROR_UNSTABLE; }
     HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
 #undef REFUSE_IF_NEGATIVE
     plan->rates = rates;
@@ -59,8 +53,7 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan)
 }
 
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
-static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both, bool whole)
-{
+static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both, bool whole) {
     const hopform_rates_real *rates = &plan->rates;
     if (!hopform_is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
         || !hopform_is_finite_real(rates->s_2) || !hopform_is_finite_real(rates->s_3)

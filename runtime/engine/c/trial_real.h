@@ -27,8 +27,7 @@ struct hopform_tally_real {
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
-static inline void hopform_note_largest_real(hopform_trial_real *trial, real position, real change)
-{
+static inline void hopform_note_largest_real(hopform_trial_real *trial, real position, real change) {
     if (position > trial->HOPFORM_LARGEST_POSITION) {
         trial->HOPFORM_LARGEST_POSITION = position;
         trial->HOPFORM_LARGEST_POSITION_SLOPE = change;
@@ -36,8 +35,7 @@ static inline void hopform_note_largest_real(hopform_trial_real *trial, real pos
 }
 
 /* A minimum of the contact force before the ending, where a little less of it would have been a take-off. */
-static inline void hopform_note_minimum_real(hopform_trial_real *trial, real contact, real change, uint32_t count)
-{
+static inline void hopform_note_minimum_real(hopform_trial_real *trial, real contact, real change, uint32_t count) {
     if (contact < trial->least_contact) {
         trial->least_contact = contact;
         trial->least_contact_u = change;
@@ -48,8 +46,7 @@ static inline void hopform_note_minimum_real(hopform_trial_real *trial, real con
 /* The change of the state at an event that comes `late`r. */
 static inline hopform_state_by_axis_real hopform_change_at_event_real(const hopform_state_by_axis_real *change,
                                                                       const hopform_state_by_axis_real *speed,
-                                                                      real late)
-{
+                                                                      real late) {
     hopform_state_by_axis_real met = *change;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         met.of[axis] += speed->of[axis] * late;
@@ -61,8 +58,7 @@ static inline hopform_state_by_axis_real hopform_change_at_event_real(const hopf
  * where the take-off comes before, the contact force being zero: the lesser of that and of the height from which a mass
  * falls as fast; smooth, as the position at rest is. `met` is the change of the state at the event, whose time moves.
  */
-static inline void hopform_note_hit_real(const hopform_tally_real *tally, const hopform_state_by_axis_real *met)
-{
+static inline void hopform_note_hit_real(const hopform_tally_real *tally, const hopform_state_by_axis_real *met) {
     const hopform_robot_real *robot = &tally->plan->robot;
     const real *at = tally->arrived.of;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
@@ -77,24 +73,20 @@ static inline void hopform_note_hit_real(const hopform_tally_real *tally, const 
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
  * moves at the event, the sides before and after decide, and not what rounding leaves of the velocities. */
 static inline bool hopform_turns_up_real(const hopform_tally_real *tally, const hopform_passage_real *now,
-                                         real rate_after)
-{
+                                         real rate_after) {
     const real rate = hopform_contact_slope_real(&tally->plan->robot, &tally->speed.named);
     const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP;
     bool moves = !HOPFORM_CONTACT_IS_COMPRESSION;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves = moves || fabs_real(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0;
     }
-    if (moves) {
-        return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0);
-    }
+    if (moves) { return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0); }
     return HOPFORM_COMPRESSION_FALLS_FROM_REST(tally->side) && !HOPFORM_COMPRESSION_FALLS_FROM_REST(now->side);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
  * proportion to u where the rate that vanishes is 0. */
-static inline void hopform_pass_event_real(hopform_tally_real *tally, const hopform_passage_real *now)
-{
+static inline void hopform_pass_event_real(hopform_tally_real *tally, const hopform_passage_real *now) {
     const hopform_robot_real *robot = &tally->plan->robot;
     const hopform_state_by_axis_real *before = &tally->speed;
     hopform_state_by_axis_real after; /* z' right after it, where W'' is 1, and W', W are 0 */
@@ -129,8 +121,7 @@ static inline void hopform_pass_event_real(hopform_tally_real *tally, const hopf
  * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
  * the stance goes on for another rebound. */
 static inline void hopform_look_for_minimum_real(hopform_tally_real *tally, const hopform_passage_real *passage,
-                                                 const hopform_motion_real *by_u, bool turns)
-{
+                                                 const hopform_motion_real *by_u, bool turns) {
     const hopform_robot_real *robot = &tally->plan->robot;
     const int *side = passage->side;
     const hopform_poles_real *poles = hopform_poles_of_real(tally->plan, side[0], side[1]);
@@ -147,9 +138,7 @@ static inline void hopform_look_for_minimum_real(hopform_tally_real *tally, cons
                                       least.count);
         }
     }
-    if (!passage->leaves || tally->trial->minima > 0) {
-        return;
-    }
+    if (!passage->leaves || tally->trial->minima > 0) { return; }
     const hopform_numerator_real h_u = hopform_contact_numerator_real(robot, by_u);
     const event_function_real contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0, 0, MAY_TURN_real};
     const event_function_real contact_u = {
@@ -169,14 +158,11 @@ static inline void hopform_look_for_minimum_real(hopform_tally_real *tally, cons
 /* Follow the change through a phase, and through the event with which it began. The contact force has no minimum inside
  * where it is the compression and that keeps the sign of its rate. Before the driven element has ever moved there is
  * nothing to follow. */
-static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopform_passage_real *passage)
-{
+static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopform_passage_real *passage) {
     const hopform_plan_real *plan = tally->plan;
     const int *side = passage->side;
     const hopform_basis_real *w = passage->end;
-    if (passage->event != HOPFORM_EVENT_NONE) {
-        hopform_pass_event_real(tally, passage);
-    }
+    if (passage->event != HOPFORM_EVENT_NONE) { hopform_pass_event_real(tally, passage); }
     tally->moves = tally->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
     const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
     if (tally->moves || turns) {
@@ -184,9 +170,7 @@ static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopfor
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.HOPFORM_PER_AMPERE;
         const hopform_motion_real by_u =
             hopform_motion_under_real(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
-        if (turns || passage->leaves) {
-            hopform_look_for_minimum_real(tally, passage, &by_u, turns);
-        }
+        if (turns || passage->leaves) { hopform_look_for_minimum_real(tally, passage, &by_u, turns); }
         tally->change.named = hopform_arrive_real(&tally->change.named, &by_u, w, side[0], side[1]);
     }
     tally->arrived = *passage->arrived;
@@ -200,8 +184,7 @@ static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopfor
 
 /* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
  * take-off at once comes under every current. */
-static inline void hopform_lift_real(const hopform_tally_real *tally, const hopform_state_real *end)
-{
+static inline void hopform_lift_real(const hopform_tally_real *tally, const hopform_state_real *end) {
     const hopform_robot_real *robot = &tally->plan->robot;
     const real rate = hopform_contact_slope_real(robot, &tally->speed.named);
     if (!(fabs_real(rate) > 0.0)) {
@@ -210,9 +193,7 @@ static inline void hopform_lift_real(const hopform_tally_real *tally, const hopf
     }
     const real late = -hopform_contact_slope_real(robot, &tally->change.named) / rate;
     hopform_state_by_axis_real met = hopform_change_at_event_real(&tally->change, &tally->speed, late);
-    if (HOPFORM_CONTACT_IS_COMPRESSION) {
-        met.of[HOPFORM_COMPRESSION_AXIS] = 0.0;
-    }
+    if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
     tally->trial->apex_u = hopform_apex_slope_real(robot, end, &met.change);
     hopform_note_largest_real(tally->trial, end->HOPFORM_POSITION, met.of[HOPFORM_POSITION_AXIS]);
 }
@@ -220,8 +201,7 @@ static inline void hopform_lift_real(const hopform_tally_real *tally, const hopf
 /* What a stance says of its current, all of whose phases are at hand, and whose changes have been followed. `events` is
  * a hash (Fowler, Noll and Vo) of the order of modes and events, which differs where they do. */
 static inline void hopform_close_trial_real(const hopform_tally_real *tally, const hopform_phase_real *phases,
-                                            const hopform_stance_real *stance)
-{
+                                            const hopform_stance_real *stance) {
     hopform_trial_real *trial = tally->trial;
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial->events = 2166136261u;

@@ -5,7 +5,6 @@
 #include "facts.h"
 #include "hopform/hopform.h"
 
-const char *hopform_source(void)
-{
+const char *hopform_source(void) {
     return HOPFORM_SOURCE;
 }

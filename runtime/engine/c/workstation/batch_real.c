@@ -11,8 +11,7 @@ enum { PHASES_OF_LOOP = 4096 };
 
 /* ---- variants ---- */
 
-static int32_t one_by_one(int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out)
-{
+static int32_t one_by_one(int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out) {
     hopform_plan_real plan;
     hopform_run_real run = {0, HOPFORM_OK};
     int32_t kept = HOPFORM_OK;
@@ -26,15 +25,12 @@ static int32_t one_by_one(int64_t count, const hopform_stances_in_real *in, cons
 
 /* What a variant does in vector registers, that the processor has; NULL if nothing does. Registers that hold two
  * numbers are not worth it. */
-static lanes_code_real code_of(int32_t variant)
-{
+static lanes_code_real code_of(int32_t variant) {
     const bool best = variant == HOPFORM_VARIANT_BEST;
 #if defined(HOPFORM_X86_LANES)
     const bool is_512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
                         && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-    if (is_512 && (variant == HOPFORM_VARIANT_AVX512 || best)) {
-        return hopform_lanes_avx512_real();
-    }
+    if (is_512 && (variant == HOPFORM_VARIANT_AVX512 || best)) { return hopform_lanes_avx512_real(); }
     if (__builtin_cpu_supports("avx2") && (variant == HOPFORM_VARIANT_AVX2 || best)) {
         return hopform_lanes_avx2_real();
     }
@@ -43,16 +39,14 @@ static lanes_code_real code_of(int32_t variant)
     return variant == HOPFORM_VARIANT_BASELINE || (best && sizeof(real) < 8) ? hopform_lanes_baseline_real() : none;
 }
 
-int32_t hopform_has_variant_real(int32_t variant)
-{
+int32_t hopform_has_variant_real(int32_t variant) {
     const bool is_any = variant == HOPFORM_VARIANT_BEST || variant == HOPFORM_VARIANT_ONE_BY_ONE;
     return is_any || code_of(variant).evaluate != NULL ? 1 : 0;
 }
 
 /* A lane computes what it does not use as well: what that does to the processor's flags is no news to the caller. */
 static int32_t solve(int32_t variant, int64_t count, const hopform_stances_in_real *in,
-                     const hopform_stances_out_real *out)
-{
+                     const hopform_stances_out_real *out) {
     fenv_t before;
     (void)fegetenv(&before);
     const lanes_code_real code = code_of(variant);
@@ -69,15 +63,12 @@ enum { WRITTEN = HOPFORM_RESULTS_real + 3 };
 
 /* Status of a batch: HOPFORM_OK if it can be solved. */
 static int32_t status_of(int32_t variant, int64_t count, const hopform_stances_in_real *in,
-                         const hopform_stances_out_real *out)
-{
+                         const hopform_stances_out_real *out) {
     if (in == NULL || (out->phases == NULL && out->phase_capacity > 0)
         || (out->event_time == NULL) != (out->event_kind == NULL)) {
         return HOPFORM_ERROR_NULL;
     }
-    if (hopform_has_variant_real(variant) == 0) {
-        return HOPFORM_ERROR_VARIANT;
-    }
+    if (hopform_has_variant_real(variant) == 0) { return HOPFORM_ERROR_VARIANT; }
     const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
     const size_t phases = out->phase_capacity > 0 ? (size_t)out->phase_capacity : 0;
     hopform_elements_real written[WRITTEN] = {
@@ -97,11 +88,8 @@ static int32_t status_of(int32_t variant, int64_t count, const hopform_stances_i
 }
 
 int32_t hopform_solve_stances_by_real(int32_t variant, int64_t count, const hopform_stances_in_real *in,
-                                      const hopform_stances_out_real *out)
-{
-    if (out == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
+                                      const hopform_stances_out_real *out) {
+    if (out == NULL) { return HOPFORM_ERROR_NULL; }
     const int32_t status = status_of(variant, count, in, out);
     if (status < 0) {
         const hopform_stances_out_real own = *out; /* which results may overwrite */
@@ -115,17 +103,13 @@ int32_t hopform_solve_stances_by_real(int32_t variant, int64_t count, const hopf
 }
 
 int32_t hopform_solve_stances_real(int64_t count, const hopform_stances_in_real *in,
-                                   const hopform_stances_out_real *out)
-{
+                                   const hopform_stances_out_real *out) {
     return hopform_solve_stances_by_real(HOPFORM_VARIANT_BEST, count, in, out);
 }
 
-void hopform_stance_loop_real(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data)
-{
+void hopform_stance_loop_real(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data) {
     (void)data;
-    if (args == NULL || dimensions == NULL || steps == NULL) {
-        return;
-    }
+    if (args == NULL || dimensions == NULL || steps == NULL) { return; }
     enum { STATES = HOPFORM_INPUTS_real - HOPFORM_ROBOT_FIELDS };
     const real none = (real)NAN;
     const bool fits = dimensions[1] == HOPFORM_ROBOT_FIELDS;

@@ -15,8 +15,7 @@
 #endif
 
 /* Whether a flag of a block is 1; 0 has no bit that is set. */
-static inline bool any(const real *flags)
-{
+static inline bool any(const real *flags) {
     uint64_t words[BLOCK_real * sizeof(real) / sizeof(uint64_t)];
     uint64_t found = 0;
     memcpy(words, flags, sizeof words);
@@ -34,8 +33,7 @@ RECORD_IN_COLUMNS(terms, hopform_basis_terms_real, TERM_MEMBERS)
 RECORD_IN_COLUMNS(cubic, hopform_cubic_real, CUBIC_MEMBERS)
 
 /* The guesses of roots, refined as refined_root does it. */
-LANES_CODE static void refine_guesses(lanes_real *restrict w, int first)
-{
+LANES_CODE static void refine_guesses(lanes_real *restrict w, int first) {
     for (int l = first; l < first + BLOCK_real; l++) {
         const jet_real from = one_jet(&w->from, l);
         const jet_real to = one_jet(&w->to, l);
@@ -62,8 +60,7 @@ LANES_CODE static void refine_guesses(lanes_real *restrict w, int first)
 }
 
 /* W of three poles over a short time, of a block that waits for the longest series in it. */
-LANES_CODE static void short_bases(lanes_real *restrict w, const real *restrict wanted, int first)
-{
+LANES_CODE static void short_bases(lanes_real *restrict w, const real *restrict wanted, int first) {
     real going[BLOCK_real];
     terms_columns terms;
     for (int n = 0; n < BLOCK_real; n++) {
@@ -90,8 +87,7 @@ LANES_CODE static void short_bases(lanes_real *restrict w, const real *restrict 
 }
 
 /* W of a pair that rings, or from it that of the pair and a real pole, which may be fast. */
-LANES_CODE static void ringing_bases(lanes_real *restrict w, const real *restrict wanted, int first, bool fast)
-{
+LANES_CODE static void ringing_bases(lanes_real *restrict w, const real *restrict wanted, int first, bool fast) {
     real left[BLOCK_real] = {0.0};
     for (int n = 0; n < BLOCK_real && fast; n++) {
         left[n] = hopform_exp_real(-(w->poles.a[first + n] * w->t[first + n]));
@@ -130,8 +126,7 @@ LANES_CODE static void ringing_bases(lanes_real *restrict w, const real *restric
 
 /* W at t where a lane wants it, as hopform_basis_at_real, which itself gives it where neither is the time brief for all
  * poles nor does the pair ring by then. */
-LANES_CODE static void bases_at(lanes_real *restrict w)
-{
+LANES_CODE static void bases_at(lanes_real *restrict w) {
     column_real brief, rings, fast, rest;
     for (int l = 0; l < LANES_real; l++) {
         const hopform_poles_real poles = one_poles(&w->poles, l);
@@ -144,12 +139,8 @@ LANES_CODE static void bases_at(lanes_real *restrict w)
         rest[l] = w->wants[l] - brief[l] - rings[l];
     }
     for (int n = 0; n < LANES_real; n += BLOCK_real) {
-        if (any(rings + n)) {
-            ringing_bases(w, rings, n, any(fast + n));
-        }
-        if (any(brief + n)) {
-            short_bases(w, brief, n);
-        }
+        if (any(rings + n)) { ringing_bases(w, rings, n, any(fast + n)); }
+        if (any(brief + n)) { short_bases(w, brief, n); }
     }
     for (int l = 0; l < LANES_real; l++) {
         if (rest[l] > 0.0) {
@@ -161,8 +152,7 @@ LANES_CODE static void bases_at(lanes_real *restrict w)
 }
 
 /* Where a root is sought, t goes on towards it as locate_root goes; what arrives wants no more. */
-LANES_CODE static void step_on(lanes_real *restrict w, int first)
-{
+LANES_CODE static void step_on(lanes_real *restrict w, int first) {
     for (int l = first; l < first + BLOCK_real; l++) {
         const hopform_poles_real poles = one_poles(&w->poles, l);
         const hopform_basis_real basis = one_basis(&w->basis, l);
@@ -189,8 +179,7 @@ LANES_CODE static void step_on(lanes_real *restrict w, int first)
 }
 
 /* Cube roots of numbers that are not below 0. */
-LANES_CODE static void cube_roots(real *restrict roots, const real *restrict numbers)
-{
+LANES_CODE static void cube_roots(real *restrict roots, const real *restrict numbers) {
     for (int l = 0; l < BLOCK_real; l++) {
         roots[l] = hopform_cube_root_real(fabs_real(numbers[l]));
     }
@@ -198,8 +187,7 @@ LANES_CODE static void cube_roots(real *restrict roots, const real *restrict num
 
 /* As hopform_factor_cubic_real. A step of Newton's that does not lead down, or of the polish that is not small, leaves
  * all as it is, so more of them do no harm. */
-LANES_CODE static void factor(poles_columns *restrict cubics)
-{
+LANES_CODE static void factor(poles_columns *restrict cubics) {
     cubic_columns scaled;
     real scale[BLOCK_real], root[BLOCK_real], going[BLOCK_real];
     cube_roots(root, cubics->s_3);
@@ -239,12 +227,9 @@ LANES_CODE static void factor(poles_columns *restrict cubics)
     }
 }
 
-static void evaluate(lanes_real *w)
-{
+static void evaluate(lanes_real *w) {
     for (int n = 0; n < LANES_real; n += BLOCK_real) {
-        if (any(w->refines + n)) {
-            refine_guesses(w, n);
-        }
+        if (any(w->refines + n)) { refine_guesses(w, n); }
     }
     bases_at(w);
     for (int n = 0; n < LANES_real; n += BLOCK_real) {
@@ -252,8 +237,7 @@ static void evaluate(lanes_real *w)
     }
 }
 
-lanes_code_real LANES_NAME(void)
-{
+lanes_code_real LANES_NAME(void) {
     const lanes_code_real code = {evaluate, factor};
     return code;
 }
