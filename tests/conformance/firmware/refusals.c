@@ -462,6 +462,11 @@ static void flights(void)
     SOIL(f.impact_loss);
     IS(OF(solve_flight)(&plan, &fast, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_NUMBERS);
     CLEAR(f.impact_loss); /* the square of the velocity is infinite */
+    const OF(state) into_stop = {0.0f, fast.v2, 1.5f, 0.0f};
+    SOIL(f.start_loss);
+    IS(OF(solve_flight)(&plan, &into_stop, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f),
+       HOPFORM_ERROR_NUMBERS);
+    CLEAR(f.start_loss); /* likewise, where all that follows is finite */
     const real horizons[] = {0.0f, -1.0f, nan, inf};
     for (int n = 0; n < 4; n++) {
         IS(OF(solve_flight)(&plan, &away, 0, &law, horizons[n], CAPACITY, flight_phases, CAPACITY, &f),
