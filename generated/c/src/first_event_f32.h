@@ -3,25 +3,30 @@
  * The first event of a phase: the earliest root of its event functions, certified to be the earliest.
  *
  * An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2 with the three poles of the phase,
- * positive right after its start; an event is its first root. H0 is 0 but for the distance to a stop. A function that
- * is known to be monotone needs no certificate. The search goes from interval to interval. In each, roots are predicted
- * from the values and derivatives at both ends, located by a step of Householder's and one of Newton's, and certified
- * to be the first by the numbered rules of docs/explanation/certificate.md:
+ * positive right after its start; an event is its first root. H0 is 0 but for the distance to a stop and the height of
+ * a foot that flies. A function that is known to be monotone needs no certificate. The search goes from interval to
+ * interval. In each, roots are predicted from the values and derivatives at both ends, located by a step of
+ * Householder's and one of Newton's, and certified to be the first by the numbered rules of
+ * docs/explanation/certificate.md:
  *
+ * Rule 1, Bernstein's coefficients: where the pair rings, those of the quintic through the jets at both ends exceed
+ * what it may be off.
  * Rule 2, sign variations (Budan and Fourier for exponential polynomials): on an interval shorter than half a period of
  * the pair, the number of roots of g is at most V(from) - V(to) + c. V counts the sign changes of (g, g', d), c is 1 if
  * d changes its sign, and d = g'' + a g' is the derivative of g with the real pole removed (deflated), which has at
- * most one root there.
+ * most one root there. Of three real poles the fastest is removed.
  * Rule 3, closed forms: the time to rest of a mass that slips alone.
  * Rule 4, minima: where g' has one root, the minimum is located.
- * Rule 5, long ringing: while the slow part of g exceeds the envelope of the pair there is no root.
+ * Rule 5, quiet times: while the slow part of g exceeds the envelope of the pair there is no root; of three real poles,
+ * while their kernels cannot take g to 0.
  */
 #ifndef HOPFORM_FIRST_EVENT_H_f32
 #define HOPFORM_FIRST_EVENT_H_f32
 
 #include "phase_f32.h"
 
-/* A function may be located at a later root first, and so more than once. */
+/* A function may be located at a later root first, and so more than once: at each of its roots in an interval, of which
+ * rule 2 leaves three at most, or four in flight. */
 enum { MOST_EVENT_FUNCTIONS_f32 = 4, MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f32 };
 
 /* Intervals that are certified, or cut, in a phase at most. */
@@ -389,8 +394,8 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
     return low > M6 * hhh * hhh / 4.32e4f + rounding;
 }
 
-/* The minimum of g between two times between which its rate becomes positive: a root of the rate, by Householder's
- * method, until a further step changes the value by less than rounding does. */
+/* Rule 4: the minimum of g between two times between which its rate becomes positive: a root of the rate, by
+ * Householder's method, until a further step changes the value by less than rounding does. */
 static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                                    const jet_f32 *from, float low, const jet_f32 *to, float high) {
     const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
@@ -457,6 +462,7 @@ static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const jet_
     return !(falls < 0.0f) || left * set->node->third > -falls ? HOPFORM_NEVER_f32 : -left / falls;
 }
 
+/* Rule 5: how long from `at` on g, for certain, has no root. */
 static inline float quiet_time_f32(const event_set_f32 *set, const jet_f32 *at, float rounding) {
     return set->node->half_period < HOPFORM_NEVER_f32 ? quiet_time_of_ringing_f32(set->poles, at, rounding)
                                                        : quiet_time_of_decay_f32(set, at, rounding);
@@ -599,7 +605,8 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
                && is_held_up_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding));
 }
 
-/* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
+/* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,
+ * unless it is so short that a cut at 1/64 of it is no other number than its start. */
 static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d) {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
@@ -616,7 +623,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
         return false;
     }
     const float cut = in->low + cut_between_f32(d, d_then, h);
-    if (!(cut > in->low && cut < in->high.t)) { return true; /* no number lies in between */ }
+    if (!(cut > in->low && cut < in->high.t)) { return true; /* too short to be cut */ }
     end_interval_at_f32(set, in, cut);
     return false;
 }

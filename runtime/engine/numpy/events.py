@@ -432,8 +432,8 @@ def uncertified(on: Interval, open_: Flags, d: Array, d_then: Array) -> tuple[Nu
 
 
 def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Array) -> Flags:
-    """A look inside the intervals of functions without certificate: true where there is a root, or still none, and the
-    interval ends there.
+    """Rule 4, a look inside intervals of functions without certificate: true where there is a root, or still none, and
+    the interval ends there.
     """
     is_cut = np.zeros(on.low.shape, np.bool_)
     if not lane.size:
@@ -445,7 +445,7 @@ def cut_inside(on: Interval, slot: Numbers, lane: Numbers, d: Array, d_then: Arr
     changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
     cut = low + np.clip(choose(changes, before / (before - after), 0.25), 0.015625, 0.5) * h
     dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)
-    cuts = (cut > low) & (cut < high) & ~dips  # else no number lies in between
+    cuts = (cut > low) & (cut < high) & ~dips  # else it is too short to be cut
     if dips.any():
         within = take((of, low, start, high, end, on.propagator.take(lane, -1)), dips)
         t, lowest = minimum_between(*within)

@@ -400,6 +400,14 @@ static void commands(void)
     IS(OF(choose_current_step)(&search, phases, CAPACITY, &command), HOPFORM_ERROR_HORIZON); /* and it stays so */
     is_safe(&command, __LINE__);
 
+    const int32_t no_count[] = {-1, 1000}; /* a search that was written over ends */
+    for (int n = 0; n < 2; n++) {
+        IS(OF(choose_current_begin)(&search, &plan, &start, &target, &command), HOPFORM_SEARCHING);
+        IS(OF(choose_current_step)(&search, phases, CAPACITY, &command), HOPFORM_SEARCHING);
+        search.count = no_count[n];
+        IS(OF(choose_current_step)(&search, phases, CAPACITY, &command), HOPFORM_OK);
+    }
+
     OF(robot) robot = sound;
     OF(plan) other;
     robot.g = 0.0f;

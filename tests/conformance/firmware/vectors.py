@@ -29,6 +29,8 @@ LEDGER = ("motor_work", "offset_work", "viscous_1", "viscous_2", "coulomb_1", "c
 FLIGHT_KINDS = {"u_saturates": 8, "u_desaturates": 9} | {kind: 1 + n for n, kind in enumerate(KINDS)}
 FLIGHT_ENDINGS = {"touchdown": 1, "tripped": 2, "horizon": 3, "too_many_phases": 4}
 COMMANDS = {"reached": 1, "nearest": 2, "no_takeoff": 3}
+CREEPING = {"m_eff": 1.0, "m_s": 1.0, "k": 900.0, "L0": 0.3, "b1": 400.0, "b2": 300.0, "gamma2": 65.0}
+"""A leg without weight that is damped far more than critically."""
 MOST_CONDITION = 1e4
 
 Row = list[Any]
@@ -47,6 +49,11 @@ def stance_inputs() -> list[tuple[dict[str, float], dict[str, Any]]]:
     for n, robot in enumerate((*ROBOTS[:2], ROBOTS[7], ROBOTS[8])):
         for v2, u in ((-0.7, -1.0), (-1.93, 0.5), (-2.6, 2.75), (-0.3, 0.1 * n)):
             found.append((fields(robot), {"x1": 0.0, "v1": 0.0, "v2": v2, "y": 0.0, "horizon": 2.0, "u": [(0.0, u)]}))
+    limits = {"x1_min": -math.inf, "x1_max": math.inf, "u_max": 1.0}
+    for f2, rest in ((0.0, 1e-6), (0.0, 3e-8), (1e3, 1e-6)):  # take-offs where all but that share of y has faded
+        start = {"x1": 0.0, "v1": 0.0, "v2": 0.0, "y": 0.05, "horizon": 50.0}
+        current = rest * 0.05 * CREEPING["k"] / CREEPING["gamma2"]
+        found.append((fields(CREEPING | limits | {"f2": f2}), start | {"u": [(0.0, current)]}))
     for p in draw_stances(20260, STANCES):
         robot = {name: float(p[name]) for name in Robot._fields if name in p.dtype.names}
         start = {name: float(p[name]) for name in ("x1", "v1", "v2", "y", "horizon")}
@@ -74,7 +81,7 @@ def stance_row(robot: dict[str, float], start: dict[str, Any]) -> Row | None:
     row += [start["horizon"], ENDINGS[exact.status], len(exact.events)]
     for event in exact.events:
         row += [1 + KINDS.index(event.kind), event.time]
-    apex = exact.apex if exact.apex is not None else 0.0
+    apex = exact.apex if robot["g"] and exact.apex is not None else 0.0
     row += [exact.duration, exact.final.x1, exact.final.v1, exact.final.v2, exact.end.y, exact.aed, apex]
     row += [unit["time"], unit["energy"], *conditions]
     times = [float(exact.duration) * share for share in (0.137, 0.41, 0.83)]
