@@ -39,7 +39,7 @@ STATUSES = Kind("Status: 0 ok, negative an error, positive an answer with a warn
     Word(3, "searching", "the search for a current goes on"),
     Word(-1, "error_null", "a pointer is NULL"),
     Word(-2, "error_robot", "a parameter of the robot is out of its domain, or the plan was not made"),
-    Word(-3, "error_state", "a state or the ground is not finite, x_1 is beyond its stroke, or what is fixed moves"),
+    Word(-3, "error_state", "a state is not finite, x_1 is beyond its stroke, or what is fixed moves"),
     Word(-4, "error_extended", "the spring force at the start is negative"),
     Word(-5, "error_steps", "the steps of the current are none or too many, do not start at 0 or do not increase"),
     Word(-6, "error_horizon", "horizon or max_phases is not positive"),

@@ -357,8 +357,8 @@ static inline bool has_no_root_f32(const jet_f32 *from, float d, const jet_f32 *
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float rounding) {
-    const float left = from->value + rounding;
+static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float bound) {
+    const float left = from->value + bound;
     return left > -h * from->rate && left * hopform_greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
 }
 

@@ -357,8 +357,8 @@ static inline bool has_no_root_f64(const jet_f64 *from, double d, const jet_f64 
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double rounding) {
-    const double left = from->value + rounding;
+static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double bound) {
+    const double left = from->value + bound;
     return left > -h * from->rate && left * hopform_greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
 }
 

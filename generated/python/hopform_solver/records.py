@@ -92,7 +92,7 @@ STATUSES: dict[int, Status] = {
     3: "searching",  # the search for a current goes on
     -1: "error_null",  # a pointer is NULL
     -2: "error_robot",  # a parameter of the robot is out of its domain, or the plan was not made
-    -3: "error_state",  # a state or the ground is not finite, x_1 is beyond its stroke, or what is fixed moves
+    -3: "error_state",  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves
     -4: "error_extended",  # the spring force at the start is negative
     -5: "error_steps",  # the steps of the current are none or too many, do not start at 0 or do not increase
     -6: "error_horizon",  # horizon or max_phases is not positive
@@ -204,7 +204,7 @@ CONTACTS: dict[int, Contact] = {
 REFUSALS = {
     -1: "a pointer is NULL",
     -2: "a parameter of the robot is out of its domain, or the plan was not made",
-    -3: "a state or the ground is not finite, x_1 is beyond its stroke, or what is fixed moves",
+    -3: "a state is not finite, x_1 is beyond its stroke, or what is fixed moves",
     -4: "the spring force at the start is negative",
     -5: "the steps of the current are none or too many, do not start at 0 or do not increase",
     -6: "horizon or max_phases is not positive",

@@ -357,8 +357,8 @@ static inline bool has_no_root_real(const jet_real *from, real d, const jet_real
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_real(real l, const jet_real *from, const jet_real *to, real h, real rounding) {
-    const real left = from->value + rounding;
+static inline bool is_held_up_by_slope_real(real l, const jet_real *from, const jet_real *to, real h, real bound) {
+    const real left = from->value + bound;
     return left > -h * from->rate && left * hopform_greater_real(1.0 - l * h, 0.0) > -h * to->rate;
 }
 

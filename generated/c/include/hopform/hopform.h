@@ -41,7 +41,7 @@ extern "C" {
 #define HOPFORM_SEARCHING 3          /**< the search for a current goes on */
 #define HOPFORM_ERROR_NULL (-1)      /**< a pointer is NULL */
 #define HOPFORM_ERROR_ROBOT (-2)     /**< a parameter of the robot is out of its domain, or the plan was not made */
-#define HOPFORM_ERROR_STATE (-3)     /**< a state or the ground is not finite, x_1 is beyond its stroke, or what is fixed moves */
+#define HOPFORM_ERROR_STATE (-3)     /**< a state is not finite, x_1 is beyond its stroke, or what is fixed moves */
 #define HOPFORM_ERROR_EXTENDED (-4)  /**< the spring force at the start is negative */
 #define HOPFORM_ERROR_STEPS (-5)     /**< the steps of the current are none or too many, do not start at 0 or do not increase */
 #define HOPFORM_ERROR_HORIZON (-6)   /**< horizon or max_phases is not positive */
