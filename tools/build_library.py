@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from hashlib import sha256
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -66,7 +67,7 @@ def compile_sources(c: Path, output: Path, *more: str) -> None:
         raise LibraryNotBuilt("generated/c/src holds no C file (`make generate` writes them)")
     lanes = [source for source in sources if source.name.startswith("lanes_")]
     others = [source for source in sources if source not in lanes]
-    include = ["-I", str(c / "include")]
+    include = ["-I", str(c / "include"), *naming_the_source(c)]
     libraries = [] if "-nostdlib" in compiler else ["-lm"]
     for_objects = [*compiler, *(flag for flag in FLAGS if flag != "-shared"), *LANE_FLAGS, *more, *include, "-c"]
     try:
@@ -81,6 +82,16 @@ def compile_sources(c: Path, output: Path, *more: str) -> None:
     except subprocess.CalledProcessError as error:
         first = next((line for line in error.stderr.splitlines() if "error" in line), f"exit code {error.returncode}")
         raise LibraryNotBuilt(f"{compiler[0]} does not compile generated/c: {first}", error.stderr) from error
+
+
+def naming_the_source(c: Path) -> list[str]:
+    """The flag by which a library knows the hash of the sources that it is compiled from."""
+    (headers,) = (c / "include").iterdir()
+    sources = sorted(path for folder in (headers, c / "src") for path in folder.iterdir())
+    digest = sha256()
+    for path in sources:
+        digest.update(f"{path.name}\n".encode() + path.read_bytes())
+    return [f'-D{headers.name.upper()}_SOURCE="{digest.hexdigest()[:16]}"']
 
 
 def run(command: list[str]) -> None:

@@ -8,7 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from .render import DERIVE, MANIFEST, manifest
+from .render import DERIVE, MANIFEST, listing, manifest
 
 GENERATED = DERIVE.with_name("generated")
 """The product of the paper's hopper, in a checkout."""
@@ -24,6 +24,7 @@ def write(texts: dict[Path, str], folder: Path) -> None:
     generated/ holds nothing else, so whatever lies there is replaced or removed. Any other folder must be empty, or one
     that derive made and nobody edited where this run would write; files of other names stay.
     """
+    texts = _with_manifest(texts, folder)
     if not _is_generated(folder):
         _refuse_what_is_not_ours(texts, folder)
     strays = _stray(texts, folder)
@@ -33,6 +34,10 @@ def write(texts: dict[Path, str], folder: Path) -> None:
             _replace(target, text)
     for stray in strays:
         (folder / stray).unlink()
+
+
+def _with_manifest(texts: dict[Path, str], folder: Path) -> dict[Path, str]:
+    return texts | {MANIFEST: listing(texts) if _is_generated(folder) else manifest(texts)}
 
 
 def _refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
@@ -103,6 +108,7 @@ def _digest(path: Path) -> str | None:
 def check(texts: dict[Path, str], folder: Path) -> int:
     """Print how a folder differs from what the derivation says, and whose doing it is; 1 if it does."""
     _refuse_what_is_no_folder(folder)
+    texts = _with_manifest(texts, folder)
     differing = [path for path, text in sorted(texts.items()) if _read(folder / path) != text]
     stray = _stray(texts, folder)
     for path in differing:
@@ -118,9 +124,14 @@ def check(texts: dict[Path, str], folder: Path) -> int:
 
 
 def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> list[str]:
-    """The kind of change: the model, a template, the generator, a file itself, or none of them."""
+    """Each file that differs. Of a folder other than generated/, whose MANIFEST has hashes, the kind of change: the
+    model, a template, the generator, a file itself, or none of them.
+    """
     if not differing:
         return []
+    if _is_generated(folder):
+        missing = {path for path in differing if not (folder / path).exists()}
+        return [f"{path} is {'missing' if path in missing else 'not what is derived'}" for path in differing]
     made, makers = _read_manifest(folder)
     _, makers_now = _parse_manifest(texts[MANIFEST])
     current, _ = _parse_manifest(manifest({path: _read(folder / path) for path in texts if path != MANIFEST}))
@@ -156,7 +167,7 @@ def _read_manifest(folder: Path) -> tuple[dict[Path, str], dict[Path, str]]:
     """
     text = _read(folder / MANIFEST)
     if not _MANIFEST.fullmatch(text):
-        if (folder / MANIFEST).exists() and not _is_generated(folder):
+        if (folder / MANIFEST).exists():
             raise FolderError(f"--out {folder}: its {MANIFEST} was {_NOT_OURS}")
         return {}, {}
     made, makers = _parse_manifest(text)

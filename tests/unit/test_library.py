@@ -52,12 +52,12 @@ def library(tmp_path, monkeypatch) -> Iterator[Path]:
 
 
 def stale(library: Path) -> str:
-    """A library of other sources, down to the function that says which."""
+    """A library of another layout, down to the function that says which."""
     source = (ROOT / "generated" / "c" / "src" / "version.c").read_text("utf-8")
-    other = hopform_solver.SOURCE[::-1]
+    other = hopform_solver.LAYOUT[::-1]
     assert source.count('#include "facts.h"\n') == 1
-    compile_one(library, source.replace('#include "facts.h"\n', f'#define HOPFORM_SOURCE "{other}"\n'))
-    return f"is stale: it was built from {other}, hopform_solver from {hopform_solver.SOURCE}"
+    compile_one(library, source.replace('#include "facts.h"\n', f'#define HOPFORM_LAYOUT "{other}"\n'))
+    return f"is stale: its layout is {other}, that of hopform_solver {hopform_solver.LAYOUT}"
 
 
 def missing(library: Path) -> str:

@@ -6,8 +6,9 @@
 #ifndef HOPFORM_FACTS_H
 #define HOPFORM_FACTS_H
 
-/* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "d347104755a7dcf1"
+/* What this library and the package generated with it have in common: a hash of the public declarations and of these
+ * facts. */
+#define HOPFORM_LAYOUT "f8121257c51b38da"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */

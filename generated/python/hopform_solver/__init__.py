@@ -15,12 +15,12 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "d347104755a7dcf1"
-"""What this package was generated from; the C library carries the same text."""
+LAYOUT = "f8121257c51b38da"
+"""Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
 VERSION = "0.1.0"
 """Of what generated it."""
 
 __all__ = [
-    "ENDINGS", "EVENTS", "ROBOT_FIELDS", "SOURCE", "VERSION", "Ledger", "LegState", "Robot", "Solution", "solve",
+    "ENDINGS", "EVENTS", "LAYOUT", "ROBOT_FIELDS", "VERSION", "Ledger", "LegState", "Robot", "Solution", "solve",
 ]  # fmt: skip

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hopform._errors import BackendError, HopformError
 from hopform._solver import package
-from hopform._solver.library import LIBRARY, Backend, handle, opened
+from hopform._solver.library import LIBRARY, Backend, handle, opened, text_of
 from hopform._solver.package import OURS, ROWS, Array, Columns, Events, LegState, Package, Precision, Steps, records
 
 PHASES_NOT_KEPT = 1
@@ -32,8 +32,9 @@ class Library:
     """A compiled library, and what it takes and gives in each precision."""
 
     def __init__(self, path: Path, prefix: str, package: Package) -> None:
-        self.source = str(import_module(package.name).SOURCE)
-        self._handle = opened(path, prefix, package.name, self.source)
+        layout = str(import_module(package.name).LAYOUT)
+        self._handle = opened(path, prefix, package.name, layout)
+        self.source = text_of(self._handle, f"{prefix}_source") or layout
         self._prefix, self.package = prefix, package
         self._types: dict[str, Types] = {}
 

@@ -30,6 +30,7 @@ int main(void)
     keep = (function)hopform_flight_at_f32;
     keep = (function)hopform_flight_energy_f32;
     keep = (function)hopform_touchdown_f32;
+    keep = (function)hopform_layout;
     keep = (function)hopform_source;
 #endif
 #if USES >= 4

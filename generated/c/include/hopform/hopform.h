@@ -113,7 +113,9 @@ extern "C" {
 /** Members of hopform_robot. */
 #define HOPFORM_ROBOT_FIELDS 15
 
-/** Text that this library and a package generated with it have in common. */
+/** What this library and the package generated with it have in common: a hash of these declarations. And of the sources
+ * that were compiled, where the build defines HOPFORM_SOURCE; else "". */
+const char *hopform_layout(void);
 const char *hopform_source(void);
 
 #ifdef __cplusplus
