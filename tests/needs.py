@@ -1,5 +1,6 @@
 """What some tests need and a bare machine may lack. A skipped test prints why; in CI it fails."""
 
+import shutil
 from collections.abc import Sequence
 
 import pytest
@@ -10,6 +11,10 @@ MESSAGE = hopform.library_message()
 library = pytest.mark.skipif(
     MESSAGE is not None,
     reason=f"the C back end is absent, and NumPy cannot be compared with it: {MESSAGE} (`make test` builds it)",
+)
+cpp = pytest.mark.skipif(
+    shutil.which("c++") is None,
+    reason="a C++ compiler is absent, and headers cannot be tried in C++ (on Debian: apt install g++)",
 )
 
 

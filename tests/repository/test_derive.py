@@ -88,7 +88,6 @@ def test_every_function_of_the_program_is_defined_in_the_module_of_its_steps():
     }
     assert [each.name for each in program().functions] == list(defined)
     for name, module in defined.items():
-        assert module.__name__ == module.__name__
         assert getattr(module, name).make.__module__ == module.__name__, (
             f"{name} stands in another module than its steps"
         )

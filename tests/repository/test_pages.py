@@ -1,37 +1,88 @@
-"""The pages on hopping and on figures are true: every command on them runs as it stands there."""
+"""The pages are true when they are run: examples in Python, commands as they stand there, C that compiles, the tables
+that a program prints.
+"""
 
+import doctest
 import re
+import shlex
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from hopform import _cli as cli
+from tests.bench.hopping import misses
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
+
+
+def text_of(page: str) -> str:
+    return (DOCS / page).read_text("utf-8")
 
 
 def commands(page: str) -> list[list[str]]:
-    """The lines of a page that begin with hopform, without their comments."""
-    text = (DOCS / page).read_text("utf-8")
-    return [line.split("#")[0].split()[1:] for line in re.findall(r"^hopform .*$", text, re.MULTILINE)]
+    """The lines of a page that begin with hopform, as they are typed, without their comments."""
+    return [
+        shlex.split(line, comments=True) for line in re.findall(r"^(?:.venv/bin/)?hopform .*$", text_of(page), re.M)
+    ]
 
 
-def test_the_commands_of_the_page_on_hopping_run_and_write_what_they_say(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if ">>> " in page.read_text("utf-8")], ids=lambda page: page.name
+)
+def test_the_examples_of_a_page_run(page):
+    outcome = doctest.testfile(str(page), module_relative=False)
+    assert outcome.attempted > 1
+    assert outcome.failed == 0
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        "how-to/hop-over-terrain.md",
+        "how-to/use-another-robot.md",
+        "reference/commands.md",
+        pytest.param("tutorials/identification.md", marks=pytest.mark.sliced),
+    ],
+)
+def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_path, monkeypatch, capsys, page):
     monkeypatch.chdir(tmp_path)
     Path("heights.csv").write_text("height\n0\n0.01\n-0.01\n", "utf-8")
-    lines = commands("how-to/hop-over-terrain.md")
+    lines = commands(page)
     assert len(lines) >= 2
-    for arguments in lines:
+    for _, *typed in lines:
+        arguments, (_, *target) = typed[: (end := (*typed, ">").index(">"))], (typed[end:] or [">"])
         assert cli.main(arguments) == 0, arguments
-        named = {word for word in arguments if re.search(r"\.(svg|csv|npz)$", word)}
-        assert named and all(Path(name).stat().st_size > 0 for name in named)
-    assert capsys.readouterr().err == ""
+        printed = capsys.readouterr()
+        assert printed.err == "" or "identification" in page, printed.err
+        for name in target:
+            Path(name).write_text(printed.out, "utf-8")
+        named = {word for word in arguments if re.search(r"\.(svg|csv|npz|html)$", word)}
+        assert all(Path(name).stat().st_size > 0 for name in named), arguments
 
 
-@pytest.mark.parametrize("arguments", [each for each in commands("reference/figures.md") if "--only" in each])
-def test_the_commands_of_the_page_on_figures_run(tmp_path, monkeypatch, arguments):
+@pytest.mark.sliced
+@pytest.mark.parametrize(
+    "arguments", [words[1:] for words in commands("reference/figures.md") if "--only" in words], ids=" ".join
+)
+def test_the_commands_of_the_page_on_figures_draw_what_they_ask_for(tmp_path, monkeypatch, arguments):
     monkeypatch.chdir(tmp_path)
     assert cli.main(arguments) == 0
     asked = arguments[arguments.index("--only") + 1].split(",")
     suffix = "pdf" if "--format" in arguments else "png"
     assert {f"fig_{int(number):02d}.{suffix}" for number in asked} <= {path.name for path in Path("DIR").iterdir()}
+
+
+def test_the_table_of_the_page_on_hopping_is_what_the_benchmark_prints():
+    page = text_of("how-to/hop-over-terrain.md")
+    assert [row for row in misses() if not row.startswith("| exact") and row not in page] == []
+
+
+def test_the_interrupt_of_the_page_on_firmware_compiles(tmp_path):
+    (program,) = re.findall(r"```c\n(.*?)```", text_of("how-to/call-from-firmware.md"), re.DOTALL)
+    (tmp_path / "wiring.c").write_text(program, "utf-8")
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror"]
+    include = ROOT / "generated" / "c" / "include"
+    subprocess.run(["cc", *flags, "-I", str(include), "-c", "wiring.c"], cwd=tmp_path, check=True)

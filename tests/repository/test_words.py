@@ -1,23 +1,15 @@
-"""Words that this project coined do not come back: where the field has a word, the pages use it.
+"""Words that this project coined do not come back: where the field has a word, pages, messages and names use it."""
 
-Identifiers are looked for everywhere; plain words in prose alone, because a public name may contain one.
-"""
-
+import ast
 import re
 from pathlib import Path
 
-import pytest
+import hopform
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
-COVERED = (
-    "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs", "templates", "derive", "runtime/hopform", "tools",
-    "tests/bench", "tests/conformance", "tests/fuzz", "tests/oracle", "tests/unit",
-)  # fmt: skip
-"""Files and folders that are read."""
-
-SUFFIXES = {".md", ".py", ".j2", ".toml"}
-QUOTING = {"docs/evidence/c-mutants.md"}
-"""Pages that quote lines of the engine, whose identifiers are its own."""
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+SPEAKING = ("runtime/hopform", "derive", "tools")
+"""Folders of Python whose messages and docstrings are read."""
 
 COINED = {
     "settle_window": "root isolation",
@@ -73,47 +65,48 @@ COINED = {
 """Each word that went, and the field's word for it."""
 
 
-def files() -> list[Path]:
-    """The files that are read."""
-    found = [path for name in COVERED for path in ([ROOT / name] if "." in name else sorted((ROOT / name).rglob("*")))]
-    return [path for path in found if path.suffix in SUFFIXES]
+def prose(page: Path) -> str:
+    """A page without its code, as one line, so that a word pair may be broken in two."""
+    return re.sub(r"`[^`\n]*`", "", re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE))
 
 
-def prose(path: Path) -> str:
-    """A page without its code; any other file as it is. One line, so that a word pair may be broken in two."""
-    text = path.read_text("utf-8")
-    if path.suffix == ".md":
-        text = re.sub(r"`[^`\n]*`", "", re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE))
-    return re.sub(r"\s+", " ", text)
+def messages(path: Path) -> str:
+    """The texts in a file of Python: what it says, and its docstrings."""
+    constants = (node.value for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.Constant))
+    return " ".join(value for value in constants if isinstance(value, str))
 
 
-def coined(text: str, identifiers: str = "") -> dict[str, str]:
-    """The coined words of a text, and of its identifiers, with the field's words for them."""
+def public_names() -> str:
+    """What Python and C offer, in words."""
+    headers = (ROOT / "generated" / "c" / "include").rglob("*.h")
+    in_c = {name for path in headers for name in re.findall(r"\bhopform_\w+", path.read_text("utf-8"))}
+    return " ".join([*hopform.__all__, *in_c]).replace("_", " ")
+
+
+def coined(text: str) -> dict[str, str]:
+    """The coined words of a text, with the field's words for them."""
+    flat = re.sub(r"\s+", " ", text)
     return {
-        word: field
-        for word, field in COINED.items()
-        if re.search(rf"(?<![\w-]){word}(?![\w-])", identifiers if "_" in word else text, re.IGNORECASE)
+        word: field for word, field in COINED.items() if re.search(rf"(?<![\w-]){word}(?![\w-])", flat, re.IGNORECASE)
     }
 
 
-@pytest.mark.parametrize("path", files(), ids=lambda path: str(path.relative_to(ROOT)))
-def test_a_page_has_the_words_of_the_field(path):
-    name = str(path.relative_to(ROOT))
-    found = coined(prose(path), "" if name in QUOTING else path.read_text("utf-8"))
-    assert found == {}
+def test_pages_messages_and_public_names_have_the_words_of_the_field():
+    texts = {str(page.relative_to(ROOT)): prose(page) for page in PAGES}
+    for folder in SPEAKING:
+        texts |= {str(path.relative_to(ROOT)): messages(path) for path in sorted((ROOT / folder).rglob("*.py"))}
+    texts["public names"] = public_names()
+    assert len(texts) > 100
+    assert {name: found for name, text in texts.items() if (found := coined(text))} == {}
 
 
 def test_the_aed_is_spelt_out_on_each_page_that_has_it():
-    pages = [path.read_text("utf-8") for path in files() if path.suffix == ".md" and path.name != "CHANGELOG.md"]
-    named = [text for text in pages if re.search(r"\bAED\b", text)]
+    named = [text for text in map(prose, PAGES) if re.search(r"\bAED\b", text)]
     assert len(named) > 5
     assert [text[:80] for text in named if "analytical energy delta" not in re.sub(r"\s+", " ", text).lower()] == []
 
 
 def test_a_coined_word_is_found():
-    assert len(files()) > 150
-    found = coined("What the hit says was foretold, in a half turn.")
+    found = coined("What the hit says was foretold, in a half\nturn.")
     assert found == {"foretold": "predicted", "half turn": "half period"}
-    assert coined("", "static void settle_window_real(") == {}
-    assert coined("", "settle_window(guard)") == {"settle_window": "root isolation"}
     assert coined("a tolerance, undoubted, adipose, a half-turned leaf") == {}
