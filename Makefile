@@ -3,7 +3,7 @@
 PY = .venv/bin/python
 export CC
 
-FIRST = run|test|docs|generate|check|lint|bench|firmware-test|test-exhaustive|mutants|wheel|clean|help-all
+FIRST = run|test|precheck|format|docs|generate|check|lint|bench|firmware-test|nightly|wheel|clean|help-all
 help:
 	@sed -nE 's/^($(FIRST)):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-16s %s\n", $$1, $$2 }'
 
@@ -29,15 +29,34 @@ test: compiler venv-dev ## prove it: the derivation, the generated code against 
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
+QUICK_TESTS = $(addprefix tests/repository/test_,words.py docs.py rooms.py derive.py facts.py statuses.py tests.py ci.py)
+precheck: venv-dev ## in 20 s what most changes are refused for: style, format, stale files, words, links, rooms, facts
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	sh tools/lint_c.sh format
+	$(PY) -m derive --check
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -q -n auto -p no:cacheprovider -k "not builds" $(QUICK_TESTS)
+
+format: venv-dev ## let the formatters write: ruff, clang-format
+	$(PY) -m ruff check --fix .
+	$(PY) -m ruff format .
+	sh tools/lint_c.sh write
+
 N = 1000000
 test-exhaustive: compiler venv-dev ## certify N (1 000 000) random stances; then test-control-exhaustive
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.exhaustive --count $(N) --reference 2000 --cases out/cases.json
 	$(PY) -m tests.conformance.currents --count $(TOUCHDOWNS) --step 1e-4
 
-test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 with the 50-digit reference
+# The seed of every draw; nightly takes the day's.
+SEED = 20261128
+test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them by SEED, 500 with the 50-digit reference
 	$(PY) tools/build_library.py
-	$(PY) -m tests.conformance.exhaustive --count 20000 --reference 500 --cases out/cases.json
+	$(PY) -m tests.conformance.exhaustive --seed $(SEED) --count 20000 --reference 500 --cases out/cases.json
+
+nightly: ## the long stages of .ci/run, longer and by the day's seed: coverage, determinism, mutants, exhaustive, fuzzing
+	@set -e; seed=$$(date +%Y%m%d); export HOPFORM_SEED=$$seed FUZZ_SEED=$$seed; \
+	    $(MAKE) coverage-c test-determinism mutants-all test-exhaustive-slice fuzz SEED=$$seed
 
 test-slices: compiler venv-dev ## the slower tests, with some robots of each count of test-exhaustive-identification
 	$(PY) tools/build_library.py
@@ -82,14 +101,14 @@ fuzz-outside: compiler venv-dev ## any objects, command lines and files from out
 	$(PY) tools/build_library.py
 	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto -m "not exhaustive" tests/unit/test_outside_*.py
 
-coverage-c: compiler venv-dev ## count the branches of the C that the tests take; 95 % of firmware's must be
+coverage-c: compiler venv-dev ## count the branches of the C that tests take, or ONLY=--programs in C; 95 % must be
 	$(PY) tools/build_library.py
-	$(PY) -m tests.repository.branch_coverage
+	$(PY) -m tests.repository.branch_coverage $(ONLY)
 
 MUTANTS = 400
 TO_KILL = $(if $(LEAST),--least $(LEAST))
 mutants-c: compiler venv-dev ## change MUTANTS (400) lines of the engine's C at random, see tests in C fail; needs gcc
-	$(PY) -m tests.mutation --count $(MUTANTS) $(TO_KILL)
+	$(PY) -m tests.mutation --count $(MUTANTS) --seed $(SEED) $(TO_KILL)
 
 frama-c: venv-dev ## Frama-C's Eva on the library for firmware, any bits as inputs; needs frama-c-base of Debian 12
 	$(PY) -m tests.conformance.firmware.eva
@@ -98,17 +117,14 @@ test-exhaustive-kernels: compiler venv-dev ## every float32 input of every kerne
 	nice $(PY) -m tests.conformance.kernels
 
 firmware-test: compiler venv-dev ## the C library on emulated processors: selftest, golden vectors, garbage, costs
-	sh tests/conformance/firmware/install.sh
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.firmware
 
 firmware-test-all: compiler venv-dev ## the same for every processor, compiler, optimisation and precision
-	sh tests/conformance/firmware/install.sh
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.firmware --all
 
 firmware-report: compiler venv-dev ## count instructions, flash and stack there, write docs/evidence/firmware-costs.*
-	sh tests/conformance/firmware/install.sh
 	$(PY) -m tests.conformance.firmware --report
 
 generate: venv ## derive the formulas and write generated/
@@ -136,9 +152,6 @@ lint: venv-dev ## style and types, of Python and of C; cppcheck where it is inst
 	$(PY) -m pyright
 	sh tools/lint_c.sh
 
-lines: venv ## count the lines of each room, without blanks, comments and docstrings; fail if there are too many
-	@$(PY) tools/lines.py
-
 wheel: venv-dev ## build the sdist, from it the wheel, and look inside
 	@rm -rf dist
 	$(PY) -m build --no-isolation
@@ -152,14 +165,14 @@ wheels: compiler venv-wheels ## the sdist and a wheel for each of PLATFORMS (all
 
 COUNT = 60
 mutants: compiler venv-dev ## change COUNT (60) places of the package at random, see tests fail
-	$(PY) -m tests.mutation.python --count $(COUNT) $(TO_KILL)
+	$(PY) -m tests.mutation.python --count $(COUNT) --seed $(SEED) $(TO_KILL)
 
 mutants-all: compiler venv-dev ## 400 places of the package, and mutants-c
-	$(PY) -m tests.mutation.python --count 400
-	$(PY) -m tests.mutation --count $(MUTANTS)
+	$(PY) -m tests.mutation.python --count 400 --seed $(SEED)
+	$(PY) -m tests.mutation --count $(MUTANTS) --seed $(SEED)
 
-test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
-	$(PY) -m tests.repository.determinism
+test-determinism: venv-dev ## derive with every Python (or PYTHONS=--this-python), sympy, hash seed: the same bytes
+	$(PY) -m tests.repository.determinism $(PYTHONS)
 
 bench: compiler venv-bench ## time hopform and other solvers, write docs/evidence/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py
@@ -198,7 +211,7 @@ venv-docs:
 .PHONY: help help-all run test test-slices test-exhaustive test-exhaustive-slice test-exhaustive-identification
 .PHONY: validate-data
 .PHONY: test-manifests
-.PHONY: scans fuzz fuzz-outside generate check lint lines wheel mutants mutants-all test-determinism bench gate
+.PHONY: scans fuzz fuzz-outside generate check precheck format lint nightly wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
 .PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-wheels doxygen docs site-test wheels

@@ -143,7 +143,7 @@ def main() -> int:
     parser.add_argument("--report", action="store_true", help="count, and write docs/evidence/firmware-costs.*")
     chosen = parser.parse_args()
     if missing := needed():
-        sys.exit(f"hopform: not installed: {', '.join(missing)} (tests/conformance/firmware/install.sh, on Debian)")
+        sys.exit(f"hopform: not installed: {', '.join(missing)} (.ci/run has Debian's packages)")
     if chosen.report:
         costs.report()
         return 0
