@@ -178,7 +178,6 @@ bench: compiler venv-bench ## time hopform and other solvers, write docs/evidenc
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.bench $(if $(QUICK),--quick)
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.bench.identification
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.bench.lanes
 
 clean: ## remove everything that these targets made, except generated/
 	rm -rf .venv .venv-manifests out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis

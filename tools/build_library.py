@@ -15,9 +15,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno"]
-# Loops over lanes become vector instructions where no trap on a number that is not used is kept. Who reads one of two
-# numbers that have been stored in one go waits for both.
-LANE_FLAGS = ["-O3", "-fno-trapping-math", "-fno-tree-slp-vectorize"]
 PLATFORM = os.environ.get("HOPFORM_PLATFORM") or sys.platform
 """The platform of a wheel that is built for another computer, with $CC a cross compiler; or this one's."""
 SUFFIX = ".dylib" if PLATFORM.startswith(("darwin", "macosx")) else ".dll" if PLATFORM.startswith("win") else ".so"
@@ -65,17 +62,15 @@ def compile_sources(c: Path, output: Path, *more: str) -> None:
     sources = sorted((c / "src").glob("*.c"))
     if not sources:
         raise LibraryNotBuilt("generated/c/src holds no C file (`make generate` writes them)")
-    lanes = [source for source in sources if source.name.startswith("lanes_")]
-    others = [source for source in sources if source not in lanes]
     include = ["-I", str(c / "include"), *naming_the_source(c)]
     libraries = [] if "-nostdlib" in compiler else ["-lm"]
-    for_objects = [*compiler, *(flag for flag in FLAGS if flag != "-shared"), *LANE_FLAGS, *more, *include, "-c"]
+    for_objects = [*compiler, *(flag for flag in FLAGS if flag != "-shared"), *more, *include, "-c"]
     try:
         with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
-            objects = [str(Path(folder, f"{source.stem}.o")) for source in lanes]
-            commands = ([*for_objects, str(source), "-o", made] for source, made in zip(lanes, objects, strict=True))
+            objects = [str(Path(folder, f"{source.stem}.o")) for source in sources]
+            commands = ([*for_objects, str(source), "-o", made] for source, made in zip(sources, objects, strict=True))
             list(pool.map(run, commands))
-            run([*compiler, *FLAGS, *more, *include, *map(str, others), *objects, "-o", str(output), *libraries])
+            run([*compiler, *FLAGS, *more, *objects, "-o", str(output), *libraries])
     except OSError as error:
         hint = "set CC, or on Debian: apt install gcc"
         raise LibraryNotBuilt(f"no C compiler: {compiler[0]}: {error.strerror} ({hint})") from error

@@ -122,7 +122,7 @@ def tried(found: Path, folder: Path, target: Target) -> str:
 
 
 def main(dist: Path, *platforms: str) -> None:
-    """Two at a time; each compiles its lanes at once."""
+    """Two at a time."""
     unknown = set(platforms) - {target.platform for target in TARGETS}
     if unknown:
         sys.exit(f"hopform: no platform {', '.join(unknown)}; there are {', '.join(each.platform for each in TARGETS)}")

@@ -47,10 +47,9 @@ STATUSES = Kind("Status: 0 ok, negative an error, positive an answer with a warn
     Word(-8, "error_numbers", "out of the range of the precision: scale the robot or use double precision"),
     Word(-9, "error_target", "the desired apex is below the ground, not finite, or stop_margin is negative"),
     Word(-10, "error_gains", "a gain is negative or not finite"),
-    Word(-11, "error_variant", "no such variant of a batch on this processor"),
-    Word(-12, "error_detector", "a sample or threshold is not finite, low > high, or count < 1"),
-    Word(-13, "error_unstable", "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated"),
-    Word(-14, "error_overlap", "an output overlaps an input that is read while it is written"),
+    Word(-11, "error_detector", "a sample or threshold is not finite, low > high, or count < 1"),
+    Word(-12, "error_unstable", "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated"),
+    Word(-13, "error_overlap", "an output overlaps an input that is read while it is written"),
 )
 COMMANDS = Kind("What the controller found.", "CommandStatus", "COMMANDS", "command_").of(
     Word(1, "reached", "the next apex is the desired one"),

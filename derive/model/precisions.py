@@ -111,6 +111,5 @@ CONSTANTS = (
     Constant("TINY_DOWN", 2.0**-8, 2.0**-18, "scales its cube root back"),
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
     _each("CARRIED_SQUARE", _carried, "the square of a step, in rates, that a Taylor series carries exactly"),
-    Constant("LANE_COUNT", 32, 32, "stances that are solved at a time"),
 )
 """Those of the C library, the limits among them."""

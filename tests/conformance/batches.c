@@ -218,7 +218,7 @@ static OF(output) column(void *first)
 }
 
 /* Events lie one list behind the other; x2 comes last among the numbers. */
-static int32_t solve_together(int32_t variant, int lists)
+static int32_t solve_together(int lists)
 {
     static real times[COUNT * EVENTS];
     static int8_t kinds[COUNT * EVENTS];
@@ -235,8 +235,7 @@ static int32_t solve_together(int32_t variant, int lists)
     out.event_time = lists ? times : NULL;
     out.event_kind = lists ? kinds : NULL;
     out.event_capacity = EVENTS;
-    const int32_t status =
-        variant < 0 ? OF(solve_stances)(COUNT, &in, &out) : OF(solve_stances_by)(variant, COUNT, &in, &out);
+    const int32_t status = OF(solve_stances)(COUNT, &in, &out);
     for (int i = 0; i < COUNT; i++) {
         memcpy(together[i].event_time, lists ? times + i * EVENTS : alone[i].event_time, sizeof together[i].event_time);
         memcpy(together[i].event_kind, lists ? kinds + i * EVENTS : alone[i].event_kind, sizeof together[i].event_kind);
@@ -328,15 +327,11 @@ int main(int argc, char **argv)
         answers_alone();
         end_at_events();
         answers_alone();
-        for (int32_t variant = -1; variant <= HOPFORM_VARIANT_AVX512; variant++) {
-            if (variant < 0 || OF(has_variant)(variant)) {
-                const unsigned long before = blocks;
-                must_agree(solve_together(variant, 1), 1);
-                must_agree(solve_together(variant, 0), 0);
-                if (prints_work && variant >= 0) {
-                    printf("variant%d %lu\n", (int)variant, blocks - before);
-                }
-            }
+        const unsigned long before = blocks;
+        must_agree(solve_together(1), 1);
+        must_agree(solve_together(0), 0);
+        if (prints_work) {
+            printf("batch %lu\n", blocks - before);
         }
         for (int i = 0; i < COUNT; i++) {
             seen |= alone[i].status < 0 ? 1 << 16 : 1 << alone[i].status;

@@ -165,29 +165,22 @@ static int is_same(batch *b, batch *other)
 
 /* ---- NULL ---- */
 
-static int32_t solve(int32_t variant, batch *b)
+static int32_t solve(batch *b)
 {
-    return variant < 0 ? OF(solve_stances)(COUNT, &b->in, &b->out)
-                       : OF(solve_stances_by)(variant, COUNT, &b->in, &b->out);
+    return OF(solve_stances)(COUNT, &b->in, &b->out);
 }
 
 static void no_pointer(void)
 {
     static batch b, apart;
     separate(&apart);
-    holds(solve(-1, &apart) == HOPFORM_OK, "separate memory", code(apart.results[0]), 0);
+    holds(solve(&apart) == HOPFORM_OK, "separate memory", code(apart.results[0]), 0);
     holds(code(apart.results[0]) == HOPFORM_ENDING_TAKEOFF, "separate memory, no take-off", code(apart.results[0]), 0);
     holds(OF(solve_stances)(COUNT, NULL, NULL) == HOPFORM_ERROR_NULL, "nothing", 0, 0);
     holds(OF(solve_stances)(COUNT, &apart.in, NULL) == HOPFORM_ERROR_NULL, "no results", 0, 0);
-    holds(OF(solve_stances_by)(HOPFORM_VARIANT_BASELINE, COUNT, &apart.in, NULL) == HOPFORM_ERROR_NULL, "no results", 1,
-          0);
     separate(&b);
     holds(OF(solve_stances)(COUNT, NULL, &b.out) == HOPFORM_ERROR_NULL && is_refused(&b, HOPFORM_ERROR_NULL, -1),
           "no inputs", 0, 0);
-    separate(&b);
-    holds(OF(solve_stances_by)(99, COUNT, &b.in, &b.out) == HOPFORM_ERROR_VARIANT
-              && is_refused(&b, HOPFORM_ERROR_VARIANT, -1),
-          "no variant", 0, 0);
     holds(b.read[READ - 1][COUNT - 1] == numbers[READ - 1], "what lies before the results is changed", 0, 0);
     struct {
         OF(stances_out) out;
@@ -201,14 +194,14 @@ static void no_pointer(void)
     for (int n = 0; n < READ; n++) {
         separate(&b);
         input_of(&b, n)->first = NULL;
-        holds(solve(-1, &b) == HOPFORM_ERROR_NULL && is_refused(&b, HOPFORM_ERROR_NULL, -1), "an input column is NULL",
+        holds(solve(&b) == HOPFORM_ERROR_NULL && is_refused(&b, HOPFORM_ERROR_NULL, -1), "an input column is NULL",
               n, 0);
         holds(OF(solve_stances)(0, &b.in, &b.out) == HOPFORM_OK, "an input column of no stance is NULL", n, 0);
     }
     for (int n = 0; n < RESULTS; n++) {
         separate(&b);
         output_of(&b, n)->first = NULL;
-        holds(solve(-1, &b) == HOPFORM_OK, "a column of results is NULL", n, 0);
+        holds(solve(&b) == HOPFORM_OK, "a column of results is NULL", n, 0);
         output_of(&b, n)->first = apart.results[n];
         holds(is_same(&b, &apart), "a column of results is NULL: the others", n, 0);
     }
@@ -217,7 +210,7 @@ static void no_pointer(void)
         b.out.phases = (mask & 1) != 0 ? NULL : b.phases;
         b.out.event_time = (mask & 2) != 0 ? NULL : b.event_time;
         b.out.event_kind = (mask & 4) != 0 ? NULL : b.event_kind;
-        const int32_t status = solve(-1, &b);
+        const int32_t status = solve(&b);
         const int fine = mask == 6; /* no events are wanted */
         holds(status == (fine ? HOPFORM_OK : HOPFORM_ERROR_NULL), "buffers are NULL", mask, status);
         holds(fine || is_refused(&b, HOPFORM_ERROR_NULL, -1), "buffers are NULL: results", mask, 0);
@@ -229,33 +222,31 @@ static void no_pointer(void)
     OF(stance_loop)(columns, none, NULL, NULL);
 }
 
-/* No phases are kept where there is room for less than none, whatever solves them. */
+/* No phases are kept where there is room for less than none. */
 static void no_room(void)
 {
-    enum { MANY = 64 }; /* as many as fill lanes */
+    enum { MANY = 64 };
     static batch b;
     static int32_t endings[MANY];
     static real times[MANY];
     static int8_t kinds[MANY];
-    for (int variant = HOPFORM_VARIANT_BEST; variant <= HOPFORM_VARIANT_AVX512; variant++) {
-        for (int given = 0; given < 2 && OF(has_variant)(variant) != 0; given++) {
-            separate(&b);
-            for (int n = 0; n < READ; n++) {
-                input_of(&b, n)->stride = 0;
-            }
-            for (int n = 0; n < RESULTS; n++) {
-                output_of(&b, n)->first = NULL;
-            }
-            b.out.status.first = endings;
-            b.out.event_time = times;
-            b.out.event_kind = kinds;
-            b.out.event_capacity = 1;
-            b.out.phases = given != 0 ? b.phases : NULL;
-            b.out.phase_capacity = -1;
-            holds(OF(solve_stances_by)(variant, MANY, &b.in, &b.out) == HOPFORM_PHASES_NOT_KEPT
-                      && endings[MANY - 1] == HOPFORM_ENDING_TAKEOFF,
-                  "room for less than none", variant, given);
+    for (int given = 0; given < 2; given++) {
+        separate(&b);
+        for (int n = 0; n < READ; n++) {
+            input_of(&b, n)->stride = 0;
         }
+        for (int n = 0; n < RESULTS; n++) {
+            output_of(&b, n)->first = NULL;
+        }
+        b.out.status.first = endings;
+        b.out.event_time = times;
+        b.out.event_kind = kinds;
+        b.out.event_capacity = 1;
+        b.out.phases = given != 0 ? b.phases : NULL;
+        b.out.phase_capacity = -1;
+        holds(OF(solve_stances)(MANY, &b.in, &b.out) == HOPFORM_PHASES_NOT_KEPT
+                  && endings[MANY - 1] == HOPFORM_ENDING_TAKEOFF,
+              "room for less than none", given, 0);
     }
 }
 
@@ -364,7 +355,7 @@ static void placed(int n, int m, ptrdiff_t offset, ptrdiff_t read_stride, ptrdif
     input_of(&b, n)->first = from.first;
     input_of(&b, n)->stride = read_stride;
     const int overlap = meet(&from, &to);
-    const int32_t status = solve(HOPFORM_VARIANT_ONE_BY_ONE, &b);
+    const int32_t status = solve(&b);
     holds(status == (overlap ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK), "overlap of columns: input, result", n, m);
     holds(overlap ? is_refused(&b, HOPFORM_ERROR_OVERLAP, -1) : is_same(&b, apart), "overlap of columns, results", n,
           m);
@@ -375,7 +366,7 @@ static void overlaps(void)
 {
     static batch apart;
     separate(&apart);
-    holds(solve(-1, &apart) == HOPFORM_OK, "separate memory", 0, 0);
+    holds(solve(&apart) == HOPFORM_OK, "separate memory", 0, 0);
     enum { R = sizeof(real) };
     static const ptrdiff_t strides[][2] = {{R, R},          {0, R},           {R, 0},
                                            {0, 0},          {6 * R, 6 * R},   {-6 * R, 6 * R},
@@ -420,7 +411,7 @@ static void over_the_structs(void)
                 b.out.phases = (OF(phase) *)(void *)place;
                 b.out.phase_capacity = 2; /* which fit into either struct */
             }
-            holds(to.size > 0 && solve(HOPFORM_VARIANT_ONE_BY_ONE, &b) == HOPFORM_ERROR_OVERLAP,
+            holds(to.size > 0 && solve(&b) == HOPFORM_ERROR_OVERLAP,
                   "results over a struct", m, which);
             b.out = out;
             holds(is_refused(&b, HOPFORM_ERROR_OVERLAP, m), "results over a struct, not safe", m, which);

@@ -68,7 +68,7 @@ def test_flags_of_msvc_that_change_results_are_refused(tmp_path, flags, why):
 def test_without_extensions_batches_and_grids_have_the_same_bits(tmp_path):
     library = tmp_path / "plain.so"
     subprocess.run([*PLAIN, "-O1", "-fPIC", "-shared", *(C / "src").glob("*.c"), "-lm", "-o", library], check=True)
-    tests = ["tests/unit/test_lanes.py", "tests/unit/test_grid.py", f"{SELFTEST}::{DIGEST}"]
+    tests = ["tests/unit/test_batch.py", "tests/unit/test_grid.py", f"{SELFTEST}::{DIGEST}"]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "tests.other_library", "-p", "no:cacheprovider", *tests]
     environment = os.environ | {"HOPFORM_OTHER_LIBRARY": str(library)}
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=environment)

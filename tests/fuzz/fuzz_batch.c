@@ -1,8 +1,8 @@
 /* A libFuzzer target: a batch on arbitrary bit patterns, -DSINGLE in single precision.
  *
- * A few robots and starts, with currents and velocities spread between two numbers each, are solved by each variant
- * that the processor has. Every bit of their answers must be the same. A horizon is cut to MOST_HALF_TURNS of the
- * stiffest oscillation: an input takes milliseconds.
+ * A few robots and starts, with currents and velocities spread between two numbers each, are solved together and each as
+ * a batch of one. Every bit of their answers must be the same. A horizon is cut to MOST_HALF_TURNS of the stiffest
+ * oscillation: an input takes milliseconds.
  */
 #include <math.h>
 #include <stdint.h>
@@ -38,22 +38,23 @@ static T(output) results(void *first, size_t stride)
     return made;
 }
 
-static void solve(int32_t variant, const inputs *from, int one_robot, int32_t count, int32_t max_phases,
-                  int32_t capacity, int lists, answers *to)
+/* `count` stances from the `first` on */
+static void solve(const inputs *from, int32_t first, int one_robot, int32_t count, int32_t max_phases, int32_t capacity,
+                  int lists, answers *to)
 {
     T(phase) phases[MAX_PHASES];
     T(stances_in) in;
     T(stances_out) out;
     memset(to, 0, sizeof *to);
     for (int n = 0; n < ROBOT; n++) {
-        in.robot[n] = column(&from->robot[0][n], one_robot ? 0 : sizeof from->robot[0]);
+        in.robot[n] = column(&from->robot[first][n], one_robot ? 0 : sizeof from->robot[0]);
     }
-    in.x1 = column(from->x1, sizeof(real));
-    in.v1 = column(from->v1, sizeof(real));
-    in.v2 = column(from->v2, sizeof(real));
-    in.y = column(from->y, sizeof(real));
-    in.u = column(from->u, sizeof(real));
-    in.horizon = column(from->horizon, sizeof(real));
+    in.x1 = column(from->x1 + first, sizeof(real));
+    in.v1 = column(from->v1 + first, sizeof(real));
+    in.v2 = column(from->v2 + first, sizeof(real));
+    in.y = column(from->y + first, sizeof(real));
+    in.u = column(from->u + first, sizeof(real));
+    in.horizon = column(from->horizon + first, sizeof(real));
     in.max_phases = max_phases;
     T(output) *numbers[RESULTS] = {&out.duration, &out.x1, &out.v1, &out.x2, &out.v2, &out.apex, &out.aed};
     for (int n = 0; n < RESULTS; n++) {
@@ -66,7 +67,7 @@ static void solve(int32_t variant, const inputs *from, int one_robot, int32_t co
     out.event_time = lists ? to->event_time : NULL;
     out.event_kind = lists ? to->event_kind : NULL;
     out.event_capacity = EVENTS;
-    to->kept = T(solve_stances_by)(variant, count, &in, &out);
+    to->kept = T(solve_stances)(count, &in, &out);
 }
 
 static int same(const real *one, const real *other) /* to the last bit, or both NaN: a NaN's sign is fixed by no rule */
@@ -74,17 +75,15 @@ static int same(const real *one, const real *other) /* to the last bit, or both 
     return memcmp(one, other, sizeof *one) == 0 || (isnan(*one) && isnan(*other));
 }
 
-static void must_agree(const answers *lanes, const answers *alone, int32_t count)
+static void must_agree(const answers *together, int32_t i, const answers *alone)
 {
-    must(lanes->kept == alone->kept);
-    for (int32_t i = 0; i < count; i++) {
-        must(lanes->status[i] == alone->status[i] && lanes->event_count[i] == alone->event_count[i]);
-        for (int n = 0; n < RESULTS; n++) {
-            must(same(&lanes->numbers[n][i], &alone->numbers[n][i]));
-        }
+    must(together->status[i] == alone->status[0] && together->event_count[i] == alone->event_count[0]);
+    for (int n = 0; n < RESULTS; n++) {
+        must(same(&together->numbers[n][i], &alone->numbers[n][0]));
     }
-    for (int32_t i = 0; i < count * EVENTS; i++) {
-        must(lanes->event_kind[i] == alone->event_kind[i] && same(&lanes->event_time[i], &alone->event_time[i]));
+    for (int32_t n = 0; n < EVENTS; n++) {
+        must(together->event_kind[i * EVENTS + n] == alone->event_kind[n]);
+        must(same(&together->event_time[i * EVENTS + n], &alone->event_time[n]));
     }
 }
 
@@ -119,14 +118,15 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         made.v2[i] = v2 + share * more_v2;
         made.horizon[i] = bounded(longest, robot, MOST_HALF_TURNS);
     }
-    static answers alone, lanes;
+    static answers together, alone;
     const int32_t capacity = which & 2 ? MAX_PHASES : 1 + max_phases % 5;
-    solve(HOPFORM_VARIANT_ONE_BY_ONE, &made, one_robot, count, max_phases, capacity, which & 4, &alone);
-    for (int32_t variant = HOPFORM_VARIANT_BASELINE; variant <= HOPFORM_VARIANT_AVX512; variant++) {
-        if (T(has_variant)(variant)) {
-            solve(variant, &made, one_robot, count, max_phases, capacity, which & 4, &lanes);
-            must_agree(&lanes, &alone, count);
-        }
+    solve(&made, 0, one_robot, count, max_phases, capacity, which & 4, &together);
+    int32_t kept = HOPFORM_OK;
+    for (int32_t i = 0; i < count; i++) {
+        solve(&made, i, one_robot, 1, max_phases, capacity, which & 4, &alone);
+        must_agree(&together, i, &alone);
+        kept = alone.kept > kept ? alone.kept : kept;
     }
+    must(together.kept == kept);
     return 0;
 }

@@ -17,6 +17,7 @@ import hopform
 from hopform import HopformError, Robot, ufuncs
 from hopform_solver.records import EVENTS, ROBOT_FIELDS
 from tests import needs
+from tests.conformance.random_stances import draw_stances
 
 HOPPER = hopform.load_robot("hopper_c")
 VECTOR = np.array(HOPPER.parameters)
@@ -436,3 +437,28 @@ def test_a_sweep_survives_the_death_of_a_worker(tmp_path):
 def test_the_page_on_batches_says_what_is_computed():
     page = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "many-stances.md"
     assert doctest.testfile(str(page), module_relative=False) == doctest.TestResults(failed=0, attempted=10)
+
+
+# ---- the C of a batch ----
+
+
+@needs.library
+def test_threads_and_order_change_no_bit(hopper_c):
+    v2 = np.linspace(-3.0, -1.0, 3 * ufuncs.CHUNK + 5)
+    one = hopform.solve_stances(hopper_c, v2=v2, u=2.0, backend="c")
+    two = hopform.solve_stances(hopper_c, v2=v2, u=2.0, backend="c", threads=2)
+    reverse = hopform.solve_stances(hopper_c, v2=v2[::-1], u=2.0, backend="c")
+    for field in ("status", "duration", "apex", "aed", "event_count"):
+        assert getattr(one, field).tobytes() == getattr(two, field).tobytes()
+        assert getattr(one, field).tobytes() == getattr(reverse, field)[::-1].tobytes()
+
+
+@needs.library
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_a_batch_raises_no_flag_of_the_processor(dtype):
+    problems = draw_stances(11, 500)
+    inputs = [problems[name].astype(dtype) for name in ("x1", "v1", "v2", "y", "u", "horizon")]
+    robots = np.stack([problems[field.name].astype(dtype) for field in ROBOT_FIELDS], axis=-1)
+    with np.errstate(all="raise"):
+        results = ufuncs.stance(*inputs, robots)
+    assert np.isfinite(results[1]).all()

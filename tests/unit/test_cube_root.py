@@ -168,12 +168,9 @@ def test_the_library_needs_no_libm(tmp_path, compiler):
     """As the README says: optimised, with -fno-math-errno, a square root is an instruction;
     else it is the one function left.
 
-    Batches and lanes, which are for workstations, ask the processor and keep its flags; a grid asks it, too, where it
-    may.
+    Batches, which are for workstations, keep the processor's flags; a grid asks what it has, where it may.
     """
-    for source in sorted(
-        set((C / "src").glob("*.c")) - set((C / "src").glob("batch_*")) - set((C / "src").glob("lanes_*"))
-    ):
+    for source in sorted(set((C / "src").glob("*.c")) - set((C / "src").glob("batch_*"))):
         portable = "-DHOPFORM_PORTABLE"
         assert needed(compiler, source, tmp_path / "one.o", "-Os", "-fno-math-errno", portable) == set(), source.name
         assert needed(compiler, source, tmp_path / "one.o", "-O0") <= {"sqrt", "sqrtf"} | asks(source), source.name

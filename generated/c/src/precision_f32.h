@@ -35,7 +35,6 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_TINY_DOWN_f32 0.00390625f /* scales its cube root back */
 #define HOPFORM_EXPONENT_BIAS_f32 127 /* of the exponent's bits */
 #define HOPFORM_CARRIED_SQUARE_f32 0.0028849384f /* the square of a step, in rates, that a Taylor series carries exactly */
-#define HOPFORM_LANE_COUNT_f32 32 /* stances that are solved at a time */
 
 /* Domains of parameters; NaN lies in none. */
 #define HOPFORM_IN_REAL_f32(value) ((value) >= -HOPFORM_NEVER_f32 && (value) <= HOPFORM_NEVER_f32)

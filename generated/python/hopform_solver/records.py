@@ -78,7 +78,6 @@ Status: TypeAlias = Literal[
     "error_numbers",
     "error_target",
     "error_gains",
-    "error_variant",
     "error_detector",
     "error_unstable",
     "error_overlap",
@@ -100,10 +99,9 @@ STATUSES: dict[int, Status] = {
     -8: "error_numbers",  # out of the range of the precision: scale the robot or use double precision
     -9: "error_target",  # the desired apex is below the ground, not finite, or stop_margin is negative
     -10: "error_gains",  # a gain is negative or not finite
-    -11: "error_variant",  # no such variant of a batch on this processor
-    -12: "error_detector",  # a sample or threshold is not finite, low > high, or count < 1
-    -13: "error_unstable",  # unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated
-    -14: "error_overlap",  # an output overlaps an input that is read while it is written
+    -11: "error_detector",  # a sample or threshold is not finite, low > high, or count < 1
+    -12: "error_unstable",  # unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated
+    -13: "error_overlap",  # an output overlaps an input that is read while it is written
 }
 """Its words by their numbers in the C library."""
 
@@ -212,10 +210,9 @@ REFUSALS = {
     -8: "out of the range of the precision: scale the robot or use double precision",
     -9: "the desired apex is below the ground, not finite, or stop_margin is negative",
     -10: "a gain is negative or not finite",
-    -11: "no such variant of a batch on this processor",
-    -12: "a sample or threshold is not finite, low > high, or count < 1",
-    -13: "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",
-    -14: "an output overlaps an input that is read while it is written",
+    -11: "a sample or threshold is not finite, low > high, or count < 1",
+    -12: "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",
+    -13: "an output overlaps an input that is read while it is written",
 }
 """What a negative status means."""
 

@@ -132,7 +132,7 @@ def run(command: list[str], timeout: float = 120.0, cwd: Path | None = None) -> 
 
 
 def sources(precisions: tuple[str, ...] = ("f32", "f64")) -> list[Path]:
-    """The library's sources for firmware; batches are for computers with vector registers."""
+    """The library's sources for firmware; batches are for workstations."""
     return [*(C / "src" / f"hopform_{precision}.c" for precision in precisions), C / "src" / "version.c"]
 
 

@@ -28,10 +28,10 @@ MANY = ("-DDIGEST_ROBOTS=2500", "-DDIGEST_COMMANDS=500", "-DDIGEST_SAMPLES=4500"
 """Random robots, commands and contact samples of the digest."""
 
 TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "false_root", "flight", "grid", "hopping",
-         "lanes", "properties", "reachability", "selftest", "sensitivities", "single_precision_control", "stance",
+         "properties", "reachability", "selftest", "sensitivities", "single_precision_control", "stance",
          "stance_object", "tangents", "ties", "touchdown")  # fmt: skip
-WORKSTATION = ("batch", "lanes", "columns", "readings_of_many")
-"""Batches over arrays and vector registers, which firmware does not get."""
+WORKSTATION = ("batch", "columns", "readings_of_many")
+"""Batches over arrays, which firmware does not get."""
 
 COUNTERS = """
 void __gcov_dump(void);

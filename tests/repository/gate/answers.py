@@ -16,7 +16,6 @@ import numpy as np
 import hopform
 from hopform_solver.records import ROBOT_FIELDS
 
-VARIANTS = {"one by one": 1, "baseline": 2, "AVX2": 3, "AVX-512": 4}
 ROOM = 8
 RESULTS = ("status", "duration", "x1", "v1", "x2", "v2", "apex", "aed", "event_count")
 NUMPY_SINGLES = 200
@@ -46,11 +45,9 @@ class Out(ctypes.Structure):
     ]
 
 
-def stances_of_c(library: Any, p: Any, variant: int, dtype: Any) -> dict[str, Any]:
-    """All columns of hopform_solve_stances_by, with the events that fit; none if the processor lacks the variant."""
+def stances_of_c(library: Any, p: Any, dtype: Any) -> dict[str, Any]:
+    """All columns of hopform_solve_stances, with the events that fit."""
     suffix = "f32" if dtype == np.float32 else "f64"
-    if not getattr(library, f"hopform_has_variant_{suffix}")(ctypes.c_int32(variant)):
-        return {}
     kept = []
 
     def column(values: Any) -> Column:
@@ -70,9 +67,7 @@ def stances_of_c(library: Any, p: Any, variant: int, dtype: Any) -> dict[str, An
     phases = np.zeros((2 * ROOM + 2, 64), np.uint8)
     out.phases, out.phase_capacity = phases.ctypes.data, len(phases)
     out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, ROOM
-    getattr(library, f"hopform_solve_stances_by_{suffix}")(
-        ctypes.c_int32(variant), ctypes.c_int64(p.size), ctypes.byref(given), ctypes.byref(out)
-    )
+    getattr(library, f"hopform_solve_stances_{suffix}")(ctypes.c_int64(p.size), ctypes.byref(given), ctypes.byref(out))
     return {**results, "event_time": times, "event_kind": kinds}
 
 
@@ -159,9 +154,8 @@ def main(inputs: str, out: str) -> None:
     library_file = next(Path(hopform.__file__).parent.glob("_libhopform.*"))
     library = ctypes.CDLL(str(library_file))
     for precision, dtype in (("f64", np.float64), ("f32", np.float32)):
-        for name, number in VARIANTS.items():
-            answers = stances_of_c(library, p, number, dtype)
-            found |= {f"stances C {precision} {name}/{column}": values for column, values in answers.items()}
+        answers = stances_of_c(library, p, dtype)
+        found |= {f"stances C {precision}/{column}": values for column, values in answers.items()}
         found[f"selftest {precision}"] = digest(library, precision)
     found |= {f"stances NumPy/{name}": values for name, values in stances_of_numpy(p[p["y"] == 0.0]).items()}
     found["flights C"] = as_array(flights(given["flights"]))

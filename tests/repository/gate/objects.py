@@ -26,7 +26,6 @@ COMPILERS = {
     ),
 }
 """Command and disassembler by target and compiler."""
-LANE_FLAGS = ("-O3", "-fno-trapping-math", "-fno-tree-slp-vectorize")
 
 _FUNCTION = re.compile(r"^[0-9a-f]+ <(.*)>:$")
 _INSTRUCTION = re.compile(r"^\s*[0-9a-f]+:\s+(.*)$")
@@ -49,15 +48,14 @@ def parts(tree: Path, target: str) -> dict[str, list[Part]]:
     include = tree / "generated" / "c" / "include"
     units = [unit for unit in sorted((tree / "generated" / "c" / "src").glob("*.c")) if unit.stem != "version"]
     if target.startswith("Cortex"):
-        units = [unit for unit in units if not re.match(r"batch|lanes|readings_of_many", unit.name)]
+        units = [unit for unit in units if not re.match(r"batch|readings_of_many", unit.name)]
     found: dict[str, list[Part]] = {"f32": [], "f64": []}
     with tempfile.TemporaryDirectory() as folder:
 
         def compiled(unit: Path) -> tuple[str, list[Part]]:
             made = str(Path(folder, f"{unit.stem}.o"))
-            level = LANE_FLAGS if unit.name.startswith("lanes_") else ()
             subprocess.run(
-                [*command, *FLAGS, *level, "-I", str(include), str(unit), "-o", made], check=True, capture_output=True
+                [*command, *FLAGS, "-I", str(include), str(unit), "-o", made], check=True, capture_output=True
             )
             code = subprocess.run([tool, "-dr", "--no-show-raw-insn", made], check=True, capture_output=True, text=True)
             data = subprocess.run([tool, "-s", made], check=True, capture_output=True, text=True)

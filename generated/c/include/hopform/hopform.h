@@ -49,10 +49,9 @@ extern "C" {
 #define HOPFORM_ERROR_NUMBERS (-8)   /**< out of the range of the precision: scale the robot or use double precision */
 #define HOPFORM_ERROR_TARGET (-9)    /**< the desired apex is below the ground, not finite, or stop_margin is negative */
 #define HOPFORM_ERROR_GAINS (-10)    /**< a gain is negative or not finite */
-#define HOPFORM_ERROR_VARIANT (-11)  /**< no such variant of a batch on this processor */
-#define HOPFORM_ERROR_DETECTOR (-12) /**< a sample or threshold is not finite, low > high, or count < 1 */
-#define HOPFORM_ERROR_UNSTABLE (-13) /**< unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated */
-#define HOPFORM_ERROR_OVERLAP (-14)  /**< an output overlaps an input that is read while it is written */
+#define HOPFORM_ERROR_DETECTOR (-11) /**< a sample or threshold is not finite, low > high, or count < 1 */
+#define HOPFORM_ERROR_UNSTABLE (-12) /**< unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated */
+#define HOPFORM_ERROR_OVERLAP (-13)  /**< an output overlaps an input that is read while it is written */
 
 /** What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1    /**< the next apex is the desired one */
@@ -95,14 +94,6 @@ extern "C" {
 #define HOPFORM_MOST_STEPS 65535 /**< steps of a current at most */
 #define HOPFORM_PLAN_MADE 0x686f7066u /**< marks memory that is a plan */
 #define HOPFORM_SELFTEST_PHASES 32   /**< phases that hopform_selftest works in */
-
-/** How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at
- * a time in vector registers, those of every such processor or those of AVX2, AVX-512. */
-#define HOPFORM_VARIANT_BEST 0
-#define HOPFORM_VARIANT_ONE_BY_ONE 1
-#define HOPFORM_VARIANT_BASELINE 2
-#define HOPFORM_VARIANT_AVX2 3
-#define HOPFORM_VARIANT_AVX512 4
 
 /** Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
  * parameters of the robot in the order of hopform_robot. */

@@ -455,13 +455,6 @@ int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_cont
 int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in,
                                    const hopform_stances_out_f64 *out);
 
-/** The same by one of HOPFORM_VARIANT_...; HOPFORM_ERROR_VARIANT if the processor lacks it. */
-int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
-                                      const hopform_stances_out_f64 *out);
-
-/** 1 if this processor can solve a batch by a variant, else 0. */
-int32_t hopform_has_variant_f64(int32_t variant);
-
 /** The same as an inner loop of NumPy's generalized ufuncs: (x1, v1, v2, y, u, horizon, robot) to the nine columns of
  * hopform_stances_out, up to 4096 phases. NumPy copies what overlaps. args: their first elements; dimensions: the
  * number of stances, then the fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args,
