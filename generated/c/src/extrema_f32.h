@@ -33,9 +33,7 @@ static inline bool hopform_is_decided_f32(const event_function_f32 *g, const pro
                                            const jet_f32 *jet) {
     const hopform_basis_f32 *w = &at->basis;
     const float of_rate = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
-    const float of_curvature = fabs_f32(g->H3 * at->W_third) + fabs_f32(g->H2 * w->Wdd) + fabs_f32(g->H1 * w->Wd);
-    return fabs_f32(jet->rate) > 64.0f * HOPFORM_EPS_f32 * of_rate
-           && fabs_f32(jet->curvature) > 64.0f * HOPFORM_EPS_f32 * of_curvature;
+    return fabs_f32(jet->rate) > 64.0f * HOPFORM_EPS_f32 * of_rate && bends_f32(g, at, jet->curvature);
 }
 
 /* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two

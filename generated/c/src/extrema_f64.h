@@ -33,9 +33,7 @@ static inline bool hopform_is_decided_f64(const event_function_f64 *g, const pro
                                            const jet_f64 *jet) {
     const hopform_basis_f64 *w = &at->basis;
     const double of_rate = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
-    const double of_curvature = fabs_f64(g->H3 * at->W_third) + fabs_f64(g->H2 * w->Wdd) + fabs_f64(g->H1 * w->Wd);
-    return fabs_f64(jet->rate) > 64.0 * HOPFORM_EPS_f64 * of_rate
-           && fabs_f64(jet->curvature) > 64.0 * HOPFORM_EPS_f64 * of_curvature;
+    return fabs_f64(jet->rate) > 64.0 * HOPFORM_EPS_f64 * of_rate && bends_f64(g, at, jet->curvature);
 }
 
 /* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two

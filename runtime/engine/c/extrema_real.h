@@ -33,9 +33,7 @@ static inline bool hopform_is_decided_real(const event_function_real *g, const p
                                            const jet_real *jet) {
     const hopform_basis_real *w = &at->basis;
     const real of_rate = fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W);
-    const real of_curvature = fabs_real(g->H3 * at->W_third) + fabs_real(g->H2 * w->Wdd) + fabs_real(g->H1 * w->Wd);
-    return fabs_real(jet->rate) > 64.0 * HOPFORM_EPS_real * of_rate
-           && fabs_real(jet->curvature) > 64.0 * HOPFORM_EPS_real * of_curvature;
+    return fabs_real(jet->rate) > 64.0 * HOPFORM_EPS_real * of_rate && bends_real(g, at, jet->curvature);
 }
 
 /* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
