@@ -446,8 +446,9 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
  * gives. */
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity);
 
-/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A refusal does
- * not change the contact. The detector may lie in it. */
+/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A run in
+ * the contact that is not in 1 .. count - 1 counts as 0. A refusal does not change the contact. The detector may lie in
+ * it. */
 int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_contact_f64 *contact, double sample);
 
 /** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
