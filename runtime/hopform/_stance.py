@@ -144,8 +144,8 @@ class Stance(Motion):
         return tuple(text for holds, text in cases if holds)
 
     def at(self, t: ArrayLike) -> State:
-        """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError. At the time
-        of an event: the state behind it, which a stop has left without velocity; so is all else that is read at a time.
+        """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError. At the
+        time of an event: the state behind it, which a stop has left without velocity. So is all that is read at a time.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
