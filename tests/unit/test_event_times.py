@@ -19,7 +19,7 @@ STEPS = [(0.0, 3.0), (0.06, -3.0), (0.1, 2.0)]
 
 @cache
 def stances(backend, dtype=np.float64):
-    """Stances with stops, steps, sticking, and an actuator that swings."""
+    """Stances with stops, steps, sticking, and an actuator that oscillates."""
     how = {"backend": backend, "dtype": dtype}
     return (
         hopform.solve_stance(STROKE, v2=-1.93, u=3.0, **how),

@@ -324,8 +324,8 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
                                   hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance);
 
 /** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. Here and
- * in all that is read at a time, t = phases[n].t belongs to phase n: at an event it is the state behind it, which a stop
- * has left without velocity. */
+ * in all that is read at a time, t = phases[n].t belongs to phase n: at an event it is the state behind it, which a
+ * stop has left without velocity. */
 int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
                                hopform_state_f64 *state);
