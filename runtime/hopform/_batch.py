@@ -6,7 +6,7 @@ is heard.
 
 import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
@@ -22,7 +22,7 @@ from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
 from hopform._solver import package
 from hopform._solver.choice import BackEnd
 from hopform._solver.library import Backend
-from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, checked, records
+from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, Column, checked, records
 from hopform._stance import TOUCHING_ULP, State, precision_of
 
 Progress = Callable[[int, int], object]
@@ -147,7 +147,7 @@ def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]
 class _Job(NamedTuple):
     """Checked inputs and where the results go, flat; `columns` are the states, u, horizon, then the robot's fields."""
 
-    columns: tuple[NDArray[Any], ...]
+    columns: tuple[Column, ...]
     shape: tuple[int, ...]
     size: int
     max_phases: int
@@ -155,12 +155,16 @@ class _Job(NamedTuple):
     results: tuple[NDArray[Any], ...]
     readings: dict[str, NDArray[Any]]
 
-    def chunk(self, part: slice) -> list[NDArray[Any]]:
+    def chunk(self, part: slice) -> list[Column]:
         """The columns of some stances: numbers stay numbers."""
-        return [
-            np.asarray(x.reshape(()) if x.size == 1 else np.broadcast_to(x, self.shape).flat[part], dtype=self.real)
-            for x in self.columns
-        ]
+        return [self._some(x, part) if isinstance(x, np.ndarray) else x for x in self.columns]
+
+    def _some(self, x: NDArray[Any], part: slice) -> Column:
+        """Some of an array, a number where it has but one, a view where it lies in one piece."""
+        if x.size == 1:
+            return float(x.item())
+        whole = x.shape == self.shape and x.flags.c_contiguous and x.flags.aligned
+        return np.asarray(x.reshape(-1)[part] if whole else np.broadcast_to(x, self.shape).flat[part], dtype=self.real)
 
 
 def solve_stances(
@@ -210,7 +214,7 @@ def solve_stances(
         raise HopformError(message)
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | ({} if x2 is None else {"x2": x2})
     plain, labels = labelled({**states, **fields})
-    given = {name: numbers(name, plain[name], UNITS[name]) for name in states}
+    given = {name: _column(name, plain[name], UNITS[name]) for name in states}
     robots = robot_columns(robot, {name: plain[name] for name in fields})
     shape = _shape_of(given | robots, EACH_DIFFERENTIATED if wanted["sensitivities"] else EACH)
     _check_states(given, robots)
@@ -224,16 +228,17 @@ def solve_stances(
     job = _Job(columns, shape, size, most, real, results, readings)
     times, kinds = _run(job, back_end, with_events, workers, progress)
     of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
-
-    def shaped(values: NDArray[Any] | None) -> Any:
-        return None if values is None else values.reshape((*shape, *values.shape[1:]))
-
-    matrices = shaped(readings.get("sensitivities"))
+    listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
+    times, kinds, matrices, largest = (_in_shape(values, shape) for values in listed)
     derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, x2 is not None)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
-    lists = shaped(times), shaped(kinds), back_end.name, derivatives, shaped(readings.get("compressions")), labels
-    return Batch(*found, *lists)
+    return Batch(*found, times, kinds, back_end.name, derivatives, largest, labels)
+
+
+def _in_shape(values: NDArray[Any] | None, shape: tuple[int, ...]) -> Any:
+    """Values with the stances on the first axis, in the shape of the inputs."""
+    return None if values is None else values.reshape((*shape, *values.shape[1:]))
 
 
 # ---- chunk by chunk ----
@@ -252,16 +257,22 @@ def _run(
             lists.extend([(lane + part.start, t, kind) for lane, t, kind in found])
         return int(part.stop - part.start)
 
+    def count(solved: Iterable[int]) -> None:
+        done = 0
+        for each in solved:
+            done += each
+            if progress is not None:
+                progress(done, job.size)
+
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]
-    done = 0
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            for solved in map(solve, parts) if threads == 1 else pool.map(solve, parts):
-                done += solved
-                if progress is not None:
-                    progress(done, job.size)
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    if min(threads, len(parts)) <= 1:
+        count(map(solve, parts))
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                count(pool.map(solve, parts))
+            finally:
+                pool.shutdown(wait=False, cancel_futures=True)
     return _joined(job, lists) if events else (None, None)
 
 
@@ -282,30 +293,33 @@ def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.
 # ---- what goes in ----
 
 
-def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any]]:
-    """The robot's fields as arrays, those of `fields` in place of its own; HopformError for one out of its domain."""
-    known = {field.name: field for field in records.ROBOT_FIELDS}
+def _column(name: str, value: object, unit: str) -> Column:
+    """The value as a float or an array of finite numbers; HopformError names the first that is none."""
+    return value if type(value) is float and math.isfinite(value) else numbers(name, value, unit)
+
+
+def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, Column]:
+    """The robot's fields, as arrays those of `fields` in place of its own; HopformError for one out of its domain."""
+    columns: dict[str, Column] = robot.parameters._asdict()
     for name in fields:
-        if name not in known:
-            hint = nearest(name, [*known, *_INPUTS])
+        if name not in columns:
+            hint = nearest(name, [*columns, *_INPUTS])
             raise HopformError(f"{name!r} is neither an input of a stance nor a field of the robot{hint}")
-    columns: dict[str, NDArray[Any]] = {}
-    for name, field in known.items():
-        array = np.asarray(getattr(robot, name))
+    for field in records.ROBOT_FIELDS if fields else ():
+        name = field.name
         if name in fields:
-            array = array_of(name, fields[name], field.unit)
+            columns[name] = array = array_of(name, fields[name], field.unit)
 
             def reason(bad: float, name: str = name, field: records.Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
 
             refuse_any(name, array, checked.inside(field.domain, array), reason)
-        columns[name] = array
     return columns
 
 
-def _shape_of(inputs: dict[str, NDArray[Any]], each: int) -> tuple[int, ...]:
+def _shape_of(inputs: dict[str, Column], each: int) -> tuple[int, ...]:
     """The shape that the inputs broadcast to; HopformError if they do not, or to more stances than fit into memory."""
-    shapes = {name: column.shape for name, column in inputs.items() if column.shape}
+    shapes = {name: column.shape for name, column in inputs.items() if isinstance(column, np.ndarray) and column.shape}
     try:
         shape = np.broadcast_shapes(*shapes.values())
     except ValueError:
@@ -315,20 +329,22 @@ def _shape_of(inputs: dict[str, NDArray[Any]], each: int) -> tuple[int, ...]:
     return shape
 
 
-def _check_states(given: dict[str, NDArray[Any]], robots: dict[str, NDArray[Any]]) -> None:
+def _check_states(given: dict[str, Column], robots: dict[str, Column]) -> None:
     horizon, x1 = given["horizon"], given["x1"]
     refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
     low, high = robots["x1_min"], robots["x1_max"]
     refuse_any("x1_min", low, low <= high, lambda bad: f"must be <= x1_max m, got {bad!r}")
-    stroke = f"{float(np.min(low)):g} .. {float(np.max(high)):g} m"
-    within = (low <= x1) & (x1 <= high)
-    refuse_any("x1", x1, within, lambda bad: f"must be within its stroke {stroke}, got {bad!r}")
+
+    def reason(bad: float) -> str:
+        return f"must be within its stroke {float(np.min(low)):g} .. {float(np.max(high)):g} m, got {bad!r}"
+
+    refuse_any("x1", x1, (low <= x1) & (x1 <= high), reason)
 
 
-def _compression(x1: NDArray[Any], x2: NDArray[Any] | None, robots: dict[str, NDArray[Any]]) -> NDArray[Any]:
+def _compression(x1: Column, x2: Column | None, robots: dict[str, Column]) -> Column:
     """The compression at touchdown, exactly 0 where x2 is left out or says so within rounding."""
     if x2 is None:
-        return np.zeros(())
+        return 0.0
     place, height, L0, c = (np.asarray(a, float) for a in (x1, x2, robots["L0"], robots["c"]))
     y = (place - height + L0) + c  # in double precision, as for one stance
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)

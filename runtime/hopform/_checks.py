@@ -257,9 +257,9 @@ def numbers(name: str, value: object, unit: str) -> NDArray[Any]:
     return array
 
 
-def refuse_any(name: str, array: NDArray[Any], allowed: Any, reason: Callable[[float], str]) -> None:
+def refuse_any(name: str, array: ArrayLike, allowed: Any, reason: Callable[[float], str]) -> None:
     """HopformError about the first value that is not allowed, if there is one; the values broadcast to `allowed`."""
-    if not np.all(allowed):
+    if not (allowed if isinstance(allowed, (bool, np.bool_)) else np.all(allowed)):
         index = tuple(np.argwhere(~np.asarray(allowed))[0].tolist())
         raise HopformError(f"{name}{place(index)} {reason(float(np.broadcast_to(array, np.shape(allowed))[index]))}")
 

@@ -83,8 +83,8 @@ class Flight(Motion):
         return tuple(Event(t, FLIGHT_EVENTS[event]) for t, *_, event in self._solved.rows() if event)
 
     def at(self, t: ArrayLike) -> State:
-        """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the ending: before the
-        impact.
+        """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the time of an event:
+        the state behind it; at the ending: before the impact.
 
         >>> from hopform import load_robot
         >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)

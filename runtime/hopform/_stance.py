@@ -127,7 +127,8 @@ class Stance(Motion):
     def warnings(self) -> tuple[str, ...]:
         """What the model does not say of a real robot: a current above u_max, a spring beyond its travel, and so on."""
         robot, start, u, travel = self.robot, self._solved.phase_rows()[0][1], self.u[0][1], self.robot.travel
-        largest, force = max((u for _, u in self.u), key=abs), -robot.gamma2 * u
+        flows = (u for t, u in self.u if t < self.duration or t == 0.0)  # a step behind the ending does not
+        largest, force = max(flows, key=abs), -robot.gamma2 * u
         stop = "x1_max" if force > 0.0 else "x1_min"
         rests = start.x1 == getattr(robot, stop) and start.v1 == 0.0 and robot.x1_min < robot.x1_max
         most = self.compression_max if travel < math.inf else 0.0
@@ -143,7 +144,8 @@ class Stance(Motion):
         return tuple(text for holds, text in cases if holds)
 
     def at(self, t: ArrayLike) -> State:
-        """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
+        """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError. At the
+        time of an event: the state behind it, which a stop has left without velocity. So is all that is read at a time.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)

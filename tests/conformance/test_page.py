@@ -233,6 +233,17 @@ def test_a_bad_robot_file_is_refused_by_name_and_line(page, tmp_path, text, mess
 
 
 @browser
+@pytest.mark.parametrize("name", ["robot", "terrain", "mode", "window"])
+def test_a_word_of_the_address_that_is_in_no_list_is_left_out(page, name):
+    """Names that every object of the language has are no robots, and no grounds."""
+    plain = values(page())
+    for word in ("toString", "__proto__", "constructor"):
+        driver = page(**{name: word})
+        assert values(driver) == plain
+        assert name not in driver.current_url or driver.find_element("id", name).get_attribute("value") != word
+
+
+@browser
 def test_a_parameter_out_of_its_domain_is_refused_with_the_words_of_the_library(page):
     driver = page(k=-1)
     assert "a parameter of the robot is out of its domain" in driver.find_element("id", "status").text

@@ -323,7 +323,9 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                   hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance);
 
-/** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. */
+/** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. Here and
+ * in all that is read at a time, t = phases[n].t belongs to phase n: at an event it is the state behind it, which a
+ * stop has left without velocity. */
 int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
                                hopform_state_f32 *state);
@@ -444,8 +446,9 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
  * gives. */
 uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity);
 
-/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A refusal does
- * not change the contact. The detector may lie in it. */
+/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A run in
+ * the contact that is not in 1 .. count - 1 counts as 0. A refusal does not change the contact. The detector may lie in
+ * it. */
 int32_t hopform_touchdown_f32(const hopform_detector_f32 *detector, hopform_contact_f32 *contact, float sample);
 
 /** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
