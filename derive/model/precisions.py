@@ -24,6 +24,11 @@ class Precision:
     def exponent_bias(self) -> int:
         return 2 ** (self.bits - self.fraction_bits - 2) - 1
 
+    @property
+    def limits(self) -> str:
+        """How the names of its limits begin in <float.h>."""
+        return {"float": "FLT", "double": "DBL"}[self.type]
+
 
 F32 = Precision("f32", "float", 32, 23)
 F64 = Precision("f64", "double", 64, 52)

@@ -5,8 +5,13 @@
 #ifndef HOPFORM_PRECISION_H_f32
 #define HOPFORM_PRECISION_H_f32
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
+
+#if FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128
+#error "hopform_f32 needs a float of 32 bits, which this compiler does not have: leave its sources out"
+#endif
 
 typedef uint32_t hopform_bits_f32;
 typedef int32_t hopform_signed_bits_f32;

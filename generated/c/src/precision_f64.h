@@ -5,8 +5,13 @@
 #ifndef HOPFORM_PRECISION_H_f64
 #define HOPFORM_PRECISION_H_f64
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
+
+#if DBL_MANT_DIG != 53 || DBL_MAX_EXP != 1024
+#error "hopform_f64 needs a double of 64 bits, which this compiler does not have: leave its sources out"
+#endif
 
 typedef uint64_t hopform_bits_f64;
 typedef int64_t hopform_signed_bits_f64;
