@@ -13,6 +13,15 @@
 #error "hopform_f32 needs a float of 32 bits, which this compiler does not have: leave its sources out"
 #endif
 
+/* Build systems in which a library has no flags of its own: each result is rounded as written there, too. */
+#if defined(ARDUINO) || defined(_RTE_)
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize("fp-contract=off")
+#endif
+#endif
+
 typedef uint32_t hopform_bits_f32;
 typedef int32_t hopform_signed_bits_f32;
 

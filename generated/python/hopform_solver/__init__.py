@@ -15,7 +15,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "2d6e7339018d0f3c"
+SOURCE = "b2d710e0278fc3d8"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"
