@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #if FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128
-#error "hopform_f32 needs a float of 32 bits, which this compiler does not have: leave its sources out"
+#error "hopform_f32 needs a float of 32 bits: leave its sources out"
 #endif
 
 /* Build systems in which a library has no flags of its own: each result is rounded as written there, too. */

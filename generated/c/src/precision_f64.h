@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #if DBL_MANT_DIG != 53 || DBL_MAX_EXP != 1024
-#error "hopform_f64 needs a double of 64 bits, which this compiler does not have: leave its sources out"
+#error "hopform_f64 needs a double of 64 bits: leave its sources out"
 #endif
 
 /* Build systems in which a library has no flags of its own: each result is rounded as written there, too. */
