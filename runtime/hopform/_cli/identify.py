@@ -23,7 +23,7 @@ from hopform._identify.motion import Values
 from hopform._identify.nuisances import said
 from hopform._identify.ramp import Threshold
 from hopform._identify.recordings import Recording
-from hopform._identify.simulators import exported
+from hopform._identify.simulators import exported, notes
 from hopform._progress import progress_bar
 from hopform._robots import Provenance, robot_file
 
@@ -156,12 +156,12 @@ def _role(recording: Recording) -> str:
     return "ramp" if 0.02 < share < 0.3 else "step"
 
 
-def model_of(answer: reports.Answer, form: str) -> str:
-    """A fit for a simulator."""
+def model_of(answer: reports.Answer, form: str) -> tuple[str, list[str]]:
+    """A fit for a simulator, and what to know of it."""
     if not isinstance(answer, Fit):
         raise HopformError("--export needs a fit: of a decay, step, air or force recording")
     _refuse_missed(answer)
-    return exported(answer, form)
+    return exported(answer, form), notes(answer)
 
 
 def _refuse_missed(fit: Fit) -> None:
@@ -225,10 +225,10 @@ def identify(
         stages = iter(range(STAGES))
         how["progress"] = lambda _: advance(next(stages, STAGES), STAGES)
         answer = answer_to(kind, files, [*_read(kind, files, masses)], values, spring, force, how)
-        model = model_of(answer, export) if export else ""
+        model, more = model_of(answer, export) if export else ("", [])
         written = files_of(answer, base, out, report, plot, model)
     text = reports.json_of(answer) if json else ""
-    deliver(written, answer.warnings, model if model and not out else text, lambda: reports.tables_of(answer))
+    deliver(written, (*answer.warnings, *more), model if model and not out else text, lambda: reports.tables_of(answer))
 
 
 def record(
