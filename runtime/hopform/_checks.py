@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence, Sized
 from dataclasses import fields
+from enum import IntEnum
 from itertools import islice
 from typing import Any, SupportsFloat, TypeVar, cast
 
@@ -127,9 +128,28 @@ def count(name: str, value: object, each: int, least: int = 1) -> int:
     return whole(name, value, least, min(MEMORY // each, LARGEST))
 
 
-def seeded(seed: object) -> "np.random.Generator":
-    """The generator of a seed, a whole number >= 0 of any size."""
-    return np.random.default_rng(whole("seed", seed, 0, math.inf))
+class Role(IntEnum):
+    """What random numbers are drawn for. The number is part of a stream's key: a released role keeps its own."""
+
+    UNIFORM_TERRAIN = 0
+    GAUSSIAN_TERRAIN = 1
+    TOUCHDOWN_SENSORS = 2
+    TICK_SENSORS = 3
+    ROBOTS = 4
+    DETECTOR_DELAYS = 5
+    FIGURE = 6
+
+
+def stream(role: Role, seed: object, *places: int) -> "np.random.Generator":
+    """The random stream of a seed, a role and places, such as those of a ground and of a hop; independent of all
+    others.
+
+    seed: a whole number >= 0 of any size. The key is NumPy's `SeedSequence(seed, spawn_key=(role, *places))`, whose
+    streams are as good as independent, of neighbouring seeds too. A generator from the seed alone would give equal
+    numbers to everything that is drawn with it.
+    """
+    whole_seed = whole("seed", seed, 0, math.inf)
+    return np.random.default_rng(np.random.SeedSequence(whole_seed, spawn_key=(role, *places)))
 
 
 def instance(name: str, value: object, kinds: type[Thing] | tuple[type[Thing], ...], what: str) -> Thing:

@@ -93,6 +93,10 @@ def compare(
 ) -> "xarray.Dataset":
     """Runs of each controller on each ground with each kind of errors and each seed, by `simulate`.
 
+    Errors are drawn independently for each ground, kind and seed; the controllers meet the same ones, so differences
+    between them are not those of their luck. `simulate(..., seed=seed, cell=(ground, errors))`, the latter two numbered
+    from 0 in their order, is the same run.
+
     controllers, errors by name; grounds by name, or numbered. The answer, over controller, ground, errors and seed:
     status and hops (how many were completed); with hop as a further dimension apex, u, bottoms_out, and miss: the apex
     less the controller's `h_des`, NaN for one that has none. progress: called with the runs done and their total; a bar
@@ -119,10 +123,11 @@ def compare(
     series = {name: np.full((*shape, hops), np.nan) for name in ("apex", "miss", "u")}
     series["bottoms_out"] = np.zeros((*shape, hops), bool)
     with progress_bar("runs") as bar:
-        for n, (law, ground, kind, seed) in enumerate(product(*axes.values())):
+        cells = product(laws, enumerate(rough), enumerate(kinds), draws)
+        for n, (law, (at, ground), (among, kind), seed) in enumerate(cells):
             with noted(f"controller {law}, ground {ground}, errors {kind}, seed {seed}: "):
                 run = simulate(robot, rough[ground], laws[law], height=height, errors=kinds[kind], seed=seed,
-                               horizon=horizon, backend=backend)  # fmt: skip
+                               cell=(at, among), horizon=horizon, backend=backend)  # fmt: skip
             done = len(run.hops)
             status.flat[n], count.flat[n] = run.status, done
             found = {name: run.table[name] for name in ("apex", "u", "bottoms_out")}

@@ -82,7 +82,8 @@ def test_a_comparison_has_the_runs_that_simulate_makes():
     )
     assert dict(found.sizes) == {"controller": 3, "ground": 2, "errors": 2, "seed": 2, "hop": 3}
     assert calls == [(n, 24) for n in range(1, 25)]
-    run = hopform.simulate(HOPPER, grounds["rough"], laws["printed"], height=0.2, errors=noisy["noise"], seed=4)
+    how = {"height": 0.2, "errors": noisy["noise"], "seed": 4, "cell": (1, 1)}
+    run = hopform.simulate(HOPPER, grounds["rough"], laws["printed"], **how)
     here = found.sel(controller="printed", ground="rough", errors="noise", seed=4)
     np.testing.assert_array_equal(here.apex, [*run.table["apex"], np.nan])
     np.testing.assert_array_equal(here.miss, [*(run.table["apex"] - 0.2), np.nan])
