@@ -234,15 +234,16 @@ class Checked:
 # ---- arrays ----
 
 
-def array_of(name: str, value: object, unit: str) -> NDArray[Any]:
-    """The value as an array of real numbers, of its own type; HopformError for anything else, and for what is masked.
+def array_of(name: str, value: object, unit: str) -> Array:
+    """The value as an array of float64; HopformError for what is no real numbers, and for what is masked.
 
-    An array of more numbers than `MEMORY` holds is refused before anything is computed from it: a view that is
+    All numbers come in here, or one by one through `real`: what follows computes in float64, whatever type a caller
+    has. An array of more numbers than `MEMORY` holds is refused before anything is computed from it: a view that is
     broadcast takes no memory, what follows from it does.
     """
     try:
         size = _size_of(value)
-        array = np.asarray(value if size <= MEMORY // 8 else None)
+        array = np.asarray(value if size <= MEMORY // 8 and not isinstance(value, Mapping) else None)
     except Exception:
         size, array = 0, np.asarray(None)
     if size > MEMORY // 8:
@@ -250,10 +251,8 @@ def array_of(name: str, value: object, unit: str) -> NDArray[Any]:
     if isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(cast(Any, value)).any()):
         raise HopformError(f"{name} must have no masked numbers: fill them in, or leave them out")
     if array.dtype.kind in "iuf":
-        if array.dtype.itemsize <= 8:
-            return array
         with np.errstate(over="ignore"):  # of a long double that no float holds
-            return array.astype(float)
+            return array.astype(np.float64, copy=False)
     if array.dtype.kind == "O" and array.size and all(is_scalar(each) for each in array.flat):
         found = [real(f"{name}{place(index)}", each, unit) for index, each in np.ndenumerate(array)]
         return np.array(found).reshape(array.shape)
@@ -261,16 +260,16 @@ def array_of(name: str, value: object, unit: str) -> NDArray[Any]:
 
 
 def _size_of(value: object) -> int:
-    """How many numbers an array would have that is made of a value: of a list, by the first of its entries."""
+    """How many numbers an array would have that is made of a value: of a sequence, by the first of its entries."""
     if isinstance(value, np.ndarray):
         return value.size
-    if type(value) in (list, tuple):
+    if isinstance(value, Sequence) and not isinstance(value, (str, bytes)):
         several = cast(Sequence[object], value)
         return len(several) * (_size_of(several[0]) if several else 1)
     return 1
 
 
-def numbers(name: str, value: object, unit: str) -> NDArray[Any]:
+def numbers(name: str, value: object, unit: str) -> Array:
     """The value as an array of finite numbers; HopformError names the first that is none, with its index."""
     array = array_of(name, value, unit)
     refuse_any(name, array, np.isfinite(array), lambda bad: f"must be finite {unit}, got {bad!r}")

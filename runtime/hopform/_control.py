@@ -299,7 +299,7 @@ def check_map(heights: int, currents: int) -> None:
 
 
 def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
-    array = np.atleast_1d(numbers(name, value, unit)).astype(float)
+    array = np.atleast_1d(numbers(name, value, unit))
     if array.ndim != 1 or not array.size:
         raise HopformError(f"{name} must be a list of at least one number in {unit}, got shape {array.shape}")
     if not bool(np.all(np.diff(array) > 0.0)):

@@ -55,15 +55,15 @@ def sweep(
     axes: dict[str, Any] = {**({} if height is None else {"height": height}), **inputs}
     of_xarray, single = xarray_of(), dict[str, Any]()
     for name, value in axes.items():
-        if not isinstance(value, of_xarray.DataArray):
-            array = numbers(name, value, UNITS.get(name, "1"))
-            if array.ndim > 1:
-                message = f"{name} must be a number, a list of numbers or a DataArray, got shape {array.shape}"
-                raise HopformError(message)
-            if array.ndim:
-                axes[name] = of_xarray.DataArray(array, dims=name, coords={name: array})
-            else:
-                single[name] = array
+        array = numbers(name, value, UNITS.get(name, "1"))
+        if isinstance(value, of_xarray.DataArray):
+            axes[name] = value.copy(data=array)
+        elif array.ndim > 1:
+            raise HopformError(f"{name} must be a number, a list of numbers or a DataArray, got shape {array.shape}")
+        elif array.ndim:
+            axes[name] = of_xarray.DataArray(array, dims=name, coords={name: array})
+        else:
+            single[name] = array
     drop = axes.pop("height", None)
     if (drop is None) == ("v2" not in axes):
         raise HopformError(f"either height or v2 must be given, got {'neither' if drop is None else 'both'}")

@@ -149,7 +149,7 @@ def _array(name: str, value: object, shape: tuple[int, ...], *, finite: bool = T
     made = array_of(name, found, "SI units") if found.size else found.astype(float)
     allowed = np.isfinite(made) if finite else ~np.isnan(made)
     refuse_any(name, made, allowed, lambda bad: f"must be a number, got {bad!r}")
-    return made.astype(float)
+    return made
 
 
 LARGEST_TOML = 2**20
