@@ -178,8 +178,11 @@ def function(name: str, value: object) -> Any:
     return value
 
 
-def items(name: str, value: object, what: str, most: int = LARGEST) -> list[Any]:
-    """What a sequence or an iterator holds, in a list; HopformError for no such thing, and for more than `most`."""
+def items(name: str, value: object, what: str, most: int) -> list[Any]:
+    """What a sequence or an iterator holds, in a list; HopformError for no such thing, and for more than `most`.
+
+    Of an iterator that does not end it takes one entry more than that.
+    """
     reason: Exception | None = None
     if isinstance(value, np.ndarray) and value.ndim != 1:
         raise HopformError(f"{name} must be of one dimension, got {value.ndim}")
@@ -208,12 +211,16 @@ def pair(name: str, value: object, what: str) -> tuple[Any, Any]:
     raise HopformError(f"{name} must be a pair {what}, got {shown(value)}")
 
 
-def mapping(name: str, value: object) -> Mapping[str, Any]:
-    """The value; HopformError unless it is a mapping, an empty one for None."""
+def mapping(name: str, value: object, most: int) -> dict[Any, Any]:
+    """What a mapping holds, nothing for None; HopformError for no such thing, and for more than `most` entries."""
     try:
-        return {} if value is None else dict(cast(Mapping[str, Any], value).items())
+        found = [] if value is None else list(islice(cast(Mapping[Any, Any], value).items(), most + 1))
+        entries = dict(found)
     except Exception:
         raise HopformError(f"{name} must be a mapping of names to values, got {shown(value)}") from None
+    if len(found) > most:
+        raise HopformError(f"{name} must have at most {most} entries, got more")
+    return entries
 
 
 def by(check: Callable[..., object], *how: object) -> Mapping[str, Any]:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 Thing = TypeVar("Thing")
 EACH = 128
 """[B] a hop of a comparison."""
+MOST_RUNS = MEMORY // 2048
+"""Runs of a comparison at most: with its names and its place in the answer each takes up to 2 kB."""
 
 
 def sweep(
@@ -108,15 +110,17 @@ def compare(
     >>> dict(found.sizes), bool(abs(found.miss.sel(controller="exact")).max() < 1e-9)
     ({'controller': 2, 'ground': 2, 'errors': 1, 'seed': 1, 'hop': 2}, True)
     """
-    laws = _named("controllers", mapping("controllers", controllers))
-    terrains = grounds if isinstance(grounds, Mapping) else dict(enumerate(items("grounds", grounds, "terrains")))
+    laws = _named("controllers", controllers)
+    terrains = grounds if isinstance(grounds, Mapping) else _numbered(grounds)
     rough = {name: heights_of(each) for name, each in _named("grounds", terrains).items()}
     kinds = _named("errors", errors if isinstance(errors, Mapping) else {"none" if errors is NONE else "given": errors})
-    draws = [whole(f"seeds[{n}]", each, 0) for n, each in enumerate(items("seeds", seeds, "whole numbers"))]
+    draws = [whole(f"seeds[{n}]", each, 0) for n, each in enumerate(items("seeds", seeds, "whole numbers", MOST_RUNS))]
     function("progress", progress)
     axes: dict[str, list[Any]] = {"controller": [*laws], "ground": [*rough], "errors": [*kinds], "seed": draws}
     dims, shape, hops = tuple(axes), tuple(map(len, axes.values())), max(map(len, rough.values()))
     total = math.prod(shape)
+    if total > MOST_RUNS:
+        raise HopformError(f"runs to compare must be at most {MOST_RUNS}, got {total}")
     if not draws or total * hops > MEMORY // EACH:
         raise HopformError(f"hops to compare must be 1 to {MEMORY // EACH}, got {total * hops}")
     status, count = np.empty(shape, "U15"), np.zeros(shape, int)
@@ -141,7 +145,13 @@ def compare(
     return dataset(arrays, f"{total} runs of up to {hops} hops")
 
 
+def _numbered(grounds: Sequence[Thing]) -> dict[int, Thing]:
+    return dict(enumerate(items("grounds", grounds, "terrains", MOST_RUNS)))
+
+
 def _named(name: str, things: Mapping[Any, Thing]) -> dict[Any, Thing]:
-    if not things:
+    """What is compared, by name."""
+    found = mapping(name, things, MOST_RUNS)
+    if not found:
         raise HopformError(f"{name} must be at least one, got none")
-    return dict(things)
+    return found
