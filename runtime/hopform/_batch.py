@@ -42,7 +42,7 @@ class Labels(NamedTuple):
     coords: dict[str, NDArray[Any]]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Batch(Shown):
     """Stances, solved; every array has the shape that the inputs broadcast to. Times in s, lengths in m, energies in J.
 

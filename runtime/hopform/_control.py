@@ -40,7 +40,7 @@ class Question(NamedTuple):
     backend: str
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Command(Shown):
     """The answer of the controller.
 
@@ -72,6 +72,9 @@ class Command(Shown):
             given += [("datum", f"{datum:.5g} m"), ("stop margin", f"{margin:.5g} m")]
         found = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
         return Card(f"Command for {name_of(self.question.robot)}: {self.status}", given, found)
+
+    def __hash__(self) -> int:
+        return hash((self.u, self.status, self.solved))
 
     def _arrays(self) -> Arrays:
         u, apex = self.curve()
@@ -161,7 +164,7 @@ class FixedPoint:
         return abs(self.multiplier) < 1.0
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Reachability(Shown):
     """Where a hop may lead. H heights [m], U currents [A]; arrays of shape (H, U) or (H,).
 

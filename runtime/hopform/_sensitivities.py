@@ -3,7 +3,7 @@ give.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,13 +19,13 @@ Kind = TypeVar("Kind")
 COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class _Derivatives(Shown):
     """Derivatives in the last two axes of a matrix."""
 
     rows: tuple[str, ...]
     columns: tuple[str, ...]
-    matrix: NDArray[np.floating] = field(compare=False)
+    matrix: NDArray[np.floating]
 
     def _card(self) -> Card:
         count = int(np.prod(self.matrix.shape[:-2], dtype=int))

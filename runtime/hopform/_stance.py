@@ -75,7 +75,7 @@ class Phase(NamedTuple):
     """where it starts"""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Stance(Motion):
     """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
 

@@ -157,7 +157,7 @@ class _Legs(Motion):
         return [shaped(column, t) for column in found]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Hop(_Legs):
     """A hop: the flight that leads to it, the stance, and the apex that follows; heights over level 0, hop heights in
     m.
@@ -235,7 +235,7 @@ class Hop(_Legs):
         return bool(hits) and any(phase.start in hits and phase.state.x1 == top for phase in self.stance.phases)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Run(_Legs):
     """Hops in a row. Times in s since the start, heights over level 0.
 
