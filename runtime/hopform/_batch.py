@@ -6,7 +6,7 @@ is heard.
 
 import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
@@ -32,7 +32,7 @@ EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
 MOST_THREADS = 1024
 CURVE = 400
 """Stances whose apexes a batch draws in a notebook at most."""
-_INPUTS = ("x1", "v1", "v2", "x2", "u", "horizon")
+INPUTS = ("x1", "v1", "v2", "x2", "u", "horizon")
 
 
 class Labels(NamedTuple):
@@ -205,9 +205,10 @@ def solve_stances(
     wanted = {"sensitivities": flag("sensitivities", sensitivities), "compressions": flag("compression", compression)}
     function("progress", progress)
     given_u = cast(object, u)
-    if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
-        message = f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(given_u)}"
-        raise HopformError(message)
+    several = type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[Any], given_u))
+    if several or callable(given_u):
+        others = "steps (t, u) are for solve_stance, laws (controllers.Sampled) for simulate"
+        raise HopformError(f"u must be a number per stance in A; {others}, got {shown(given_u)}")
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | ({} if x2 is None else {"x2": x2})
     plain, labels = labelled({**states, **fields})
     given = {name: numbers(name, plain[name], UNITS[name]) for name in states}
@@ -282,13 +283,19 @@ def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.
 # ---- what goes in ----
 
 
+def check_names(names: Iterable[str], known: Iterable[str]) -> None:
+    """HopformError for the first name that is not known."""
+    known = [*known]
+    for name in names:
+        if name not in known:
+            hint = nearest(name, [*known, *INPUTS])
+            raise HopformError(f"{name!r} is neither an input of a stance nor a field of the robot{hint}")
+
+
 def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any]]:
     """The robot's fields as arrays, those of `fields` in place of its own; HopformError for one out of its domain."""
     known = {field.name: field for field in records.ROBOT_FIELDS}
-    for name in fields:
-        if name not in known:
-            hint = nearest(name, [*known, *_INPUTS])
-            raise HopformError(f"{name!r} is neither an input of a stance nor a field of the robot{hint}")
+    check_names(fields, known)
     columns: dict[str, NDArray[Any]] = {}
     for name, field in known.items():
         array = np.asarray(getattr(robot, name))

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, SupportsFloat, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hopform._batch import solve_stances
+from hopform._batch import INPUTS, check_names, solve_stances
 from hopform._checks import MEMORY, function, items, mapping, numbers, refuse_any, whole
 from hopform._errors import HopformError, noted
 from hopform._hopping.run import NONE, Errors, simulate
 from hopform._progress import Progress, progress_bar
 from hopform._robots import Robot, checked_robot
 from hopform._show import UNITS, Array, dataset, xarray_of
-from hopform._solver.package import formulas
+from hopform._solver.package import formulas, records
 from hopform.controllers import Controller, Preparing
 from hopform.terrain import heights_of
 
@@ -54,6 +54,7 @@ def sweep(
     >>> dict(found.sizes), found.apex.attrs["units"], round(float(found.apex.sel(height=0.2, u=3.0)), 4)
     ({'height': 2, 'u': 3}, 'm', 0.229)
     """
+    check_names(inputs, ["height", *INPUTS, *(field.name for field in records.ROBOT_FIELDS)])
     axes: dict[str, Any] = {**({} if height is None else {"height": height}), **inputs}
     of_xarray, single = xarray_of(), dict[str, Any]()
     for name, value in axes.items():

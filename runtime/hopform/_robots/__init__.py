@@ -314,8 +314,11 @@ def _line_of(key: str, text: str) -> int:
 
 
 def nearest(word: str, known: list[str]) -> str:
-    """A question about the known word that is nearest to one, nothing where none is near."""
-    close = difflib.get_close_matches(word, known, 1, 0.5)
+    """A question about the known word that is nearest to one, nothing where none is near; one that differs by its case
+    alone is the nearest.
+    """
+    same = [each for each in known if each.casefold() == word.casefold()]
+    close = same or difflib.get_close_matches(word, known, 1, 0.5)
     return f", did you mean {close[0]!r}?" if close else ""
 
 
