@@ -71,8 +71,7 @@ def same(one: Any, other: Any) -> bool:
         left, right = cast(NDArray[Any], one), cast(NDArray[Any], other)
         return left.dtype == right.dtype and np.array_equal(left, right, equal_nan=left.dtype.kind == "f")
     if isinstance(one, Mapping):
-        here: Mapping[Any, Any] = one
-        there: Mapping[Any, Any] = other
+        here, there = cast(dict[Any, Any], one), cast(dict[Any, Any], other)
         return here.keys() == there.keys() and all(same(here[name], there[name]) for name in here)
     if isinstance(one, (tuple, list)):
         several, others = cast(Sequence[Any], one), cast(Sequence[Any], other)
