@@ -27,8 +27,9 @@ File = str | Path
 Recordings = Sequence[Recording | File] | Recording | File
 """One recording, several, or the files that hold them."""
 MOST_RECORDINGS = 10_000
-MOST_KNOWN = 1000
 """Recordings of a fit at most."""
+MOST_KNOWN = 1000
+"""Known values of a fit at most."""
 
 
 class Cut(NamedTuple):
