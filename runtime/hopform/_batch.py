@@ -32,7 +32,7 @@ EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
 MOST_THREADS = 1024
 CURVE = 400
 """Stances whose apexes a batch draws in a notebook at most."""
-_INPUTS = ("x1", "v1", "v2", "x2", "u", "horizon")
+INPUTS = ("x1", "v1", "v2", "x2", "u", "horizon")
 
 
 class Labels(NamedTuple):
@@ -42,7 +42,7 @@ class Labels(NamedTuple):
     coords: dict[str, NDArray[Any]]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Batch(Shown):
     """Stances, solved; every array has the shape that the inputs broadcast to. Times in s, lengths in m, energies in J.
 
@@ -209,9 +209,10 @@ def solve_stances(
     wanted = {"sensitivities": flag("sensitivities", sensitivities), "compressions": flag("compression", compression)}
     function("progress", progress)
     given_u = cast(object, u)
-    if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
-        message = f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(given_u)}"
-        raise HopformError(message)
+    several = type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[Any], given_u))
+    if several or callable(given_u):
+        others = "steps (t, u) are for solve_stance, laws (controllers.Sampled) for simulate"
+        raise HopformError(f"u must be a number per stance in A; {others}, got {shown(given_u)}")
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | ({} if x2 is None else {"x2": x2})
     plain, labels = labelled({**states, **fields})
     given = {name: _column(name, plain[name], UNITS[name]) for name in states}
@@ -298,13 +299,19 @@ def _column(name: str, value: object, unit: str) -> Column:
     return value if type(value) is float and math.isfinite(value) else numbers(name, value, unit)
 
 
+def check_names(names: Iterable[str], known: Iterable[str]) -> None:
+    """HopformError for the first name that is not known."""
+    known = [*known]
+    for name in names:
+        if name not in known:
+            hint = nearest(name, [*known, *INPUTS])
+            raise HopformError(f"{name!r} is neither an input of a stance nor a field of the robot{hint}")
+
+
 def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, Column]:
     """The robot's fields, as arrays those of `fields` in place of its own; HopformError for one out of its domain."""
     columns: dict[str, Column] = robot.parameters._asdict()
-    for name in fields:
-        if name not in columns:
-            hint = nearest(name, [*columns, *_INPUTS])
-            raise HopformError(f"{name!r} is neither an input of a stance nor a field of the robot{hint}")
+    check_names(fields, columns)
     for field in records.ROBOT_FIELDS if fields else ():
         name = field.name
         if name in fields:

@@ -25,7 +25,7 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
 from hopform._solver.package import COMMANDS, MAX_PHASES, Target, formulas, records
-from hopform._stance import precision_of, solve_stance, start_of
+from hopform._stance import moves_up, precision_of, solve_stance, start_of
 
 TRIED = 601
 """Currents of the curve of a command."""
@@ -40,7 +40,7 @@ class Question(NamedTuple):
     backend: str
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Command(Shown):
     """The answer of the controller.
 
@@ -70,8 +70,17 @@ class Command(Shown):
         given = [("h_des", h_des), ("v2", start.v2), ("x1", start.x1), ("v1", start.v1)]
         if datum or margin:
             given += [("datum", f"{datum:.5g} m"), ("stop margin", f"{margin:.5g} m")]
-        found = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
+        found: list[tuple[str, object]] = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
+        found += [("warning", each) for each in self.warnings]
         return Card(f"Command for {name_of(self.question.robot)}: {self.status}", given, found)
+
+    def __hash__(self) -> int:
+        return hash((self.u, self.status, self.solved))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A body that rises at touchdown, v2 > 0 from F = 0: no fall leads there, the sign of v2 may be wrong."""
+        return (*filter(None, [moves_up(self.question.start)]),)
 
     def _arrays(self) -> Arrays:
         u, apex = self.curve()
@@ -161,7 +170,7 @@ class FixedPoint:
         return abs(self.multiplier) < 1.0
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Reachability(Shown):
     """Where a hop may lead. H heights [m], U currents [A]; arrays of shape (H, U) or (H,).
 
@@ -299,7 +308,7 @@ def check_map(heights: int, currents: int) -> None:
 
 
 def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
-    array = np.atleast_1d(numbers(name, value, unit)).astype(float)
+    array = np.atleast_1d(numbers(name, value, unit))
     if array.ndim != 1 or not array.size:
         raise HopformError(f"{name} must be a list of at least one number in {unit}, got shape {array.shape}")
     if not bool(np.all(np.diff(array) > 0.0)):

@@ -41,7 +41,7 @@ class FlightPhase(NamedTuple):
     """[m/s]"""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Flight(Motion):
     """A flight, solved. Times in s from take-off, heights in m over the ground ahead, which the foot meets next.
 

@@ -3,13 +3,13 @@ give.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import pair, shown
+from hopform._checks import items, pair, shown
 from hopform._errors import HopformError
 from hopform._show import UNITS, Arrays, Card, Shown, span
 from hopform._solver.package import COLUMNS as SOLVED_COLUMNS
@@ -19,13 +19,13 @@ Kind = TypeVar("Kind")
 COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class _Derivatives(Shown):
     """Derivatives in the last two axes of a matrix."""
 
     rows: tuple[str, ...]
     columns: tuple[str, ...]
-    matrix: NDArray[np.floating] = field(compare=False)
+    matrix: NDArray[np.floating]
 
     def _card(self) -> Card:
         count = int(np.prod(self.matrix.shape[:-2], dtype=int))
@@ -38,10 +38,18 @@ class _Derivatives(Shown):
         return self.arrays(tuple(f"dim_{n}" for n in range(self.matrix.ndim - 2)))
 
     def arrays(self, over: tuple[str, ...]) -> Arrays:
-        """The derivatives over dimensions, rows and columns, with the units of both."""
+        """The derivatives over dimensions, rows and columns, with the units of both.
+
+        over: the names of the stances' dimensions, none for one stance. HopformError for more or fewer than these.
+        """
+        count = self.matrix.ndim - 2
+        names = items("over", over, f"names of {count} dimension(s)", count)
+        if len(names) < count:
+            raise HopformError(f"over must name {count} dimension(s), got {shown(over)}")
         return {
             "row": (("row",), list(self.rows), {}), "column": (("column",), list(self.columns), {}),
-            "derivative": ((*over, "row", "column"), self.matrix, {"units": "that of the row over that of the column"}),
+            "derivative": ((*names, "row", "column"), self.matrix,
+                           {"units": "that of the row over that of the column"}),
             **{f"{name}_unit": ((name,), [UNITS[each] for each in getattr(self, f"{name}s")], {})
                for name in ("row", "column")},
         }  # fmt: skip

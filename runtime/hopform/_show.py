@@ -7,7 +7,7 @@ import base64
 import html
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
@@ -63,8 +63,32 @@ Curve = tuple[str, ArrayLike, ArrayLike]
 """What a small curve shows, in words, and its points."""
 
 
+def same(one: Any, other: Any) -> bool:
+    """Whether two values are equal: arrays by type, shape and numbers, NaN equal to NaN."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        left, right = cast(NDArray[Any], one), cast(NDArray[Any], other)
+        return left.dtype == right.dtype and np.array_equal(left, right, equal_nan=left.dtype.kind == "f")
+    if isinstance(one, Mapping):
+        here, there = cast(dict[Any, Any], one), cast(dict[Any, Any], other)
+        return here.keys() == there.keys() and all(same(here[name], there[name]) for name in here)
+    if isinstance(one, (tuple, list)):
+        several, others = cast(Sequence[Any], one), cast(Sequence[Any], other)
+        return len(several) == len(others) and all(map(same, several, others))
+    if is_dataclass(one):
+        return all(same(getattr(one, each.name), getattr(other, each.name)) for each in fields(one) if each.compare)
+    return bool(one == other) or (isinstance(one, float) and bool(np.isnan(one) and np.isnan(other)))
+
+
 class Shown(ABC):
-    """A result that shows itself."""
+    """A result that shows itself. Two are equal if all of their numbers are; those with arrays have no hash."""
+
+    def __eq__(self, other: object) -> bool:
+        return same(self, other)
+
+    def __hash__(self) -> int:
+        raise TypeError(f"unhashable type: {type(self).__name__!r}")
 
     @abstractmethod
     def _card(self) -> Card: ...
@@ -109,6 +133,9 @@ class Shown(ABC):
 
 class Motion(Shown):
     """A result over time. Its subclasses have a `duration`, too."""
+
+    def __hash__(self) -> int:
+        return hash((type(self), duration_of(self)))
 
     def to_xarray(self, t: ArrayLike | None = None) -> "xarray.Dataset":
         """Its motion at times t [s], 401 uniform ones if left out, and its figures; units in `attrs`.

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
+from inspect import getattr_static
 from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, TypeAlias, cast
 
 import numpy as np
@@ -75,7 +76,7 @@ class Phase(NamedTuple):
     """where it starts"""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Stance(Motion):
     """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
 
@@ -135,7 +136,7 @@ class Stance(Motion):
         lowest = min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
         cases = (
             (abs(largest) > robot.u_max, f"u = {largest!r} A is above u_max = {robot.u_max!r} A"),
-            (start.y == 0.0 and start.v2 > 0.0, f"the body moves up at touchdown, v2 = {float(start.v2)!r} m/s"),
+            (moves_up(start), moves_up(start)),
             (rests and force != 0.0, f"u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"),
             (most > travel, f"coil_bound: the spring is compressed by {most:.6g} m, its travel is {travel!r} m"),
             (lowest < 0.0, f"the body passes below the ground, down to x2 = {lowest:.6g} m"),
@@ -436,6 +437,9 @@ def steps_of(u: Current) -> Steps:
         return ((0.0, u),)
     if checks.is_one(u):
         return ((0.0, finite("u", u, "A")),)
+    if callable(u) or getattr_static(u, "law", None):
+        law = "a law is what a controller of simulate answers, as controllers.Sampled(period, law)"
+        raise HopformError(f"u must be a current in A or steps (t, u); {law}, got {shown(u)}")
     steps: list[tuple[float, float]] = []
     for number, step in enumerate(items("u", u, "a current in A or steps (t, u)", records.MOST_STEPS)):
         t, current = pair(f"u[{number}]", step, "(t, u)")
@@ -448,6 +452,12 @@ def steps_of(u: Current) -> Steps:
         if not after > before:
             raise HopformError(f"the times of u must increase, got {after!r} s after {before!r} s")
     return tuple(steps)
+
+
+def moves_up(start: records.LegState) -> str:
+    """The warning about a start from F = 0 at which the body rises, so that no touchdown precedes it; else nothing."""
+    rises = start.y == 0.0 and start.v2 > 0.0
+    return f"the body moves up at touchdown, v2 = {float(start.v2)!r} m/s" if rises else ""
 
 
 def precision_of(dtype: Any) -> Precision:

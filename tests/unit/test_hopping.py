@@ -449,7 +449,8 @@ def test_states_are_continuous_but_for_the_impacts():
         lost = HOPPER.m_s * (before.v2**2 - after.v2**2) / 2.0
         assert lost == pytest.approx(hop.energy_lost_at_impact, abs=1e-12)
         takeoff = [np.array(run.at(np.nextafter(hop.takeoff_time, side))) for side in (-1.0, np.inf)]
-        assert np.abs(takeoff[1] - takeoff[0]).max() < 1e-13
+        last_digit = 4.0 * math.ulp(hop.takeoff_time)  # of the time since the start, from which a stance's is taken
+        assert np.abs(takeoff[1] - takeoff[0]).max() < 1e-14 + 20.0 * last_digit  # no rate is above 20 m/s^2
 
 
 def test_the_foot_is_on_the_ground_in_stance_and_above_what_is_under_it_in_flight():

@@ -147,7 +147,8 @@ def control(
     band = drawn.apexes(start, height, datum, found.u, how).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
     emit(
-        lambda: tables.command(hopper, h_des, found, others, drawn, band), drawn.warnings() if drawn else (),
+        lambda: tables.command(hopper, h_des, found, others, drawn, band),
+        [*found.warnings, *(drawn.warnings() if drawn else ())],
         (plot, lambda path: picture(path, found, over)),
         ("-" if json else None, lambda _: tables.command_json(hopper, settings, found, others, drawn, band)),
     )  # fmt: skip

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hopform import Errors, HopformError, Reachability, Robot, Run, choose_current, reachability, simulate
+from hopform._checks import Role, stream
 from hopform._control import home_of
 from hopform._figures import plots
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, movable, panels, rms, scale, volts
@@ -93,7 +94,7 @@ def with_errors_of_measurement(robot: Robot) -> Drawn:
     clean = completed(simulate(robot, flat(len(wanted)), first, height=wanted[0]))
     run = completed(simulate(robot, flat(len(wanted)), first, height=wanted[0], errors=errors, seed=8))
     miss, before = (each.table["apex"] - np.array(wanted) for each in (run, clean))
-    seen = run.table["apex"] + 3e-3 * np.random.default_rng(8).standard_normal(len(run.hops))
+    seen = run.table["apex"] + 3e-3 * stream(Role.FIGURE, 8).standard_normal(len(run.hops))
     figure = tracked(run, {"with errors of measurement": run, "without": clean})
     times, _ = plots.apexes(run)
     figure.axes[0].plot(times, 100 * seen[: times.size], "s", color=plots.GREEN, markersize=4.0, markerfacecolor="none",
@@ -329,7 +330,7 @@ def bounds_of_map(robot: Robot) -> Drawn:
     margin, noise = 0.015 * scale(movable(robot)), 0.003 * scale(robot)
     heights = scale(robot) * np.linspace(0.02, 0.40, 77)
     reach = reachability(robot, heights, np.array([0.0, robot.u_max]), stop_margin=margin)
-    draw = np.random.default_rng(11)
+    draw = stream(Role.FIGURE, 11)
     drops = np.repeat(scale(robot) * np.linspace(0.04, 0.38, 12), 2)
     least, most = (np.array([measured(robot, each, high, margin) for each in drops]) for high in (False, True))
     seen = drops + noise * draw.standard_normal(drops.size)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
-from hopform._checks import Array, by, finite, nonnegative, positive, shaped, shown, times_within
+from hopform._checks import Array, Role, by, finite, nonnegative, positive, shaped, shown, times_within
 from hopform._control import home_of
 from hopform._errors import HopformError, noted
 from hopform._files import csv_of, path_of, write
@@ -157,7 +157,7 @@ class _Legs(Motion):
         return [shaped(column, t) for column in found]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Hop(_Legs):
     """A hop: the flight that leads to it, the stance, and the apex that follows; heights over level 0, hop heights in
     m.
@@ -235,7 +235,7 @@ class Hop(_Legs):
         return bool(hits) and any(phase.start in hits and phase.state.x1 == top for phase in self.stance.phases)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Run(_Legs):
     """Hops in a row. Times in s since the start, heights over level 0.
 
@@ -354,6 +354,7 @@ def simulate(
     gains: tuple[SupportsFloat, SupportsFloat] | None = None,
     errors: Errors = NONE,
     seed: int = 0,
+    cell: tuple[int, int] = (0, 0),
     horizon: SupportsFloat = 2.0,
     max_phases: int = 4096,
     backend: str | None = None,
@@ -365,8 +366,10 @@ def simulate(
     terrain [m]: heights of the ground, one per hop (`hopform.terrain` makes some). controller: a current [A], or as
     `hopform.controllers` says. height [m]: hop height of the drop, the actuator at rest at its origin; or start, a
     state in the air; both over level 0. gains (Kp, Kd) of the return in flight as for `solve_flight`. errors: what the
-    controller does not know, drawn with the seed. horizon [s]: longest time of a stance. progress: called after every
-    hop with the number done and that of the terrain's heights; an exception from it, as from Ctrl-C, ends the run.
+    controller does not know, drawn with the seed and the cell: the numbers, from 0, of ground and errors in a
+    `compare`, which draws other errors in each. Controllers of a cell share theirs. horizon [s]: longest time of a
+    stance. progress: called after every hop with the number done and that of the terrain's heights; an exception from
+    it, as from Ctrl-C, ends the run.
     Raises HopformError for a value that is not allowed: an empty terrain, g = 0, a set point below the ground; and for
     what a controller answers that is no current.
 
@@ -377,7 +380,7 @@ def simulate(
     """
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
-    draw = checks.seeded(seed)
+    key = (checks.whole("seed", seed, 0, math.inf), *_cell(cell))
     checks.function("progress", progress)
     checks.instance("errors", errors, Errors, "Errors")
     grounds = heights_of(terrain)
@@ -390,7 +393,7 @@ def simulate(
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     how = {"max_phases": max_phases, "backend": backend}
-    task = _Task(plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest, how, progress)
+    task = _Task(plant, model, grounds, cast(Controller, prepared), gains, errors, key, longest, how, progress)
     return replace(_run(task, first), h_des=_set_points(controller, len(grounds)))
 
 
@@ -399,6 +402,11 @@ def _set_points(controller: object, count: int) -> tuple[float, ...]:
     h_des: Any = getattr(controller, "h_des", ())
     points = cast("tuple[float, ...]", h_des if isinstance(h_des, tuple) else (h_des,))
     return tuple(points[min(n, len(points) - 1)] for n in range(count)) if points else ()
+
+
+def _cell(cell: object) -> tuple[int, int]:
+    ground, errors = checks.pair("cell", cell, "of whole numbers, those of ground and errors")
+    return checks.whole("cell[0]", ground, 0), checks.whole("cell[1]", errors, 0)
 
 
 class _Task(NamedTuple):
@@ -410,10 +418,16 @@ class _Task(NamedTuple):
     controller: Controller
     gains: tuple[SupportsFloat, SupportsFloat] | None
     errors: Errors
-    draw: "np.random.Generator"
+    key: tuple[int, int, int]
     horizon: float
     how: dict[str, Any]
     progress: Progress | None
+
+    def sensors(self, role: Role, index: int) -> "np.random.Generator | None":
+        """The random stream of a hop's errors in a role, None where there are no errors. Each hop has its own, so
+        controllers meet the same errors, however often they measured before.
+        """
+        return None if self.errors is NONE else checks.stream(role, *self.key, index)
 
 
 def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:
@@ -486,28 +500,29 @@ def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) ->
     """The controller's answer at a touchdown, and the stance that follows."""
     ground = task.grounds[index]
     with noted(f"hop {index}: "):
-        stance = _stance(task, task.controller(_seen(task, index, time, height, flight)), ground, time, flight)
+        stance = _stance(task, task.controller(_seen(task, index, time, height, flight)), index, time, flight)
     return Hop(index, ground, height, time, flight, stance, stance.apex + ground, -flight.impact_loss)
 
 
 def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -> Touchdown:
     x1, v1, _, v2 = map(float, cast(State, flight.touchdown))
-    seen = _measured(task, x1=x1, v1=v1, v2=v2, ground=task.grounds[index], x2=height)
+    sensors = task.sensors(Role.TOUCHDOWN_SENSORS, index)
+    seen = _measured(task, sensors, x1=x1, v1=v1, v2=v2, ground=task.grounds[index], x2=height)
     place, apex = min(max(seen.pop("x1"), task.model.x1_min), task.model.x1_max), seen.pop("x2")
     return Touchdown(index, time, place, apex=apex, robot=task.model, **seen)
 
 
-def _measured(task: _Task, **values: float) -> dict[str, float]:
+def _measured(task: _Task, sensors: "np.random.Generator | None", **values: float) -> dict[str, float]:
     """Values as sensors have them: with errors that are drawn in this order, 0 where there are none."""
-    drawn = np.zeros(len(values)) if task.errors is NONE else task.draw.standard_normal(len(values))
+    drawn = np.zeros(len(values)) if sensors is None else sensors.standard_normal(len(values))
     errors = [getattr(task.errors, name) * each for name, each in zip(values, drawn.tolist(), strict=True)]
     return {name: value + error for (name, value), error in zip(values.items(), errors, strict=True)}
 
 
-def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Flight) -> Stance:
+def _stance(task: _Task, answer: Answer, index: int, time: float, flight: Flight) -> Stance:
     state, wait = cast(State, flight.touchdown), _wait(task.errors, time)
     if isinstance(answer, Sampled):
-        u: Any = _sampled(task, answer, ground, wait, state)
+        u: Any = _sampled(task, answer, index, wait, state)
     else:  # none flows before the touchdown is seen
         u = [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))] if wait else answer
     return solve_stance(task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u, horizon=task.horizon, **task.how)
@@ -520,9 +535,10 @@ def _wait(errors: Errors, time: float) -> float:
     return max(tick, 0.0) + errors.delay
 
 
-def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: State) -> list[tuple[float, float]]:
+def _sampled(task: _Task, answer: Sampled, index: int, wait: float, state: State) -> list[tuple[float, float]]:
     """The steps of the current that a law makes, each from the state that the steps before lead to."""
     at: Any = state
+    ground, sensors = task.grounds[index], task.sensors(Role.TICK_SENSORS, index)
     steps = [(0.0, 0.0)] if wait else list[tuple[float, float]]()
     period, t, begin = answer.period, 0.0, True
     if task.horizon / period > MOST_TICKS:
@@ -530,7 +546,7 @@ def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: St
     while t < task.horizon:
         if t >= wait:
             x1, v1, x2, v2 = map(float, at)
-            seen = State(**_measured(task, x1=x1, v1=v1, x2=x2 + ground, v2=v2))
+            seen = State(**_measured(task, sensors, x1=x1, v1=v1, x2=x2 + ground, v2=v2))
             u = finite("u", answer.law(t - wait, seen), "A")
             if not steps or steps[-1][1] != u:
                 steps.append((t, u))

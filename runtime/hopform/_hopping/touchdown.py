@@ -15,7 +15,7 @@ from typing import SupportsFloat
 
 import numpy as np
 
-from hopform._checks import MEMORY, Array, Checked, by, count, finite, items, nonnegative, positive, seeded
+from hopform._checks import MEMORY, Array, Checked, Role, by, count, finite, items, nonnegative, positive, stream
 from hopform._errors import HopformError
 from hopform._robots import Robot
 from hopform._solver.package import records
@@ -108,7 +108,7 @@ class TouchdownDetector(Checked):
         samples.
         """
         deviation, height = _noise_and_level(noise, level)
-        number, draw = count("trials", trials, _EACH), seeded(seed)
+        number, draw = count("trials", trials, _EACH), stream(Role.DETECTOR_DELAYS, seed)
         mean = self._samples(deviation, height)
         if mean < math.inf and number * mean > MOST_DRAWN:
             where = f"where a detection takes {mean:.3g} samples on average"

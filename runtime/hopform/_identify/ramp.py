@@ -62,7 +62,7 @@ class Rise(NamedTuple):
     u: Array
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Threshold(Shown):
     """The current that friction takes, f1 m_eff/|gamma2| [A], with its 95 % interval, and the load that shifts it.
 

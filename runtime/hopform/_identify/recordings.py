@@ -115,7 +115,7 @@ class Column(NamedTuple):
     values: Array
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Recording(Shown):
     """A recording: times [s] that increase, and columns in SI units by their names without the unit.
 

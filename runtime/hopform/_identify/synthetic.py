@@ -7,7 +7,7 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from hopform._checks import MEMORY, flag, nonnegative, positive, seeded, whole, word
+from hopform._checks import MEMORY, flag, nonnegative, positive, whole, word
 from hopform._errors import HopformError
 from hopform._identify import rigs
 from hopform._identify.motion import Array
@@ -60,7 +60,7 @@ def record(
     whole("repeats", repeats, most=1000)
     if repeats > 1 and test not in ("drop", "decay"):
         raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
-    draw = np.random.default_rng() if seed is None else seeded(seed)
+    draw = np.random.default_rng() if seed is None else np.random.default_rng(whole("seed", seed, 0, math.inf))
     encoder = nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw
     length, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
     if not 18.5 < length * hertz < records.MOST_STEPS - 0.5:
