@@ -98,7 +98,7 @@ def test_friction_of_several_recordings_is_their_mean_with_the_covariance_of_a_m
 
 def test_a_ramp_writes_its_friction_with_an_interval_and_marks_the_rest(tmp_path):
     ramp, out = tmp_path / "ramp.csv", tmp_path / "mine.toml"
-    ramp.write_text(to_csv(record(HOPPER, "ramp", duration=8.0, current=1.0, hold=0.5, seed=3)), "utf-8")
+    ramp.write_text(to_csv(record(HOPPER, "ramp", seed=3)), "utf-8")
     known = ["--known", "m_eff=25", "--known", "gamma2=-65"]
     assert main(["identify", "ramp", str(ramp), *known, "--out", str(out)]) == 0
     robot = hopform.load_robot(out)
