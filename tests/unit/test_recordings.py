@@ -310,6 +310,23 @@ def test_a_recording_reads_back_as_it_was_made(tmp_path):
     assert np.abs(again.current() - made.current()).max() <= 1e-9
 
 
+@pytest.mark.parametrize("unit", [*COLUMNS, "4096perrev", "2.5permm", "10perdeg"])
+def test_a_column_in_each_unit_reads_back_as_the_quantity_that_was_written(unit):
+    """Written as number times 1/unit by this table alone, which repeats none of the product's."""
+    in_si = {
+        "s": 1.0, "ms": 1e-3, "us": 1e-6, "m": 1.0, "cm": 0.01, "mm": 1e-3, "um": 1e-6, "rad": 1.0, "mrad": 1e-3,
+        "deg": math.tau / 360.0, "rev": math.tau, "A": 1.0, "mA": 1e-3, "V": 1.0, "mV": 1e-3, "N": 1.0, "kN": 1e3,
+        "Nm": 1.0, "mNm": 1e-3, "4096perrev": math.tau / 4096.0, "2.5permm": 1e-3 / 2.5, "10perdeg": math.tau / 3600.0,
+    }  # fmt: skip
+    si = 0.02 * np.arange(1, 31)
+    of_time = unit in ("s", "ms", "us")
+    first, title = (f"t_{unit}", "x2_m") if of_time else ("t_s", f"x2_{unit}")
+    lines = [f"{(t / in_si[unit] if of_time else t)!r},{(t if of_time else t / in_si[unit])!r}" for t in si.tolist()]
+    made = parse_recording(rows(*lines, head=f"{first},{title}"), "unit.csv")
+    assert made.columns["x2"].values.tolist() == pytest.approx(si.tolist(), rel=1e-12)
+    assert made.time.tolist() == pytest.approx((si - si[0]).tolist(), abs=1e-12)
+
+
 def test_a_column_that_no_fit_uses_needs_no_unit():
     """A unit that a fit could use must be known all the same: see `BAD`."""
     made = parse_recording(rows(*(f"{each},7,1" for each in GOOD), head="time_s,x2_m,load,torque_on"), "servo.csv")
