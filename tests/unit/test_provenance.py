@@ -5,6 +5,8 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
+from scipy.stats import t as student
 
 import hopform
 from hopform._cli import main
@@ -53,6 +55,24 @@ def test_the_covariance_is_that_of_the_intervals_and_the_correlations(fit):
     i, j = names.index("k"), names.index("b2")
     expected = fit.correlations["k", "b2"] * fit["k"].stderr * fit["b2"].stderr
     assert fit.covariance[i, j] == pytest.approx(expected)
+
+
+def test_the_covariance_is_as_wide_as_the_intervals_of_residuals_with_a_memory():
+    """Noise of which each sample keeps 0.8 of the one before: intervals are widened for it, and robots that are drawn
+    must scatter as much. The half width over Student's quantile is the standard deviation.
+    """
+    clean, own = record(HOPPER, "decay", noise=0.0, quantum=0.0, seed=1), np.random.default_rng(2)
+    noise = 2e-4 * lfilter([0.6], [1.0, -0.8], own.standard_normal(clean.time.size))
+    column = clean.columns["x2"]
+    made = dataclasses.replace(clean, columns={"x2": column._replace(values=column.values + noise)})
+    fit = fit_drop_test(made, attached=True, known={"m_s": 3.0}, **ALONE)
+    assert any("intervals are widened" in each for each in fit.warnings)
+    names = [each.name for each in fit.estimates]
+    for name in ("k", "b2"):
+        half, at = 0.5 * (fit[name].high - fit[name].low), names.index(name)
+        assert np.sqrt(fit.covariance[at, at]) == pytest.approx(half / student.ppf(0.975, 990), rel=1e-3)
+        drawn = [getattr(each, name) for each in fit.sample(4000, 1)]
+        assert np.std(drawn) == pytest.approx(half / student.ppf(0.975, 990), rel=0.05)
 
 
 def test_drawn_robots_have_the_fit_s_mean_spread_and_correlation(fit):
