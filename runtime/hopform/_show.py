@@ -292,5 +292,8 @@ class Animation:
         return f"<img alt='{html.escape(self.title)}' src='data:image/gif;base64,{picture}'>"
 
     def save(self, path: str | Path) -> None:
-        """Write it to a file."""
-        write([(path_of("path", path), self.gif)])
+        """Write it to a file; HopformError for one whose name does not end in .gif."""
+        file = path_of("path", path)
+        if file.suffix.lower() != ".gif":
+            raise HopformError(f"path must end in .gif, which an animation is, got {str(file)!r}")
+        write([(file, self.gif)])

@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -465,6 +466,51 @@ def test_what_cannot_be_drawn_or_written_is_refused_in_one_line(tmp_path, monkey
     output, errors = capsys.readouterr()
     assert output == "" and said in errors and errors.count("\n") == 1
     assert {path.name for path in tmp_path.iterdir()} == {"file"}
+
+
+STYLES = {
+    "text.usetex: True": "line 1: text.usetex is not allowed; a style has settings of looks",
+    "figure.hooks: os:system": "line 1: figure.hooks is not allowed",
+    "path.effects: [1]": "line 1: path.effects is not allowed",
+    "savefig.format: xyz": "line 1: savefig.format is not allowed",
+    "backend: agg": "line 1: backend is not allowed",
+    "axes.prop_cycle: cycler('color', [])": "--style s.mplstyle: integer modulo by zero",
+    "lines.dashed_pattern: 0,0": "--style s.mplstyle: At least one value in the dash list must be positive",
+    "lines.linewidth: wide": "s.mplstyle: Key lines.linewidth",
+    "font.family: Nonexistent": "font.family: none of its fonts is installed, got Nonexistent",
+    "font.serif: Nonexistent, Neither": "font.serif: none of its fonts is installed, got Nonexistent, Neither",
+}
+
+
+@pytest.mark.parametrize("setting", STYLES)
+def test_a_style_that_is_none_or_draws_nothing_is_one_line(tmp_path, monkeypatch, capfd, setting):
+    monkeypatch.chdir(tmp_path)
+    Path("s.mplstyle").write_text(f"{setting}\n", "utf-8")
+    assert cli.main(["figures", "out", "--only", "12", "--format", "svg", "--style", "s.mplstyle"]) == 2
+    output, errors = capfd.readouterr()
+    assert (output, errors.count("\n")) == ("", 1) and STYLES[setting] in errors
+    assert not Path("out").exists()
+
+
+def test_what_matplotlib_warns_of_a_style_is_one_line(tmp_path, monkeypatch, capfd):
+    """Letters of 3 m leave no room for axes."""
+    monkeypatch.chdir(tmp_path)
+    Path("s.mplstyle").write_text("font.size: 9000\n", "utf-8")
+    assert cli.main(["figures", "out", "--only", "12", "--format", "svg", "--style", "s.mplstyle"]) == 0
+    errors = capfd.readouterr().err
+    assert errors.startswith("hopform: warning: constrained_layout not applied") and errors.count("\n") == 1
+
+
+def test_a_name_that_no_font_has_is_drawn_without_a_word(tmp_path, capfd):
+    """Nor of a font that the user's own settings name and that is not there."""
+    robot = dataclasses.replace(MINE, name="\N{FROG FACE}")
+    path = tmp_path / "frog.toml"
+    path.write_text(robot.to_toml(), "utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert cli.main(["hop", "--robot", str(path), "--height", "0.1", "--plot", str(tmp_path / "hop.png")]) == 0
+        hopform.animate(hopform.simulate(robot, [0.0], 1.0, height=0.1), seconds=0.2, rate=2)
+    assert capfd.readouterr().err == ""
 
 
 @pytest.mark.parametrize("name", ["captions.md", "captions.tex", "fig_12.csv"])

@@ -232,24 +232,27 @@ def identify(
 
 
 def record(
-    test: Recordable, robot: str = "hopper_c", duration: float = 2.0, rate: float = 500.0,
-    noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float = 0.2,
-    current: float | None = None, hold: float = 0.2, added_mass: float = 0.0, repeats: int = 1, spring: bool = False,
-    seed: int | None = None, plan: bool = False, known: list[str] | None = None, csv: str | None = "-",
+    test: Recordable, robot: str = "hopper_c", duration: float | None = None, rate: float = 500.0,
+    noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float | None = None,
+    current: float | None = None, hold: float | None = None, added_mass: float = 0.0, repeats: int = 1,
+    spring: bool = False, free_stroke: bool = False, seed: int | None = None, plan: bool = False,
+    known: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     base = load_robot(robot)
     made = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
-        hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
+        hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, free_stroke=free_stroke, seed=seed,
     )  # fmt: skip
     if plan:
         weighed = "m_eff" if test in ("step", "air", "ramp") else "m_s"  # what is taken as known if nothing is given
         given = known_values(known or []) or {weighed: getattr(base, weighed)}
         letters = {field.name: getattr(base, field.name) for field in Robot.fields()} | {"length": base.L0 + base.c}
-        ramp = str(test) == "ramp"
-        plan_of = friction_threshold([made], spring=spring) if ramp else check({str(test): [made]}, given, letters)
-        show(reports.tables_of(plan_of))
+        if str(test) == "ramp":
+            gamma2, k = (given.get(name, letters[name]) if spring else None for name in ("gamma2", "k"))
+            show(reports.tables_of(friction_threshold([made], spring=spring, gamma2=gamma2, k=k)))
+        else:
+            show(reports.tables_of(check({str(test): [made]}, given, letters)))
         return
     emit(list, (), (csv or "-", lambda _: synthetic.to_csv(made)))

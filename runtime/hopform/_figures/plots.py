@@ -10,9 +10,11 @@ each time. The extra `plot` brings matplotlib.
 # matplotlib's own annotations leave the type of **kwargs open.
 
 import io
+import logging
 import re
+import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from contextvars import ContextVar
 from itertools import groupby
 from pathlib import Path
@@ -81,9 +83,21 @@ LOOK: ContextVar[Look] = ContextVar("look")
 LOOK.set(Look())
 
 
-def house_style() -> AbstractContextManager[None]:
-    """matplotlib's defaults, ours and those of the look, whatever the user's own settings are."""
-    return matplotlib.style.context(["default", STYLE, dict(LOOK.get().style)])
+@contextmanager
+def house_style() -> Generator[None, None, None]:
+    """matplotlib's defaults, ours and those of the look, whatever the user's own settings are; it does not say that a
+    font or a glyph is missing, which it replaces.
+    """
+    log = logging.getLogger("matplotlib.font_manager")
+    before = log.level
+    style: list[str | Path | dict[str, Any]] = ["default", STYLE, dict(LOOK.get().style)]
+    with matplotlib.style.context(style), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph .* missing from", UserWarning)
+        log.setLevel(logging.ERROR)
+        try:
+            yield
+        finally:
+            log.setLevel(before)
 
 
 def check_suffix(path: Path) -> None:
