@@ -317,7 +317,7 @@ def test_figures_of_ones_own_in_every_form(tmp_path, monkeypatch, capsys):
     svg = Path("out/fig_12.svg").read_text("utf-8")
     width = re.search(r'width="([\d.]+)pt"', svg)
     assert width is not None and float(width[1]) == pytest.approx(72.0 * 84.0 / 25.4, abs=0.1)
-    assert ">body energy [J]</text>" in svg and "font-size: 6px" in svg and "Parameters:" not in svg, "text is text"
+    assert ">energy [J]</text>" in svg and "font-size: 6px" in svg and "Parameters:" not in svg, "text is text"
     tex = Path("out/captions.tex").read_text("utf-8")
     assert tex.count("\\begin{figure}") == tex.count("\\end{figure}") == 2 and "\\includegraphics{fig_12}" in tex
     assert "\\caption{Energy without losses." in tex and not re.search(r"(?<!\\)[%&#_]", re.sub(r"{fig.*?}", "", tex))

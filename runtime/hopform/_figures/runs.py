@@ -252,20 +252,22 @@ def actuated(robot: Robot) -> Drawn:
     heights = run.table["apex"]
     ours = (
         f"the same drop at {u:g} {volts(robot)}, {len(run.hops)} hops: apexes go from {cm(heights[0])} to "
-        f"{cm(heights[-1], 2)} and settle at {cm(steady, 2)}. The minima in stance are the actuator's work on the "
-        "body; the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) leaves out. AED predicted "
-        f"and energy after the fact differ by at most {data['predicted off']:.0e} J"
+        f"{cm(heights[-1], 2)} and settle at {cm(steady, 2)}. With the spring as in (23), the minima in stance are the "
+        "actuator's work on the body, and the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) "
+        "leaves out; the body's kinetic and gravitational energy have no jump there. AED predicted and energy after "
+        f"the fact differ by at most {data['predicted off']:.0e} J"
     )
     data["steady"] = steady
     return figure, ours, data
 
 
 def energies(run: Run) -> tuple[dict[str, Any], Figure]:
-    """Parts and sum of the body's energy over a run, with the sum as (24) predicts it; and these numbers."""
-    t, robot = np.asarray(plots.run_times(run), dtype=float), run.robot
-    state, energy, predicted = run.at(t), np.asarray(run.energy(t).body), np.asarray(run.aed(t))
-    kinetic = 0.5 * robot.m_s * np.asarray(state.v2) ** 2
-    weight = robot.m_s * robot.g * np.asarray(state.x2)
+    """The body's energy over a run, that with the spring as in (23), this as (24) predicts it, and its parts; and these
+    numbers.
+    """
+    t = np.asarray(plots.run_times(run), dtype=float)
+    energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
+    kinetic, weight = plots.energies_of_body(run, t)
     spring = energy - kinetic - weight
     figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
     lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
@@ -273,15 +275,15 @@ def energies(run: Run) -> tuple[dict[str, Any], Figure]:
     for axes in (top, bottom):
         plots.shade_stances(axes, run, "stance")
         axes.plot(lifts, np.zeros(len(lifts)), "^", transform=axes.get_xaxis_transform(), **marks)
-    plots.draw_twice(top, t, energy, predicted, "start + AED (24) and impacts, predicted", plots.SKY)
-    legend(top)
+    plots.draw_energies(top, run, t, plots.SKY)
+    legend(top, 2)
     bottom.plot(t, kinetic, color=plots.BLUE, linewidth=1.0, label="kinetic")
     bottom.plot(t, weight, color=plots.GREEN, linewidth=1.0, linestyle="--", label="gravitational")
-    bottom.plot(t, spring, color=plots.ORANGE, linewidth=1.0, linestyle="-.", label="spring")
-    bottom.set(xlabel="time [s]", ylabel="its parts [J]")
+    bottom.plot(t, spring, color=plots.ORANGE, linewidth=1.0, linestyle="-.", label="spring as in (23)")
+    bottom.set(xlabel="time [s]", ylabel="parts [J]")
     legend(bottom, handles=bottom.get_lines()[1:])
-    data = {"run": run, "t": t, "energy": energy, "predicted": predicted, "kinetic": kinetic, "weight": weight,
-            "spring": spring, "predicted off": float(np.abs(energy - predicted).max())}  # fmt: skip
+    data = {"run": run, "t": t, "body": kinetic + weight, "energy": energy, "predicted": predicted, "kinetic": kinetic,
+            "weight": weight, "spring": spring, "predicted off": float(np.abs(energy - predicted).max())}  # fmt: skip
     return data, figure
 
 
