@@ -153,8 +153,10 @@ def worst(values: Array) -> float:
 
 WANTED = (0.14,) * 6 + (0.18,) * 6 + (0.12,) * 6
 SIZE = 0.02  # [m] half width of the uneven ground
-WRONG = 1.05  # what the model has too much of, of every parameter that is identified
 IDENTIFIED = ("m_eff", "k", "b1", "b2", "f1", "f2", "gamma2")
+OFF = 0.05  # share by which a parameter of a model is off
+MODELS = 32  # all of whose parameters are off, each sign drawn
+PERFECT = Errors()
 NOISE = Errors(x1=5e-4, v1=0.02, v2=0.02, ground=2e-3)
 LATE = Errors(quantum=1e-3, delay=2e-3)
 LEAST = 1e-3  # [mm] below which the scale of errors is linear
@@ -174,36 +176,62 @@ def exact_on_uneven_ground(robot: Robot) -> Drawn:
 
 
 def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
-    """Heights, currents and errors of the exact controller, of the one as printed, and of the exact one that errs."""
+    """Heights, currents and errors of the exact controller, of the one as printed, and of the exact one that errs: with
+    a model of which one parameter is off, or with models of which all are.
+    """
     wanted = tuple(scale(movable(robot)) * each for each in WANTED)
-    wrong = replace(robot, **{name: WRONG * getattr(robot, name) for name in IDENTIFIED})
-    asked: dict[str, tuple[Any, Errors]] = {
-        "exact": (FeedForward, Errors()), "printed": (AsPrinted, Errors()),
-        "5 % wrong": (FeedForward, Errors(model=wrong)), "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
-    }  # fmt: skip
-    how: dict[str, Any] = {"height": wanted[0], "seed": seed}
-    runs = {name: simulate(robot, ground, kind(wanted), errors=errors, **how) for name, (kind, errors) in asked.items()}
-    run = completed(runs["exact"])
-    miss = {name: each.table["apex"] - np.array(wanted[: len(each.hops)]) for name, each in runs.items()}
-    figure, bottom = over_hops(run, 5.4, 1.3)
+
+    def hopped(kind: Any = FeedForward, errors: Errors = PERFECT) -> Run:
+        return simulate(robot, ground, kind(wanted), height=wanted[0], errors=errors, seed=seed)
+
+    def missed(run: Run) -> Array:
+        """The errors of its apexes [m], NaN behind its end."""
+        return np.append(run.table["apex"], [np.nan] * (len(wanted) - len(run.hops))) - np.array(wanted)
+
+    run = completed(hopped())
+    alone = {
+        (name, share): hopped(errors=believing(robot, {name: share})) for name in IDENTIFIED for share in (-OFF, OFF)
+    }
+    costly, share = max(alone, key=lambda each: np.nan_to_num(rms(missed(alone[each]))))
+    one = f"{costly} off"
+    runs = {"exact": run, "printed": hopped(AsPrinted), one: alone[costly, share], "noise": hopped(errors=NOISE),
+            "late": hopped(errors=LATE)}  # fmt: skip
+    miss = {name: missed(each) for name, each in runs.items()}
+    shares = OFF * np.random.default_rng(seed).choice([-1.0, 1.0], (MODELS, len(IDENTIFIED)))
+    models = [dict(zip(IDENTIFIED, each, strict=True)) for each in shares.tolist()]
+    all_off = np.array([missed(hopped(errors=believing(robot, model))) for model in models])
+    figure, bottom = over_hops(run, 5.6, 1.3)
     times, _ = plots.apexes(run)
+    ends = (1e3 * end.reduce(np.abs(all_off))[: times.size] for end in (np.fmin, np.fmax))
+    bottom.fill_between(times, *ends, color=plots.MAGENTA, alpha=0.2, linewidth=0.0, label="all parameters off")
     for (name, each), (marker, colour) in zip(miss.items(), MARKS, strict=True):
         seen = 1e3 * np.abs(each[: times.size])
-        bottom.plot(times[: seen.size], seen, marker, color=colour, markersize=3.5, clip_on=False, label=name)
+        bottom.plot(times, seen, marker, color=colour, markersize=3.5, clip_on=False, label=name)
     bottom.set_yscale("symlog", linthresh=LEAST)
-    legend(bottom, 5)
+    legend(bottom, 6)
     off = {name: f"{mm(rms(each))} rms, {mm(worst(each))} at most" for name, each in miss.items()}
+    each_rms = [rms(each) for each in all_off if np.isfinite(each).any()] or [np.nan]
     ours = (
         f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
         f"apex(u) = h_des solved exactly every apex is within {worst(miss['exact']):.0e} m of the set point, at "
         f"{np.abs(run.table['u']).max():.2f} {volts(robot)} of {robot.u_max:g} {volts(robot)} at most. (26), (27) as "
-        f"printed, J minimised on a grid of 0.01 {volts(robot)}: {off['printed']}. The exact controller whose model "
-        f"has 5 % too much of {', '.join(IDENTIFIED)}: {off['5 % wrong']}; with noise of {mm(NOISE.x1)} and "
+        f"printed, J minimised on a grid of 0.01 {volts(robot)}: {off['printed']}. The exact controller with models "
+        f"of which {', '.join(IDENTIFIED)} are all off by {100 * OFF:.0f} %, each sign drawn for {MODELS} models: "
+        f"{mm(rms(all_off))} rms, {1e3 * min(each_rms):.1f} to {mm(max(each_rms))} rms by the model, "
+        f"{mm(worst(all_off))} at most. Of one parameter alone {costly}, {100 * OFF:.0f} % too "
+        f"{'large' if share > 0.0 else 'small'}, costs most: {off[one]}. With noise of {mm(NOISE.x1)} and "
         f"{NOISE.v1:g} m/s on x1, {NOISE.v2:g} m/s on v2, {mm(NOISE.ground)} on the ground: {off['noise']}; with "
         f"touchdown seen at a tick of 1 kHz and {1e3 * LATE.delay:.0f} ms late: {off['late']}. The scale of the "
         "errors is linear below 1 um"
     )
-    return figure, ours, {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
+    data = {"run": run, "runs": runs, "wanted": wanted, "miss": miss, "shares": shares.T, "all off": all_off.T,
+            "alone": {" ".join(map(str, key)): missed(each) for key, each in alone.items()}}  # fmt: skip
+    return figure, ours, data
+
+
+def believing(robot: Robot, shares: Mapping[str, float]) -> Errors:
+    """The controller's model is the robot, some of its parameters off by shares of their values."""
+    return Errors(model=replace(robot, **{name: (1.0 + each) * getattr(robot, name) for name, each in shares.items()}))
 
 
 # ---- energy over time ----
