@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from functools import cache
 from pathlib import Path
 
@@ -21,10 +22,11 @@ from hopform import _cli as cli
 from hopform import _figures as figures
 from hopform._cli import folders as figures_command
 from hopform._figures import animation, plots
-from tests.repository.test_house import packages
+from tests.repository.test_house import ROOT, declared, installed_by_make_run, packages
 from tests.unit.test_cli import fits
 
 ALL = [*range(1, 18)]
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
 
 
 @cache
@@ -581,6 +583,17 @@ def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
     assert (code, output) == (2, "")
     assert errors == f"hopform: {hopform.MissingExtra('a plot', 'plot')}\n"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_figures_are_drawn_with_what_make_run_installs(tmp_path):
+    """Fig. 6 has a run among its data, Fig. 11 a map; no other package of any extra can be imported."""
+    absent = declared(*EXTRAS) - installed_by_make_run() - {"hopform"}
+    assert "xarray" in absent
+    without = f"import sys; sys.modules |= dict.fromkeys({absent!r}); from hopform._cli import main; sys.exit(main())"
+    code, output, errors = python(without, "figures", "out", "--only", "6,11", "--format", "svg", cwd=tmp_path)
+    assert (code, errors) == (0, "") and "wrote 5 files" in output
+    head = (tmp_path / "out" / "fig_06.csv").read_text("utf-8").partition("\n")[0].split(",")
+    assert {"run time", "run x2", "run hop_apex", "miss"} <= set(head)
 
 
 def test_importing_the_figures_loads_no_matplotlib(tmp_path):
