@@ -194,7 +194,9 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
 
     def missed(run: Run) -> Array:
         """The errors of its apexes [m], NaN behind its end."""
-        return np.append(run.table["apex"], [np.nan] * (len(wanted) - len(run.hops))) - np.array(wanted)
+        apexes = [*run.table["apex"], *[np.nan] * (len(wanted) - len(run.hops))]
+        found: Array = np.array(apexes) - np.array(wanted)
+        return found
 
     run = completed(hopped())
     alone = {
@@ -206,7 +208,7 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
             "late": hopped(errors=LATE)}  # fmt: skip
     miss = {name: missed(each) for name, each in runs.items()}
     shares = OFF * np.random.default_rng(seed).choice([-1.0, 1.0], (MODELS, len(IDENTIFIED)))
-    models = [dict(zip(IDENTIFIED, each, strict=True)) for each in shares.tolist()]
+    models: list[dict[str, float]] = [dict(zip(IDENTIFIED, each, strict=True)) for each in shares.tolist()]
     all_off = np.array([missed(hopped(errors=believing(robot, model))) for model in models])
     figure, bottom = over_hops(run, 5.6, 1.3)
     times, _ = plots.apexes(run)
