@@ -143,8 +143,8 @@ PAIR_NUMERATOR = Record("PairNumerator", "Deflated numerator, s + a divided out:
 )
 A, B = PAIR_NUMERATOR.symbols
 
-ENERGY = Record("Energy", "The energy of the body (22), (23) and of the whole robot.").of(
-    Quantity("body", r"E", "J", "kinetic and potential energy of the body, spring without the actuator's share"),
+ENERGY = Record("Energy", "The energy of the body with its spring, (22), (23), and of the whole robot.").of(
+    Quantity("body", r"E", "J", "kinetic + gravitational + k (x_2 - L_0 - c)^2/2; in flight without the latter"),
     Quantity("total", r"H", "J", "kinetic and potential energy of the whole robot"),
 )
 body, total = ENERGY.symbols

@@ -5,8 +5,8 @@ const bytes = Uint8Array.from(atob(document.getElementById("wasm").textContent.t
 const { exports: c } = (await WebAssembly.instantiate(bytes, {})).instance;
 const HOP = ["ground", "touchdown_time", "x1", "v1", "v2", "u", "ending", "duration", "apex", "aed", "events",
   "command"];
-const SAMPLE = ["t", "x1", "v1", "x2", "v2", "foot", "ground", "u", "y", "spring", "motor", "energy", "predicted",
-  "hop"];
+const SAMPLE = ["t", "x1", "v1", "x2", "v2", "foot", "ground", "u", "y", "spring", "motor", "body", "energy",
+  "predicted", "hop"];
 const SAMPLES = 700;
 const RUN = ["completed", "stopped: a stance without take-off", "tripped: the foot never got above the ground ahead"];
 const TOUCHDOWN = 100, TAKEOFF = 101;
@@ -225,8 +225,9 @@ function drawPlots() {
       curve("current [A]", "u", "second", { dashed: true })] }),
     plot(id("forces"), { ...shared, curves: [curve("spring", "spring", "first"),
       curve("motor on the actuator", "motor", "second", { dashed: true })] }),
-    plot(id("energy"), { ...shared, curves: [curve("from the states", "energy", "first"),
-      curve("predicted by the AED", "predicted", "second", { dashed: true })] }),
+    plot(id("energy"), { ...shared, curves: [curve("kinetic + gravitational", "body", "third"),
+      curve("with the spring as in (23)", "energy", "first"),
+      curve("this, predicted by the AED", "predicted", "second", { dashed: true })] }),
   ];
   cursors = PLOTS.map((name, n) => {
     const line = element("path", { class: "cursor" });

@@ -128,7 +128,7 @@ class Shown(ABC):
 
         Raises MissingExtra without xarray.
         """
-        return dataset(self._arrays(), self._card().title)
+        return dataset(arrays_of(self), self._card().title)
 
 
 class Motion(Shown):
@@ -145,9 +145,7 @@ class Motion(Shown):
         times = np.linspace(0.0, duration_of(self), 401) if t is None else np.atleast_1d(numbers("t", t, "s"))
         if times.ndim > 1:
             raise HopformError(f"t must have one dimension, got shape {times.shape}")
-        motion: dict[str, Array] = {"time": (("time",), times)}
-        motion |= {name: (("time",), values) for name, values in self._over(times).items()}
-        return dataset({**motion, **self._arrays()}, self._card().title)
+        return dataset(arrays_of(self, times), self._card().title)
 
     @abstractmethod
     def _over(self, t: NDArray[np.float64]) -> Mapping[str, ArrayLike]:
@@ -157,6 +155,15 @@ class Motion(Shown):
         """The height of the body over time."""
         t = np.linspace(0.0, duration_of(self), 121)
         return "x2 [m] over time [s]", t, self._over(t)["x2"]
+
+
+def arrays_of(result: Shown, t: NDArray[np.float64] | None = None) -> Arrays:
+    """The arrays of a result; of a motion also those over times t [s], ahead of the others."""
+    motion: dict[str, Array] = {}
+    if t is not None and isinstance(result, Motion):
+        over = result._over(t)  # pyright: ignore[reportPrivateUsage]
+        motion = {"time": (("time",), t), **{name: (("time",), values) for name, values in over.items()}}
+    return {**motion, **result._arrays()}  # pyright: ignore[reportPrivateUsage]
 
 
 def worded(figure: tuple[str, object]) -> str:

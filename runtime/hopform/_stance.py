@@ -217,7 +217,9 @@ class Stance(Motion):
         return shaped(self._solver_state(t).y, t)
 
     def energy(self, t: ArrayLike) -> records.Energy:
-        """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
+        """Energies [J] of the body, with the spring as in (23), and of the robot at times t [s], in t's shape; t as for
+        `at`.
+        """
         return records.Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
     def ledger(self, t: ArrayLike) -> records.Ledger:

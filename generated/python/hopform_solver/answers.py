@@ -278,7 +278,7 @@ ANSWERS = {
         "x2": "m: height of the body",
         "v2": "m/s",
         "F": "N: spring force",
-        "E": "J: energy of the body, from the state",
+        "E": "J: energy of the body with the spring as in (23), from the state",
         "AED": "J: change of it since touchdown, from the integrals of (24)",
     },
     "CSV of a run": {
@@ -290,7 +290,7 @@ ANSWERS = {
         "ground": "m: height of the ground; in flight that of the ground ahead",
         "foot": "m: height of the foot",
         "u": "A: current that is asked for; in flight by the actuator's return",
-        "E": "J: energy of the body, from the state; in flight without a spring",
+        "E": "J: energy of the body, in stance with the spring as in (23), from the state",
         "H": "J: energy of the whole robot, from the state",
         "AED": "J: change of E since the drop, predicted: (24), impacts, spring's coordinate at both ends of stances",
     },

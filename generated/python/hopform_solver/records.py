@@ -473,10 +473,10 @@ class PairNumerator(NamedTuple):
 
 
 class Energy(NamedTuple):
-    """The energy of the body (22), (23) and of the whole robot."""
+    """The energy of the body with its spring, (22), (23), and of the whole robot."""
 
     body: Real
-    """[J] kinetic and potential energy of the body, spring without the actuator's share"""
+    """[J] kinetic + gravitational + k (x_2 - L_0 - c)^2/2; in flight without the latter"""
     total: Real
     """[J] kinetic and potential energy of the whole robot"""
 

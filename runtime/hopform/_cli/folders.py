@@ -20,6 +20,7 @@ from hopform._figures import DRAWN, draw
 from hopform._files import Named, check_files, check_folder, csv_of, name_of, read_text, write_folder
 from hopform._progress import progress_bar
 from hopform._robots import robot_file
+from hopform._show import arrays_of
 
 if TYPE_CHECKING:
     from hopform._figures.picture import Picture
@@ -214,8 +215,8 @@ def table_of(data: Mapping[str, Any]) -> str:
 def columns_of(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """The columns of a value: of a run its motion and its hops, of a map its currents, of a record its fields."""
     if isinstance(value, (Run, Reachability)):
-        found = value.to_xarray(renderer().run_times(value)) if isinstance(value, Run) else value.to_xarray()
-        value = {str(key): each.values for key, each in found.variables.items()}
+        arrays = arrays_of(value, renderer().run_times(value) if isinstance(value, Run) else None)
+        value = {key: values for key, (_, values, *_) in arrays.items()}
     elif isinstance(value, Robot):
         value = value.parameters
     value = value._asdict() if hasattr(value, "_asdict") else getattr(value, "__dict__", value)

@@ -59,7 +59,9 @@ STYLE: dict[str, Any] = {
     "legend.fontsize": 8, "lines.linewidth": 1.4, "lines.solid_capstyle": "round", "hatch.linewidth": 0.6,
     "svg.hashsalt": "hopform", "svg.fonttype": "path", "pdf.fonttype": 42,
 }  # fmt: skip
-PREDICTED = r"E(0) + AED (24) $-$ impacts $-$ $k\,x_1^2/2$ at take-off"
+BODY_ENERGY, WITH_SPRING = "kinetic + gravitational", "with the spring as in (23) in stance"
+PREDICTED = r"predicted: start, AED (24), impacts, $k\,x_1^2/2$"
+"""The energies of a run. The spring's share at x_1, k x_1^2/2, returns at touchdown and leaves at take-off, (27)."""
 SAMPLES = 400
 """Points along a stance's curves."""
 LEAST_SPAN = 0.5
@@ -128,14 +130,14 @@ def framed(figure: Figure, width: float, height: float, title: str) -> Generator
 
 
 def plot_stance(figure: Figure, stance: Stance) -> None:
-    """A stance over time: actuator, body, spring force, and the body's energy with the AED (24) drawn on top.
+    """A stance over time: actuator, body, spring force, and the energy (23) with the AED (24) drawn on top.
 
     >>> import hopform
     >>> robot = hopform.load_robot("hopper_c")
     >>> figure = Figure()
     >>> plot_stance(figure, hopform.solve_stance(robot, v2=-1.93, u=3.0))
     >>> [axes.get_ylabel() for axes in figure.axes]
-    ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'spring force [N]', 'body energy [J]']
+    ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'spring force [N]', 'energy E (23) [J]']
     """
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
@@ -189,14 +191,30 @@ def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
 def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     """Two independent computations on top of each other: E from the state, E(0) + AED from the integrals of (24)."""
     energy = np.asarray(stance.energy(t).body)
-    draw_twice(axes, shown, energy, energy[0] + aed_at(stance, t), "E(0) + analytical energy delta (24)")
+    words = ("body, with the spring as in (23)", "predicted: E(0) + analytical energy delta (24)")
+    draw_twice(axes, shown, energy, energy[0] + aed_at(stance, t), words)
+    name_axis(axes, "energy E (23) [J]")
     axes.legend(loc="best")
 
 
-def draw_twice(axes: Axes, shown: Curve, energy: Curve, predicted: Curve, words: str, wide: str = PALE_BLUE) -> None:
-    axes.plot(shown, energy, color=wide, linewidth=4.0, label="kinetic + potential")
-    axes.plot(shown, predicted, color=MAGENTA, linewidth=1.1, label=words)
-    name_axis(axes, "body energy [J]")
+def draw_twice(
+    axes: Axes, shown: Curve, energy: Curve, predicted: Curve, words: tuple[str, str], wide: str = PALE_BLUE
+) -> None:
+    axes.plot(shown, energy, color=wide, linewidth=4.0, label=words[0])
+    axes.plot(shown, predicted, color=MAGENTA, linewidth=1.1, label=words[1])
+
+
+def draw_energies(axes: Axes, run: Run | Hop, t: Curve, wide: str = PALE_BLUE) -> None:
+    """The energy of the body, that with the spring as in (23), and the same as predicted: a line each."""
+    draw_twice(axes, t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), (WITH_SPRING, PREDICTED), wide)
+    axes.plot(t, sum(energies_of_body(run, t)), color=BLACK, linewidth=0.8, linestyle=(0, (3, 1)), label=BODY_ENERGY)
+    name_axis(axes, "energy [J]")
+
+
+def energies_of_body(run: Run | Hop, t: Curve) -> tuple[Curve, Curve]:
+    """Kinetic and gravitational energy [J] of the body, from level 0 on; an impact alone makes their sum jump."""
+    state, robot = run.at(t), run.robot
+    return 0.5 * robot.m_s * np.asarray(state.v2) ** 2, robot.m_s * robot.g * np.asarray(state.x2)
 
 
 def draw_current(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
@@ -260,15 +278,13 @@ def plain(text: str) -> str:
 
 
 def plot_run(figure: Figure, run: Run | Hop) -> None:
-    """A run over time: hop height, actuator, the body's energy with the analytical one on top (Figs. 12 to 14),
-    current.
-    """
+    """A run over time: hop height, actuator, energies with the analytical one on top (Figs. 12 to 14), current."""
     t = run_times(run)
     with framed(figure, 6.4, 6.4, title_of_run(run)):
         rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5, 0.6]))
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t, t)
-        draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), PREDICTED)
+        draw_energies(rows[2], run, t)
         draw_current(rows[3], run, t, t)
         for axes in rows:
             shade_stances(axes, run)
@@ -328,16 +344,17 @@ def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
     x2 = [100.0 * (float(hop.stance.end.x2) + hop.ground - base) for hop in lifts]
     axes.plot([hop.takeoff_time for hop in lifts], x2, "^", markerfacecolor="none", label="take-off", **marks)
     if run.h_des:
-        stairs(axes, run, run.h_des, color=BLACK, linestyle="--", linewidth=1.0, label="wanted")
+        draw_wanted(axes, run)
     if any(run.terrain):
-        stairs(axes, run, run.terrain, color=GREY, linewidth=1.6, label="ground")
+        axes.plot(t, 100.0 * np.asarray(run.ground(t)), color=GREY, linewidth=1.6, label="ground")
 
 
-def stairs(axes: Axes, run: Run, values: Sequence[float], **how: Any) -> None:
-    """A height [m] per hop of a run, from one touchdown to the next, in cm."""
+def draw_wanted(axes: Axes, run: Run) -> None:
+    """The set point of each hop, from one touchdown to the next."""
     edges = [0.0, *(hop.touchdown_time for hop in run.hops[1:]), run.duration]
     if run.hops:
-        axes.stairs(100.0 * np.array(values[: len(run.hops)]), edges, baseline=None, **how)
+        values = 100.0 * np.array(run.h_des[: len(run.hops)])
+        axes.stairs(values, edges, baseline=None, color=BLACK, linestyle="--", linewidth=1.0, label="wanted")
 
 
 def apexes(run: Run) -> tuple[Curve, Curve]:

@@ -101,8 +101,9 @@ class _Legs(Motion):
         return state._replace(x2=state.x2 + self._ground(t))
 
     def energy(self, t: ArrayLike) -> records.Energy:
-        """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
-        spring.
+        """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on. That of the body is E of
+        (23): in stance it holds k (x2 - L0 - c)^2/2 of the spring, in flight nothing, so it jumps by k x1^2/2 at
+        take-off and touchdown.
         """
 
         def from_level(leg: _Leg, times: Array) -> tuple[Real, Real]:

@@ -75,9 +75,9 @@ typedef struct {
     float y;   /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_state_f32;
 
-/** The energy of the body (22), (23) and of the whole robot. */
+/** The energy of the body with its spring, (22), (23), and of the whole robot. */
 typedef struct {
-    float body;   /**< [J] kinetic and potential energy of the body, spring without the actuator's share */
+    float body;   /**< [J] kinetic + gravitational + k (x_2 - L_0 - c)^2/2; in flight without the latter */
     float total;  /**< [J] kinetic and potential energy of the whole robot */
 } hopform_energy_f32;
 
