@@ -208,7 +208,7 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
     runs = {"exact": run, "printed": hopped(AsPrinted), one: alone[costly, share], "noise": hopped(errors=NOISE),
             "late": hopped(errors=LATE)}  # fmt: skip
     miss = {name: missed(each) for name, each in runs.items()}
-    shares = OFF * np.random.default_rng(seed).choice([-1.0, 1.0], (MODELS, len(IDENTIFIED)))
+    shares = OFF * stream(Role.FIGURE, seed).choice([-1.0, 1.0], (MODELS, len(IDENTIFIED)))
     models: list[dict[str, float]] = [dict(zip(IDENTIFIED, each, strict=True)) for each in shares.tolist()]
     all_off = np.array([missed(hopped(errors=believing(robot, model))) for model in models])
     figure, bottom = over_hops(run, 5.6, 1.3)
