@@ -117,7 +117,7 @@ def test_hopper_bs_first_controller_holds_a_height_on_even_ground_and_not_on_rou
 def test_return_maps_are_read_between_their_heights_and_end_with_them():
     """apex = h + u/10 over the last apex h: the current is 10 times what is missing."""
     heights, currents = np.array([0.1, 0.2]), np.linspace(-1.0, 1.0, 5)
-    maps = ReturnMaps(heights, currents, heights[:, None] + currents / 10.0, np.zeros(2), np.zeros(2))
+    maps = ReturnMaps(heights, currents, heights[:, None] + currents / 10.0, *np.zeros((3, 2)))
     for apex, met in ((0.1, 0.1), (0.175, 0.175), (0.2, 0.2), (0.05, 0.1), (0.5, 0.2)):
         assert maps.current(apex, 0.15) == pytest.approx(10.0 * (0.15 - met), abs=1e-13)
 

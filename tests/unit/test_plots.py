@@ -77,7 +77,7 @@ def only_curve(axes):
 def test_a_stance_has_labels_with_units_and_legends(svg):
     said = texts(svg)
     for text in (
-        "actuator $x_1$ [cm]", "body $x_2$ [cm]", "spring force [N]", "body energy [J]", "current $u$ [A]",
+        "actuator $x_1$ [cm]", "body $x_2$ [cm]", "contact force [N]", "body energy [J]", "current $u$ [A]",
         "time since touchdown [ms]", "kinetic + potential", "E(0) + analytical energy delta (24)",
         "slips up", "slips down", "at stop",
     ):  # fmt: skip
