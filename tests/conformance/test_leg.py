@@ -681,7 +681,9 @@ def test_height_and_compression_say_the_same_start_of_a_stance_and_of_batches(ba
     np.testing.assert_allclose(by_leg.apex[0], by_height.apex, rtol=1e-12)
     for n, each in enumerate(y):
         alone = hopform.solve_stance(robot, v2=-1.9, x1=0.01, compression=each, u=2.0, backend=back_end)
+        same = hopform.solve_stance(robot, v2=-1.9, x1=0.01, x2=0.01 - each + length, u=2.0, backend=back_end)
         assert (alone.apex, alone.duration) == pytest.approx((by_leg.apex[0, n], by_leg.duration[0, n]), rel=1e-12)
+        assert (alone.apex, alone.duration) == pytest.approx((same.apex, same.duration), rel=1e-12)
         assert float(alone.at(0.0).x2) == pytest.approx(0.01 - each + length, abs=1e-16)
         assert float(alone.contact_force(0.0)) == pytest.approx(1600.0 * each, rel=1e-15)
     for given in ({"compression": -1e-3}, {"x2": 0.012 + length}):

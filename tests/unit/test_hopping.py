@@ -136,7 +136,7 @@ def test_a_controller_of_ones_own_is_given_the_touchdown():
     assert run.hops[1].stance.u == ((0.0, 3.0), (0.05, 2.0))
     for hop, touchdown in zip(run.hops, given, strict=True):
         start = hop.touchdown
-        assert touchdown[2:] == (start.x1, start.v1, start.v2, hop.ground, hop.height, HOPPER)
+        assert touchdown[2:] == (start.x1, start.v1, start.v2, hop.ground, hop.height, HOPPER, 0.0)
         assert (touchdown.hop, touchdown.time) == (hop.index, hop.touchdown_time)
     lengths = [hop.stance.duration for hop in run.hops]
     assert run.table["u"] == pytest.approx([(0.05 * 3.0 + (each - 0.05) * 2.0) / each for each in lengths], rel=1e-14)
