@@ -18,9 +18,9 @@ import sympy as sp
 from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model, kinetic, potential
 from ..model.quantities import *
+from .laplace import REST, rest_of_spring
 from .time_domain import AT, v2_t, x1_t, y_t
 
-REST = scalar("rest", "m", "compression of the spring where y is 0")
 X1_0 = scalar("x1_0", "m", "displacement of the actuator at the start of the phase")
 AED = scalar("aed", "J", "analytical energy delta")
 STORED = scalar("stored", "J", "k (x_2 - L_0 - c)^2/2")
@@ -180,11 +180,6 @@ def body_energy_gain(model: Model) -> Steps:
         m_s * (v2_t - v2) * (v2_t + v2) / 2 + (length_t - length) * (m_s * g + k * (length_t + length) / 2),
         "(22)-(24) U_delta",
     )
-
-
-def rest_of_spring(model: Model) -> tuple[Steps, sp.Expr]:
-    """`Model.rest` as a step, and what it is called behind that; no step and 0 where it is 0."""
-    return ((Step(REST.symbol, model.rest, "N = 0"),), REST.symbol) if model.rest != 0 else ((), sp.S.Zero)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ import sympy as sp
 from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model, ModelError, Term
 from ..model.quantities import *
-from .energy import rest_of_spring
+from .laplace import rest_of_spring
 
 GAINS = Record(
     "Gains", "The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current."

@@ -75,7 +75,7 @@ def body_energy_change(model: Model) -> Steps:
     That at the end less that at the start is the change of the AED.
     """
     length, kinetic, weight, spring = sp.symbols("length kinetic weight spring", real=True)
-    steps, rest = energy.rest_of_spring(model)
+    steps, rest = laplace.rest_of_spring(model)
     steps = (
         *steps,
         Step(length, x1 - y, "hop height of the body"),

@@ -235,7 +235,8 @@ def solve_stances(
         return None if values is None else values.reshape((*shape, *values.shape[1:]))
 
     matrices = shaped(readings.get("sensitivities"))
-    derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, x2 is not None, robot, robots)
+    by = x2 is not None, robot.solver.package, type(robot.parameters)(**robots)
+    derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, *by)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
     lists = shaped(times), shaped(kinds), back_end.name, derivatives, shaped(readings.get("compressions")), labels

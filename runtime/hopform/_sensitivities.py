@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 
 from hopform._checks import pair, shown
 from hopform._errors import HopformError
-from hopform._robots import Robot
 from hopform._show import UNITS, Arrays, Card, Shown, span
 from hopform._solver.package import COLUMNS as SOLVED_COLUMNS
-from hopform._solver.package import ROWS, records
+from hopform._solver.package import ROWS, Package, records
 
 Kind = TypeVar("Kind")
 COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
-Fields = Mapping[str, NDArray[Any]]
 Lengths = Mapping[int, Any]
 LENGTHS: Lengths = MappingProxyType({COLUMNS.index("L0"): 1.0, COLUMNS.index("c"): 1.0})
 """How the length of the paper's leg without load, L0 + c, changes, by columns."""
@@ -99,22 +97,19 @@ def in_height(solved: NDArray[Any], x2_is_given: bool, lengthens: Lengths = LENG
     return matrix
 
 
-def of_matrix(
-    kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, robot: Robot, fields: Fields | None = None
-) -> Kind:
-    """The sensitivities of one stance, or of many, from what a back end computes; fields of the robot that differ."""
-    lengthens = lengths_of(robot, fields or {}) if x2_is_given else {}
+def of_matrix(kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, of: Package, parameters: Any) -> Kind:
+    """The sensitivities of one stance, or of many, from what a back end computes, by a package and its robots."""
+    lengthens = lengths_of(of, parameters) if x2_is_given else {}
     matrix = in_height(solved, x2_is_given, lengthens)
     matrix.setflags(write=False)
-    columns = (*COLUMNS[: -len(records.Robot._fields)], *type(robot.parameters)._fields)
+    columns = (*COLUMNS[: -len(records.Robot._fields)], *type(parameters)._fields)
     return kind(ROWS, columns, matrix)
 
 
-def lengths_of(robot: Robot, fields: Fields) -> dict[int, NDArray[Any]]:
+def lengths_of(of: Package, parameters: Any) -> dict[int, NDArray[Any]]:
     """How the length of the leg without load changes with the parameters that it depends on, by their columns."""
-    of, own = robot.solver.package, robot.parameters
-    values = (np.asarray(fields.get(name, value), float)[..., np.newaxis] for name, value in own._asdict().items())
-    still, each = of.records.StateChange(*np.zeros(len(of.records.StateChange._fields))), np.eye(len(own))
-    changes = np.moveaxis(of.formulas.height_change(type(own)(*values), of.records.RobotChange(*each), still), -1, 0)
+    robots = type(parameters)(*(np.asarray(value, float)[..., np.newaxis] for value in parameters))
+    still, each = of.records.StateChange(*np.zeros(len(of.records.StateChange._fields))), np.eye(len(robots))
+    changes = np.moveaxis(of.formulas.height_change(robots, of.records.RobotChange(*each), still), -1, 0)
     first = len(COLUMNS) - len(records.Robot._fields)
     return {first + n: change[..., np.newaxis] for n, change in enumerate(changes) if np.any(change)}

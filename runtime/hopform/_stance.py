@@ -251,7 +251,8 @@ class Stance(Motion):
         >>> print(round(stance.sensitivities["apex", "u"], 6))
         0.089756
         """
-        return of_matrix(Sensitivities, self._solved.sensitivities(), self._x2_is_given, self.robot)
+        of = self.robot.solver.package
+        return of_matrix(Sensitivities, self._solved.sensitivities(), self._x2_is_given, of, self.robot.parameters)
 
     def _card(self) -> Card:
         first, u = self.phases[0].state, [each for _, each in self.u]
