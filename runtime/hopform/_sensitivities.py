@@ -102,8 +102,8 @@ def of_matrix(kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool
     lengthens = lengths_of(of, parameters) if x2_is_given else {}
     matrix = in_height(solved, x2_is_given, lengthens)
     matrix.setflags(write=False)
-    columns = (*COLUMNS[: -len(records.Robot._fields)], *type(parameters)._fields)
-    return kind(ROWS, columns, matrix)
+    fields: tuple[str, ...] = parameters._fields
+    return kind(ROWS, (*COLUMNS[: -len(records.Robot._fields)], *fields), matrix)
 
 
 def lengths_of(of: Package, parameters: Any) -> dict[int, NDArray[Any]]:

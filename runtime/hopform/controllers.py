@@ -315,8 +315,8 @@ class Tracking:
         """The steady hop from h_des to h_des on even ground whose expansion is tracked."""
         if h_des not in self._recorded:
             maps, horizon = self.maps, self.settings.horizon
-            names = ("x1", "v1", "compression")
-            start: dict[str, Any] = {name: float(np.interp(h_des, maps.heights, getattr(maps, name))) for name in names}
+            arrives = {"x1": maps.x1, "v1": maps.v1, "compression": maps.compression}
+            start: dict[str, Any] = {name: float(np.interp(h_des, maps.heights, x)) for name, x in arrives.items()}
             start["v2"] = float(_fallen(self.robot, np.array(h_des), np.array(start["x1"])))
             u = maps.current(h_des, h_des)
             self._recorded[h_des] = solve_stance(self.robot, **start, u=u, horizon=horizon)
