@@ -32,7 +32,7 @@ EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
 MOST_THREADS = 1024
 CURVE = 400
 """Stances whose apexes a batch draws in a notebook at most."""
-INPUTS = ("x1", "v1", "v2", "x2", "u", "horizon")
+INPUTS = ("x1", "v1", "v2", "x2", "compression", "u", "horizon")
 
 
 class Labels(NamedTuple):
@@ -51,7 +51,7 @@ class Batch(Shown):
     without take-off. aed: change of the body's energy. event_count: how many events. event_time, event_kind: the
     events, with a further last axis, NaN and 0 behind the last one; None unless asked for. Kinds are keys of `EVENTS`.
     sensitivities: the derivatives as `Stance.sensitivities` has them, as arrays; None unless asked for.
-    compression_max: the largest compression of the spring; None unless asked for.
+    compression_max: the largest compression of the leg; None unless asked for.
     """
 
     status: NDArray[np.int32]
@@ -174,12 +174,13 @@ def solve_stances(
     x1: ArrayLike = 0.0,
     v1: ArrayLike = 0.0,
     x2: ArrayLike | None = None,
+    compression: ArrayLike | None = None,
     u: ArrayLike = 0.0,
     horizon: ArrayLike = 2.0,
     max_phases: int = MAX_PHASES,
     events: bool = False,
     sensitivities: bool = False,
-    compression: bool = False,
+    compression_max: bool = False,
     backend: str | None = None,
     dtype: Any = np.float64,
     threads: int = 1,
@@ -191,9 +192,9 @@ def solve_stances(
     Inputs as for `solve_stance`, as arrays; u is a constant current per stance. Any field of the robot may be given
     as an array too: `solve_stances(robot, v2=-2.0, k=np.linspace(800, 1600, 9))`. events: list them all.
     DataArrays of xarray broadcast by the names of their dimensions, and `to_xarray` of the answer has their
-    coordinates. sensitivities: derivatives through the events, 140 numbers a stance. compression: the largest of each.
-    threads: how many solve at a time. progress: called with the number of stances done and their total, now and then;
-    what it raises ends the batch.
+    coordinates. sensitivities: derivatives through the events, 140 numbers a stance. compression_max: the largest
+    compression of each. threads: how many solve at a time. progress: called with the number of stances done and their
+    total, now and then; what it raises ends the batch.
     Raises HopformError, which names field, index, value and what is allowed.
 
     >>> import numpy as np
@@ -206,35 +207,41 @@ def solve_stances(
     checked_robot(robot)
     most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
     with_events = flag("events", events)
-    wanted = {"sensitivities": flag("sensitivities", sensitivities), "compressions": flag("compression", compression)}
+    largest = flag("compression_max", compression_max)
+    wanted = {"sensitivities": flag("sensitivities", sensitivities), "compressions": largest}
     function("progress", progress)
     given_u = cast(object, u)
     several = type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[Any], given_u))
     if several or callable(given_u):
         others = "steps (t, u) are for solve_stance, laws (controllers.Sampled) for simulate"
         raise HopformError(f"u must be a number per stance in A; {others}, got {shown(given_u)}")
-    states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | ({} if x2 is None else {"x2": x2})
+    if x2 is not None and compression is not None:
+        raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
+    leg = {name: each for name, each in (("x2", x2), ("compression", compression)) if each is not None}
+    states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | leg
     plain, labels = labelled({**states, **fields})
     given = {name: _column(name, plain[name], UNITS[name]) for name in states}
     robots = robot_columns(robot, {name: plain[name] for name in fields})
     shape = _shape_of(given | robots, EACH_DIFFERENTIATED if wanted["sensitivities"] else EACH)
     _check_states(given, robots)
-    given["y"] = _compression(given["x1"], given.pop("x2", None), robots)
+    given["y"] = _compression(robot, given["x1"], given.pop("x2", None), given.pop("compression", None), robots)
     columns = (*(given[name] for name in STATES), *robots.values())
     size = math.prod(shape)
     back_end = robot.solver.back_end(backend)
     results = package.results_like(size, real)
-    shapes = {"sensitivities": (size, len(ROWS), len(COLUMNS)), "compressions": (size,)}
+    derived = len(robot.solver.package.sensitivity.COLUMNS)
+    shapes = {"sensitivities": (size, len(ROWS), derived), "compressions": (size,)}
     readings = {name: np.empty(shape, real) for name, shape in shapes.items() if wanted[name]}
     job = _Job(columns, shape, size, most, real, results, readings)
     times, kinds = _run(job, back_end, with_events, workers, progress)
     of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
     listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
-    times, kinds, matrices, largest = (_in_shape(values, shape) for values in listed)
-    derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, x2 is not None)
+    times, kinds, matrices, compressions = (_in_shape(values, shape) for values in listed)
+    by = x2 is not None, robot.solver.package, type(robot.parameters)(**robots)
+    derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, *by)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
-    return Batch(*found, times, kinds, back_end.name, derivatives, largest, labels)
+    return Batch(*found, times, kinds, back_end.name, derivatives, compressions, labels)
 
 
 def _in_shape(values: NDArray[Any] | None, shape: tuple[int, ...]) -> Any:
@@ -312,7 +319,7 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, Column]:
     """The robot's fields, as arrays those of `fields` in place of its own; HopformError for one out of its domain."""
     columns: dict[str, Column] = robot.parameters._asdict()
     check_names(fields, columns)
-    for field in records.ROBOT_FIELDS if fields else ():
+    for field in robot.solver.package.records.ROBOT_FIELDS if fields else ():
         name = field.name
         if name in fields:
             columns[name] = array = array_of(name, fields[name], field.unit)
@@ -348,14 +355,22 @@ def _check_states(given: dict[str, Column], robots: dict[str, Column]) -> None:
     refuse_any("x1", x1, (low <= x1) & (x1 <= high), reason)
 
 
-def _compression(x1: Column, x2: Column | None, robots: dict[str, Column]) -> Column:
-    """The compression at touchdown, exactly 0 where x2 is left out or says so within rounding."""
-    if x2 is None:
+def _compression(
+    robot: Robot, x1: Column, x2: Column | None, given: Column | None, robots: dict[str, Column]
+) -> Column:
+    """The compression at touchdown, exactly 0 where it and x2 are left out or say so within rounding."""
+    if x2 is None and given is None:
         return 0.0
-    place, height, L0, c = (np.asarray(a, float) for a in (x1, x2, robots["L0"], robots["c"]))
-    y = (place - height + L0) + c  # in double precision, as for one stance
+    values = {name: np.asarray(each, float) for name, each in robots.items()}  # in double precision, as for one stance
+    place, L0, c = np.asarray(x1, float), values["L0"], values["c"]
+    rest = robot.solver.package.formulas.compression_at_rest(type(robot.parameters)(**values))
+    height = None if x2 is None else np.asarray(x2, float)
+    y = np.asarray(given, float) if height is None else (place - height + L0) + c - rest
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
-    highest = float(np.max(place + (L0 + c), initial=-math.inf))
-    allowed = f"must be <= x1 + L0 + c (at most {highest!r} m), or the spring pulls"
-    refuse_any("x2", height, y >= 0.0, lambda bad: f"{allowed}, got {bad!r}")
+    if height is None:
+        refuse_any("compression", y, y >= 0.0, lambda bad: f"must be >= 0 m, or the spring pulls, got {bad!r}")
+    else:
+        highest = float(np.max(place + (L0 + c - rest), initial=-math.inf))
+        allowed = f"must be <= x1 + L0 + c (at most {highest!r} m), or the spring pulls"
+        refuse_any("x2", height, y >= 0.0, lambda bad: f"{allowed}, got {bad!r}")
     return y

@@ -39,7 +39,7 @@ UNITS: dict[str, str] = {
     "onset_time": "s", "onset_u": "A", "onset_u_low": "A", "onset_u_high": "A", "compression_max": "m",
     "v1": "m/s", "v2": "m/s", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
     "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "leg_loss": "J",
-    "force": "N", "chosen_u": "A", "chosen_apex": "m", "fixed_u": "A", "fixed_height": "m",
+    "contact_force": "N", "chosen_u": "A", "chosen_apex": "m", "fixed_u": "A", "fixed_height": "m",
 } | {field.name: field.unit for field in records.ROBOT_FIELDS}  # fmt: skip
 """Units of what results hold, by name; what is not here is a number without one, or a word."""
 

@@ -117,7 +117,7 @@ def test_hopper_bs_first_controller_holds_a_height_on_even_ground_and_not_on_rou
 def test_return_maps_are_read_between_their_heights_and_end_with_them():
     """apex = h + u/10 over the last apex h: the current is 10 times what is missing."""
     heights, currents = np.array([0.1, 0.2]), np.linspace(-1.0, 1.0, 5)
-    maps = ReturnMaps(heights, currents, heights[:, None] + currents / 10.0, np.zeros(2), np.zeros(2))
+    maps = ReturnMaps(heights, currents, heights[:, None] + currents / 10.0, *np.zeros((3, 2)))
     for apex, met in ((0.1, 0.1), (0.175, 0.175), (0.2, 0.2), (0.05, 0.1), (0.5, 0.2)):
         assert maps.current(apex, 0.15) == pytest.approx(10.0 * (0.15 - met), abs=1e-13)
 
@@ -230,7 +230,7 @@ def test_a_controller_of_ones_own_is_given_the_touchdown():
     assert run.hops[1].stance.u == ((0.0, 3.0), (0.05, 2.0))
     for hop, touchdown in zip(run.hops, given, strict=True):
         start = hop.touchdown
-        assert touchdown[2:] == (start.x1, start.v1, start.v2, hop.ground, hop.height, HOPPER)
+        assert touchdown[2:] == (start.x1, start.v1, start.v2, hop.ground, hop.height, HOPPER, 0.0)
         assert (touchdown.hop, touchdown.time) == (hop.index, hop.touchdown_time)
     lengths = [hop.stance.duration for hop in run.hops]
     assert run.table["u"] == pytest.approx([(0.05 * 3.0 + (each - 0.05) * 2.0) / each for each in lengths], rel=1e-14)

@@ -72,7 +72,7 @@ def curves(axes):
 def test_a_stance_has_labels_with_units_and_legends(svg):
     said = texts(svg)
     for text in (
-        "actuator $x_1$ [cm]", "body $x_2$ [cm]", "spring force [N]", "energy E (23) [J]", "current $u$ [A]",
+        "actuator $x_1$ [cm]", "body $x_2$ [cm]", "contact force [N]", "energy E (23) [J]", "current $u$ [A]",
         "time since touchdown [ms]", "body, with the spring as in (23)",
         "predicted: E(0) + analytical energy delta (24)",
         "slips up", "slips down", "at stop",

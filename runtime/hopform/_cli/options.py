@@ -114,7 +114,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "v2": quantity("m/s", "velocity of the body after the impact, < 0 downwards"),
         "x1": quantity("m", "displacement of the actuator at touchdown"),
         "v1": quantity("m/s", "its velocity"),
-        "x2": quantity("m", "height of the body; from zero spring force if left out"),
+        "x2": quantity("m", "height of the body; from zero contact force if left out"),
+        "compression": quantity("m", "of the leg, in place of --x2: as a flight has left it"),
     },
     "Ground": {
         "terrain": option("flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE"),

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from hopform import Batch, Command, Flight, Hop, HopformError, Phase, Reachability, Run, Sensitivities, Stance
 from hopform._show import UNITS
-from hopform._stance import aed_at
+from hopform._stance import aed_at, rest_of
 from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 SUFFIXES = {
@@ -130,14 +130,14 @@ def framed(figure: Figure, width: float, height: float, title: str) -> Generator
 
 
 def plot_stance(figure: Figure, stance: Stance) -> None:
-    """A stance over time: actuator, body, spring force, and the energy (23) with the AED (24) drawn on top.
+    """A stance over time: actuator, body, contact force, and the energy (23) with the AED (24) drawn on top.
 
     >>> import hopform
     >>> robot = hopform.load_robot("hopper_c")
     >>> figure = Figure()
     >>> plot_stance(figure, hopform.solve_stance(robot, v2=-1.93, u=3.0))
     >>> [axes.get_ylabel() for axes in figure.axes]
-    ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'spring force [N]', 'energy E (23) [J]']
+    ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'contact force [N]', 'energy E (23) [J]']
     """
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
@@ -183,8 +183,8 @@ def draw_body(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
 
 
 def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, stance.robot.k * np.asarray(stance.compression(t)), color=BLUE)
-    axes.set_ylabel("spring force [N]")
+    axes.plot(shown, np.asarray(stance.contact_force(t)), color=BLUE)
+    axes.set_ylabel("contact force [N]")
     axes.set_ylim(bottom=0.0)
 
 
@@ -322,7 +322,7 @@ def title_of_run(run: Run | Hop) -> str:
     if isinstance(run, Hop):
         words = f", hop {run.index}: {current(run.stance.u)}, {ending(run.stance)}"
         return literal(name_of(run.robot)) + plain(words)
-    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c):.4g} cm"
+    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c + rest_of(run.robot)):.4g} cm"
     currents = {hop.stance.u for hop in run.hops}
     words = current(currents.pop()) if len(currents) == 1 else f"{len(run.hops)} hops"
     return literal(name_of(run.robot)) + plain(f" {start}, {words}")
@@ -332,7 +332,7 @@ def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
     """The body over the level at which the leg stands unloaded; of a run apexes, take-offs, ground and set points
     too.
     """
-    base = run.robot.L0 + run.robot.c
+    base = run.robot.L0 + run.robot.c - rest_of(run.robot)
     axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - base), color=BLUE, linewidth=1.0, label="body")
     axes.set_ylabel("hop height [cm]")
     if isinstance(run, Hop):

@@ -26,8 +26,8 @@ from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, duration_of, name_of, span
-from hopform._solver.package import OURS, formulas, records
-from hopform._stance import DOUBLE, Real, Stance, State, aed_at, solve_stance, steps_of
+from hopform._solver.package import OURS, records
+from hopform._stance import DOUBLE, Real, Stance, State, aed_at, rest_of, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
 
@@ -193,7 +193,7 @@ class Hop(_Legs):
     def _chain(self) -> list[_Leg]:
         robot = self.robot
         level = float(self.flight.energy(0.0).body) + robot.m_s * robot.g * self.ground
-        after = level + robot.k * float(self.touchdown.x1) ** 2 / 2.0 - self.energy_lost_at_impact
+        after = level + _spring_energy(robot, self.touchdown, self.flight.end_compression) - self.energy_lost_at_impact
         return [_Leg(0.0, self.flight, self.ground, level), _Leg(self.flight.duration, self.stance, self.ground, after)]
 
     def _card(self) -> Card:
@@ -313,14 +313,14 @@ class Run(_Legs):
         """Flight, stance, flight, ...; the energies are those of Figs. 13, 14: start, impact, AED, spring coordinate,
         and again.
         """
-        k, first, ground = self.robot.k, self._first_flight(), self.terrain[0]
-        level = float(first.energy(0.0).body) + self.robot.m_s * self.robot.g * ground
+        robot, first, ground = self.robot, self._first_flight(), self.terrain[0]
+        level = float(first.energy(0.0).body) + robot.m_s * robot.g * ground
         legs = [_Leg(0.0, first, ground, level)]
         flights = [*(hop.flight for hop in self.hops), self.last]
         for hop, after in zip(self.hops, flights[1:], strict=True):
-            level += k * float(hop.touchdown.x1) ** 2 / 2.0 - hop.energy_lost_at_impact
+            level += _spring_energy(robot, hop.touchdown, hop.flight.end_compression) - hop.energy_lost_at_impact
             legs.append(_Leg(hop.touchdown_time, hop.stance, hop.ground, level))
-            level += hop.stance.aed - k * float(hop.stance.end.x1) ** 2 / 2.0
+            level += hop.stance.aed - _spring_energy(robot, hop.stance.end, hop.stance.end_compression)
             if after is not None:
                 ahead = self.terrain[min(hop.index + 1, len(self.terrain) - 1)]
                 legs.append(_Leg(hop.takeoff_time, after, ahead, level, after_takeoff=True))
@@ -337,6 +337,11 @@ class Run(_Legs):
     def _arrays(self) -> Arrays:
         table = {f"hop_{name}": (("hop",), self.table[name], _attrs(text)) for name, _, text in COLUMNS[1:]}
         return {"hop": (("hop",), self.table["index"]), "status": ((), self.status), **table}
+
+
+def _spring_energy(robot: Robot, at: State, compression: float) -> float:
+    """What the energy (23) of the body in stance has beside that in flight [J]: k (x2 - L0 - c)^2/2."""
+    return float(robot.k * (float(at.x1) - compression - rest_of(robot)) ** 2 / 2.0)
 
 
 def _attrs(text: str) -> dict[str, str]:
@@ -437,7 +442,8 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
         got = f"got height = {shown(height)}, start = {shown(start)}"
         raise HopformError(f"either height or start must be given, {got}")
     if start is None:
-        return State(home_of(robot), 0.0, finite("height", height, "m") + (robot.L0 + robot.c), 0.0)
+        length = robot.L0 + robot.c - rest_of(robot)
+        return State(home_of(robot), 0.0, finite("height", height, "m") + length, 0.0)
     entries = checks.items("start", start, "a State of x1, v1, x2, v2", 4)
     if len(entries) != 4:
         raise HopformError(f"start must be a State of x1, v1, x2, v2, got {shown(start)}")
@@ -446,8 +452,7 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
 
 def _run(task: _Task, start: State) -> Run:
     hops: list[Hop] = []
-    time, state, apex = 0.0, start, math.nan
-    leg = float(task.plant.solver.package.formulas.compression_at_takeoff(task.plant.parameters, 0.0, 0.0))
+    time, state, leg, apex = 0.0, start, 0.0, math.nan
     for index, ground in enumerate(task.grounds):
         step = ground - (task.grounds[index - 1] if index else 0.0)
         flight = _flight(task, state, leg, None if index and step == 0.0 else step)
@@ -489,6 +494,7 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
     if plant is model or (plant.gamma2 == 0.0 or model.gamma2 == 0.0):
         return gains
     if gains is None:
+        formulas = model.solver.package.formulas
         fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if v2 * v2 + 2.0 * model.g * x1 > 0.0 else 0.0
         gains = records.Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))
     ratio = plant.gamma2 / model.gamma2
@@ -510,7 +516,7 @@ def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -
     sensors = task.sensors(Role.TOUCHDOWN_SENSORS, index)
     seen = _measured(task, sensors, x1=x1, v1=v1, v2=v2, ground=task.grounds[index], x2=height)
     place, apex = min(max(seen.pop("x1"), task.model.x1_min), task.model.x1_max), seen.pop("x2")
-    return Touchdown(index, time, place, apex=apex, robot=task.model, **seen)
+    return Touchdown(index, time, place, apex=apex, robot=task.model, compression=flight.end_compression, **seen)
 
 
 def _measured(task: _Task, sensors: "np.random.Generator | None", **values: float) -> dict[str, float]:
@@ -521,12 +527,13 @@ def _measured(task: _Task, sensors: "np.random.Generator | None", **values: floa
 
 
 def _stance(task: _Task, answer: Answer, index: int, time: float, flight: Flight) -> Stance:
-    state, wait = cast(State, flight.touchdown), _wait(task.errors, time)
+    state, leg, wait = cast(State, flight.touchdown), flight.end_compression, _wait(task.errors, time)
     if isinstance(answer, Sampled):
-        u: Any = _sampled(task, answer, index, wait, state)
+        u: Any = _sampled(task, answer, index, wait, state, leg)
     else:  # none flows before the touchdown is seen
         u = [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))] if wait else answer
-    return solve_stance(task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u, horizon=task.horizon, **task.how)
+    start = {"x1": state.x1, "v1": state.v1, "v2": state.v2, "compression": leg}
+    return solve_stance(task.plant, **start, u=u, horizon=task.horizon, **task.how)
 
 
 def _wait(errors: Errors, time: float) -> float:
@@ -536,7 +543,9 @@ def _wait(errors: Errors, time: float) -> float:
     return max(tick, 0.0) + errors.delay
 
 
-def _sampled(task: _Task, answer: Sampled, index: int, wait: float, state: State) -> list[tuple[float, float]]:
+def _sampled(
+    task: _Task, answer: Sampled, index: int, wait: float, state: State, leg: float
+) -> list[tuple[float, float]]:
     """The steps of the current that a law makes, each from the state that the steps before lead to."""
     at: Any = state
     ground, sensors = task.grounds[index], task.sensors(Role.TICK_SENSORS, index)
@@ -552,7 +561,8 @@ def _sampled(task: _Task, answer: Sampled, index: int, wait: float, state: State
             if not steps or steps[-1][1] != u:
                 steps.append((t, u))
         length = period if t >= wait else wait
-        start = {"x1": at.x1, "v1": at.v1, "x2": None if begin else at.x2, "v2": at.v2}
+        of_leg = {"compression": leg} if begin else {"x2": at.x2}
+        start: dict[str, Any] = {"x1": at.x1, "v1": at.v1, "v2": at.v2} | of_leg
         piece = solve_stance(task.plant, **start, u=steps[-1][1], horizon=length, **task.how)
         if piece.status != "horizon" and not (piece.status == "rest" and t + length < task.horizon):
             break

@@ -67,12 +67,12 @@ typedef struct {
     double s_3;  /**< [1/s^3] their product */
 } hopform_poles_f64;
 
-/** The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+/** The hopper at one instant; x_2 is x_1 - y and the length without load. */
 typedef struct {
     double x1;  /**< [m] displacement of the actuator */
     double v1;  /**< [m/s] velocity of the actuator */
     double v2;  /**< [m/s] velocity of the body */
-    double y;   /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    double y;   /**< [m] compression of the leg, from where it carries nothing */
 } hopform_state_f64;
 
 /** The energy of the body with its spring, (22), (23), and of the whole robot. */
@@ -146,7 +146,7 @@ typedef struct {
     double x1; /**< [m] displacement of the actuator */
     double v1; /**< [m/s] velocity of the actuator */
     double v2; /**< [m/s] velocity of the body */
-    double y; /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    double y; /**< [m] compression of the leg, from where it carries nothing */
     int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held */
     int8_t event; /**< HOPFORM_EVENT_..., what started it */
     uint16_t step; /**< index of the step of the current */
@@ -232,7 +232,7 @@ typedef struct {
     int8_t spare; /**< 0 */
 } hopform_flight_phase_f64;
 
-/** A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead. */
+/** A flight, solved. In its states y is that of a leg that stands on the ground ahead. */
 typedef struct {
     hopform_gains_f64 gains; /**< of the law; 0 where the motor has no force */
     hopform_state_f64 start; /**< as given */
@@ -301,7 +301,7 @@ typedef struct {
     hopform_input_f64 x1; /**< [m] displacement of the actuator */
     hopform_input_f64 v1; /**< [m/s] velocity of the actuator */
     hopform_input_f64 v2; /**< [m/s] velocity of the body */
-    hopform_input_f64 y; /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    hopform_input_f64 y; /**< [m] compression of the leg, from where it carries nothing */
     hopform_input_f64 u; /**< [A] current */
     hopform_input_f64 horizon; /**< [s] */
     int32_t max_phases;
@@ -344,7 +344,7 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
                                    const double *times, int32_t count, hopform_energy_f64 *energies,
                                    hopform_ledger_f64 *ledgers, double *stop_losses);
 
-/** The largest compression of the spring in a solved stance [m], to be compared with its travel; 0 if it is refused. */
+/** The largest compression of the leg in a solved stance [m], to be compared with its travel; 0 if it is refused. */
 int32_t hopform_stance_compression_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                         const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                         double *compression_max);
@@ -352,8 +352,8 @@ int32_t hopform_stance_compression_f64(const hopform_plan_f64 *plan, const hopfo
 /** Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
  * numbers, row by row; zeros if there are none (positive status).
  *
- * Column y holds the others' x1, L0, c at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on
- * to them. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
+ * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
+ * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
  * that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later. A
  * matrix that overlaps an input is refused.
  */
