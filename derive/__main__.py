@@ -7,13 +7,21 @@ import argparse
 import sys
 from pathlib import Path
 
-from .emit.folder import GENERATED, FolderError, check, lies_in, write
-from .emit.render import INSTALLED, Options, render
-from .model.equations import ModelError
-from .model.kinds import LONGEST_PREFIX
-from .model.precisions import F32, F64, PRECISIONS
-from .model_file import read_model
-from .models.hopper import HOPPER
+try:
+    from .emit.folder import GENERATED, FolderError, check, lies_in, write
+    from .emit.render import INSTALLED, Options, render
+    from .model.equations import ModelError
+    from .model.kinds import LONGEST_PREFIX
+    from .model.precisions import F32, F64, PRECISIONS
+    from .model_file import read_model
+    from .models.hopper import HOPPER
+except ModuleNotFoundError as error:
+    if error.name not in ("sympy", "jinja2"):
+        raise
+    from hopform import MissingExtra
+
+    print(f"derive: {MissingExtra(f'python -m {__package__}', 'derive')}", file=sys.stderr)
+    raise SystemExit(2) from None
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -5,6 +5,7 @@ could not stand there is refused in one line: the file, the place, the value and
 """
 
 import builtins
+import difflib
 import keyword
 import math
 import re
@@ -26,8 +27,8 @@ from .emit.expressions import snake
 from .emit.ir import DOMAINS, Quantity
 from .emit.program import program
 from .maths import energy, flight
-from .model.equations import Model, ModelError, Term
-from .model.quantities import ROBOT, side_1, side_2, u, v1, v2, x1, x2
+from .model.equations import FIXED, MASSES, Model, ModelError, Term
+from .model.quantities import ROBOT, side_1, side_2, t, u, v1, v2, x1, x2
 
 FINITE = {name: domain for name, domain in DOMAINS.items() if -math.inf not in domain and math.inf not in domain}
 """Domains of a parameter of a term, which may not be infinite."""
@@ -58,6 +59,7 @@ def read_model(path: Path, prefix: str = "hopform") -> Model:
         raise ModelError(f"--model: there is no file {path}")
     try:
         defined = _run(path)
+        _refuse_misspelt(defined)
         parameters = _parameters(defined.get("parameters", ()), prefix)
         terms = _terms(defined, parameters, prefix)
         declared = (_sequence(defined.get(name, ()), name, str) for name in ("fixed", "friction_by_sign"))
@@ -117,6 +119,27 @@ def _sequence(value: Any, name: str, kind: type) -> tuple[Any, ...]:
 
 
 # ---- names ----
+
+DECLARATIONS = ("terms", "parameters", "fixed", "friction_by_sign")
+"""What a model file defines; all other names are its own."""
+
+
+def _refuse_misspelt(defined: dict[str, Any]) -> None:
+    """A name that was meant for a declaration: it is near one that is missing, or holds words of one. A leading _ marks
+    a name as the file's own.
+    """
+    missing = [name for name in DECLARATIONS if name not in defined]
+    held, words = [defined[name] for name in DECLARATIONS if name in defined], {*FIXED, *MASSES}
+    for name, value in defined.items():
+        if name in DECLARATIONS or name.startswith("_") or not isinstance(value, tuple | list | str | Term | Quantity):
+            continue
+        near = difflib.get_close_matches(name.lower(), missing, 1, 0.75)
+        named = (
+            isinstance(value, tuple | list) and value and all(isinstance(each, str) and each in words for each in value)
+        )
+        if near or (named and not any(value is each for each in held)):
+            meant = f"did you mean `{near[0]}`?" if near else f"it reads {', '.join(DECLARATIONS)}"
+            raise ModelError(f"`{name}` is nothing that a model reads: {meant}")
 
 
 @cache
@@ -232,15 +255,24 @@ def _force(value: Any, what: str, symbols: set[sp.Symbol]) -> sp.Expr:
         raise _wrong(what, "a number or an expression of sympy", value)
     what = f"{what} is {_one_line(str(value))}"
     force = _exact(value, what)
-    if unknown := force.free_symbols - symbols:
-        names = ", ".join(sorted(symbol.name for symbol in unknown))
-        raise ModelError(
-            f"{what}, and {names} is not declared in `parameters`: its symbols must be those of hopform.model and the "
-            "`symbol` of each parameter"
+    if unknown := sorted(symbol.name for symbol in force.free_symbols - symbols):
+        name = next((each for each in unknown if each in _NO_PARAMETERS), "")
+        reason = _NO_PARAMETERS.get(name) or (
+            f"{', '.join(unknown)} is not declared in `parameters`: its symbols must be those of the robot, x1, x2, "
+            "v1, v2, and the `symbol` of each parameter"
         )
+        raise ModelError(f"{what}, and {reason}")
     for number in sp.expand(force).atoms(sp.Rational):
         _check_size(number, what)
     return force
+
+
+_NO_PARAMETERS = {
+    "t": "t is the time: in each phase the closed form takes forces that do not change with it; what changes is the "
+    "current, given as steps",
+    "y": "y is the compression: write x1 - x2 + L0 + c",
+}
+"""Symbols of hopform.model that a force may not have, and why."""
 
 
 def _check_size(number: sp.Expr, what: str) -> None:
@@ -264,5 +296,14 @@ def _exact(value: sp.Expr, what: str) -> sp.Expr:
             return sp.Pow(base, exponent)
     raise ModelError(
         f"{what}: {_one_line(str(value))} has no spelling in generated code; allowed are sums, products and whole "
-        "powers of symbols and numbers, and quotients by all of these but sums"
+        f"powers of symbols and numbers, and quotients by all of these but sums{_way_out(value)}"
     )
+
+
+def _way_out(value: sp.Expr) -> str:
+    """What to write in place of an expression without a spelling."""
+    if value.free_symbols & {x1, x2, v1, v2, t}:
+        return ""
+    if value.free_symbols:
+        return f": declare {_one_line(str(value))} as a parameter of its own, whose value the robot gives"
+    return ": write the number" if value.is_finite and value.is_real else ""

@@ -40,14 +40,14 @@ def touchdown_velocity(model: Model) -> Steps:
 @function(takes=(ROBOT, STATE.quantities[0], STATE.quantities[3], V_UP), returns=APEX)
 def apex_of_takeoff(model: Model) -> Steps:
     """Hop height of the apex after a take-off."""
-    yield Step(apex, x1 - (y - model.rest) + v_up**2 / (2 * model.fall), "apex of the ballistic flight")
+    yield Step(apex, x1 - y + v_up**2 / (2 * model.fall), "apex of the ballistic flight")
 
 
 @function(takes=(ROBOT, STATE), returns=APEX)
 def apex_after(model: Model) -> Steps:
     """Hop height of the apex after a take-off in a state; that of a body that falls is behind it."""
     upwards = (v2 + sp.Abs(v2)) * v2 / (4 * model.fall)  # max(v_2, 0)^2/(2 g), by powers of two
-    yield Step(apex, x1 - (y - model.rest) + upwards, "apex of the ballistic flight")
+    yield Step(apex, x1 - y + upwards, "apex of the ballistic flight")
 
 
 @function(takes=(ROBOT, STATE, AED, X1_T, STEP), returns=APEX)

@@ -4,6 +4,9 @@
     AED = int k x_1 v_2 - int b_2 v_2^2 - m_s f_2 int |v_2|                                       (24), signs mended
     H = m_eff v_1^2/2 + m_s v_2^2/2 + m_s g x_2 + k (x_1 - x_2 + L_0 + c)^2/2
 
+Both hold the spring's own energy: where y counts from elsewhere, x_1 - x_2 + L_0 + c is y and the rest of the spring.
+What further terms in the leg do is work of their own.
+
 Every term of the ledger is the integral of a power, a quadratic form in 1, x_1 - x_1(0), y, v_1, v_2 within a phase;
 the integrals of the products (`Moments`) have a closed form of their own, so each term is computed by itself.
 """
@@ -15,6 +18,7 @@ import sympy as sp
 from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model, kinetic, potential
 from ..model.quantities import *
+from .laplace import REST, rest_of_spring
 from .time_domain import AT, v2_t, x1_t, y_t
 
 X1_0 = scalar("x1_0", "m", "displacement of the actuator at the start of the phase")
@@ -89,7 +93,7 @@ def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
 def ledger_of(model: Model) -> Steps:
     """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0."""
     return tuple(
-        Step(entry, _integrate(power), "(24)" if entry in body_entries(model) else "ledger")
+        Step(entry, _integrate(model, power), "(24)" if entry in body_entries(model) else "ledger")
         for entry, power in powers(model).items()
     )
 
@@ -107,23 +111,33 @@ def aed_of_ledger(model: Model) -> Steps:
 
 
 @function(takes=(ROBOT, STATE.quantities[0], STATE.quantities[3]), returns=BODY_HEIGHT)
-def body_height() -> Steps:
+def body_height(model: Model) -> Steps:
     """Height of the body over the ground under the foot.
 
-    x_2 of a state, solved from y = x_1 - x_2 + L_0 + c; each step rounds once, in this order.
+    x_2 of a state, solved from y; each step rounds once, in this order.
     """
-    yield Step(length, x1 - y, "x_2 - L_0 - c")
-    yield Step(unloaded, L0 + c, "length of the leg without load")
-    yield Step(x2, length + unloaded, "y = x_1 - x_2 + L_0 + c")
+    steps, rest = rest_of_spring(model)
+    yield from steps
+    yield Step(length, x1 - y, "hop height of the body")
+    yield Step(unloaded, L0 + c - rest, "length of the leg without load")
+    yield Step(x2, length + unloaded, "y = x_1 - x_2 + unloaded")
+
+
+@function(takes=(ROBOT,), returns=REST)
+def compression_at_rest(model: Model) -> Steps:
+    """Compression of the spring at which the leg at rest carries nothing; L_0 + c less that is its length then."""
+    yield Step(REST.symbol, model.rest, "N = 0")
 
 
 @function(takes=(ROBOT, STATE), returns=STORED)
-def stored_energy() -> Steps:
+def stored_energy(model: Model) -> Steps:
     """Energy of the body beside its kinetic energy and that of its height.
 
     Where this is large against `moving_energy`, the difference of two E has lost the digits of the AED.
     """
-    yield Step(length, x1 - y, "x_2 - L_0 - c at the start")
+    steps, rest = rest_of_spring(model)
+    yield from steps
+    yield Step(length, x1 - y - rest, "x_2 - L_0 - c at the start")
     yield Step(stored, k * length**2 / 2, "(22), (23)")
 
 
@@ -134,29 +148,33 @@ def moving_energy() -> Steps:
 
 
 @function(takes=(ROBOT, STATE), returns=ENERGY)
-def energies() -> Steps:
+def energies(model: Model) -> Steps:
     """Energy of the body and of the robot.
 
-    E and H of a state; x_2 - L_0 - c is the actuator's displacement less the compression.
+    E and H of a state; x_2 - L_0 - c is the actuator's displacement less the compression of the spring.
     """
-    yield Step(length, x1 - y, "x_2 - L_0 - c")
+    steps, rest = rest_of_spring(model)
+    yield from steps
+    yield Step(length, x1 - y - rest, "x_2 - L_0 - c")
     yield Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)")
     yield Step(
         total,
-        m_eff * v1**2 / 2 + m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * y**2 / 2,
+        m_eff * v1**2 / 2 + m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * (y + rest) ** 2 / 2,
         "energy of the whole robot",
     )
 
 
 @function(takes=(ROBOT, STATE, AT), returns=GAIN)
-def body_energy_gain() -> Steps:
+def body_energy_gain(model: Model) -> Steps:
     """Change of the body's energy between two states, the AED.
 
     Each difference of squares is factored: nothing large is subtracted.
     """
     length_t = sp.Symbol("length_t", real=True)
-    yield Step(length, x1 - y, "x_2 - L_0 - c at the start")
-    yield Step(length_t, x1_t - y_t, "x_2 - L_0 - c at the end")
+    steps, rest = rest_of_spring(model)
+    yield from steps
+    yield Step(length, x1 - y - rest, "x_2 - L_0 - c at the start")
+    yield Step(length_t, x1_t - y_t - rest, "x_2 - L_0 - c at the end")
     yield Step(
         gain,
         m_s * (v2_t - v2) * (v2_t + v2) / 2 + (length_t - length) * (m_s * g + k * (length_t + length) / 2),
@@ -188,9 +206,9 @@ def field_name(name: str) -> str:
     return "".join(letter if letter.isalnum() else "_" for letter in name)
 
 
-def _integrate(power: sp.Expr) -> sp.Expr:
+def _integrate(model: Model, power: sp.Expr) -> sp.Expr:
     """The power with every product replaced by its integral."""
-    in_phase = sp.expand(power.subs(x1 - x2, y - L0 - c).subs(x2, x1 + L0 + c - y).subs(x1, x1_0 + displacement))
+    in_phase = sp.expand(power.subs(x2, x1 - y + model.length).subs(x1, x1_0 + displacement))
     polynomial = sp.Poly(in_phase, displacement, y, v1, v2)
     integrals = {sp.Poly(product, displacement, y, v1, v2).monoms()[0]: name for name, product in PRODUCTS.items()}
     return sum(

@@ -1,6 +1,7 @@
 """Flight: the body is ballistic, and the actuator returns under a PD law, up to the limit of its current.
 
-The foot has no mass, so the leg carries nothing: y = 0, and the body moves with the actuator as seen from the foot.
+The foot has no mass, so the leg carries nothing: y = 0 without a damper in it, and the body moves with the actuator as
+seen from the foot.
 From (3)
 
     x_1'' = (k c - b_1 v_1 - gamma_2 u)/m_eff - f_1 sign(v_1),      gamma_2 u = K_p x_1 + K_d v_1, within +-|gamma_2|
@@ -24,6 +25,7 @@ import sympy as sp
 from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model, ModelError, Term
 from ..model.quantities import *
+from .laplace import rest_of_spring
 
 GAINS = Record(
     "Gains", "The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current."
@@ -64,7 +66,7 @@ FLIGHT_LEDGER = Record(
     "Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart.",
     python_name="FlightWork",
 ).of(*(each for each in LEDGER.quantities if each.symbol in (motor_work, offset_work, viscous_1, coulomb_1)))
-HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body, counted from L_0 + c")
+HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body less the length without load")
 DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")
 WAY_OF_FLIGHT = Record(
     "Way",
@@ -214,13 +216,15 @@ def loss_at_impact() -> Steps:
 
 
 @function(takes=(ROBOT, *STATE.quantities[1:3], HOP_HEIGHT), returns=ENERGY)
-def flight_energies() -> Steps:
+def flight_energies(model: Model) -> Steps:
     """Energy of the body and of the robot in flight.
 
-    The spring carries nothing.
+    The leg carries nothing: its spring holds what others hold against it.
     """
-    yield Step(body, m_s * v2**2 / 2 + m_s * g * (hop_height + (L0 + c)), "energy of the body in flight")
-    yield Step(total, body + m_eff * v1**2 / 2, "energy of the whole robot in flight")
+    steps, rest = rest_of_spring(model)
+    yield from steps
+    yield Step(body, m_s * v2**2 / 2 + m_s * g * (hop_height + (L0 + c - rest)), "energy of the body in flight")
+    yield Step(total, body + m_eff * v1**2 / 2 + k * rest**2 / 2, "energy of the whole robot in flight")
 
 
 @function(

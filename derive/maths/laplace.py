@@ -11,7 +11,7 @@ counted from x_2(0) and v_2(0): no large numbers are subtracted, and b_1 = b_2 =
 
 import sympy as sp
 
-from ..emit.ir import Step, Steps, function
+from ..emit.ir import Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 
@@ -23,6 +23,12 @@ x1_0, v1_0, x2_0, v2_0 = sp.symbols("x1_0 v1_0 x2_0 v2_0", real=True)
 MATRIX = sp.Matrix([[0, 1, -1], [a1_y, a1_v1, a1_v2], [a2_y, a2_v1, a2_v2]])
 START = sp.Matrix([y, v1, v2])
 CONSTANT = sp.Matrix([0, C_1, C_2])
+REST = scalar("rest", "m", "compression of the spring where y is 0")
+
+
+def rest_of_spring(model: Model) -> tuple[Steps, sp.Expr]:
+    """`Model.rest` as a step, and what it is called behind that; no step and 0 where it is 0."""
+    return ((Step(REST.symbol, model.rest, "N = 0"),), REST.symbol) if model.rest != 0 else ((), sp.S.Zero)
 
 
 @function(takes=(ROBOT,), returns=RATES)

@@ -8,7 +8,7 @@ it ends at the first of
     v_i = 0                 slipping: reverse if |a_i| > f_i, else stick
     |a_i| = f_i             held: slip in the direction of a_i
     x_1 = x1_min or x1_max  slipping: the actuator loses v_1
-    y = 0                   with the leg extending: take-off, because the spring force is k y
+    y = 0                   with the leg extending: take-off, because the contact force is k y
 """
 
 import sympy as sp

@@ -70,16 +70,18 @@ def slopes_of(model: Model) -> Steps:
 
 @function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=scalar("d_body", "J", "change of the energy"))
 def body_energy_change(model: Model) -> Steps:
-    """Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c.
+    """Change of the energy of the body with the robot and the state, x_2 counted from the leg without load.
 
     That at the end less that at the start is the change of the AED.
     """
     length, kinetic, weight, spring = sp.symbols("length kinetic weight spring", real=True)
+    steps, rest = laplace.rest_of_spring(model)
     steps = (
-        Step(length, x1 - y, "x_2 - L_0 - c"),
+        *steps,
+        Step(length, x1 - y, "hop height of the body"),
         Step(kinetic, m_s * v2**2 / 2, "(22) kinetic"),
         Step(weight, m_s * g * length, "(22), (23) weight"),
-        Step(spring, k * length**2 / 2, "(22), (23) spring"),
+        Step(spring, k * (length - rest) ** 2 / 2, "(22), (23) spring"),
         Step(body, kinetic + weight + spring, "(22), (23)"),
     )
     return changed_steps(steps, (*model.robot.symbols, x1, v2, y), (change_of(body),))
@@ -101,7 +103,7 @@ def apex_slope(model: Model) -> Steps:
     yield from (replace(step, value=step.value.subs(unchanged)) for step in apex_change(model))
 
 
-@function(takes=(ROBOT_CHANGE, STATE_CHANGE), returns=HEIGHT_CHANGE)
+@function(takes=(ROBOT, ROBOT_CHANGE, STATE_CHANGE), returns=HEIGHT_CHANGE)
 def height_change(model: Model) -> Steps:
     """Change of the body's height with the robot and the state."""
-    return changed_steps(energy.body_height(), (*model.robot.symbols, x1, y), (change_of(x2),))
+    return changed_steps(energy.body_height(model), (*model.robot.symbols, x1, y), (change_of(x2),))

@@ -118,21 +118,37 @@ class Model:
         return actuator, body
 
     @cached_property
-    def contact(self) -> sp.Expr:
-        """The contact force over k, in y, v1, v2: what the spring and the terms beside it carry, [m].
+    def _in_leg(self) -> sp.Expr:
+        """What the terms in the leg carry beside its spring, in the compression y of that, v1 and v2, [N]."""
+        leg = sum((sp.sympify(term.force_2) for term in self.terms if term.is_in_leg), sp.S.Zero)
+        return sp.expand(leg.subs(x1, y + x2 - L0 - c))
+
+    @cached_property
+    def stiffness(self) -> sp.Expr:
+        """What the leg carries per compression, [N/m]: k, and that of further springs in it.
 
         A foot that is bolted to the ground carries whatever there is: nothing asks for it.
         """
-        if "foot" in self.fixed:
-            return y
-        leg = sum((sp.sympify(term.force_2) for term in self.terms if term.is_in_leg), sp.S.Zero)
-        return y + sp.factor(sp.expand(leg.subs(x1, y + x2 - L0 - c))) / k  # in which lengths cancel before products
+        return k if "foot" in self.fixed else k + self._in_leg.diff(y)
 
     @cached_property
     def rest(self) -> sp.Expr:
-        """The compression at which the leg at rest carries nothing, [m]; hop heights count from there."""
-        force = self.contact.subs({v1: 0, v2: 0})
-        return sp.cancel(-force.subs(y, 0) / force.diff(y))
+        """The compression of the spring at which the leg at rest carries nothing, [m]: y counts from there."""
+        if "foot" in self.fixed:
+            return sp.S.Zero
+        return sp.factor(-self._in_leg.subs({y: 0, v1: 0, v2: 0}) / self.stiffness)  # lengths cancel before products
+
+    @cached_property
+    def length(self) -> sp.Expr:
+        """The length of the leg that carries nothing, [m]: x_2 = x_1 - y + length, and hop heights count from it."""
+        return L0 + c - self.rest
+
+    @cached_property
+    def contact(self) -> sp.Expr:
+        """The contact force over the leg's stiffness, in y, v1, v2, [m]: y itself where no damper acts in the leg."""
+        if "foot" in self.fixed:
+            return y
+        return y + sp.factor(sum(self._in_leg.diff(v) * v for v in (v1, v2))) / self.stiffness
 
     @cached_property
     def in_flight(self) -> tuple[sp.Expr, sp.Expr]:
@@ -156,7 +172,15 @@ class Model:
     @cached_property
     def in_compression(self) -> tuple[sp.Expr, sp.Expr]:
         """The accelerations in y, v1, v2: translation invariance leaves no other coordinate."""
-        return tuple(sp.expand(acc.subs(x1, y + x2 - L0 - c)) for acc in self.accelerations)
+        return tuple(self._by_compression(acc) for acc in self.accelerations)
+
+    def _by_compression(self, value: sp.Expr) -> sp.Expr:
+        """What is linear in x1 - x2, v1, v2 by y in its place: lengths cancel where y counts from rest."""
+        by_y = sp.expand(value.subs(x1, y + x2 - self.length))
+        if self.rest == 0:
+            return by_y
+        slopes = (sp.expand(by_y.diff(v)) * v for v in (y, v1, v2))
+        return sp.expand(sum(slopes, sp.expand(sp.cancel(by_y.subs({y: 0, v1: 0, v2: 0})))))
 
 
 compression = x1 - x2 + L0 + c

@@ -40,7 +40,7 @@ STATUSES = Kind("Status: 0 ok, negative an error, positive an answer with a warn
     Word(-1, "error_null", "a pointer is NULL"),
     Word(-2, "error_robot", "a parameter of the robot is out of its domain, or the plan was not made"),
     Word(-3, "error_state", "a state is not finite, x_1 is beyond its stroke, or what is fixed moves"),
-    Word(-4, "error_extended", "the spring force at the start is negative"),
+    Word(-4, "error_extended", "the leg is extended at the start, its compression negative"),
     Word(-5, "error_steps", "the steps of the current are none or too many, do not start at 0 or do not increase"),
     Word(-6, "error_horizon", "horizon or max_phases is not positive"),
     Word(-7, "error_time", "a time is not finite or outside the stance"),
@@ -57,7 +57,7 @@ COMMANDS = Kind("What the controller found.", "CommandStatus", "COMMANDS", "comm
     Word(3, "no_takeoff", "no current is admissible"),
 )
 ENDINGS = Kind("How a stance ended.", "Ending", "ENDINGS", "ending_").of(
-    Word(1, "takeoff", "the spring force returned to zero with the leg extending"),
+    Word(1, "takeoff", "the contact force returned to zero with the leg extending"),
     Word(2, "rest", "both masses are held and nothing can change"),
     Word(3, "horizon", "the longest time was reached"),
     Word(4, "too_many_phases", "the cap on phases was reached"),

@@ -24,6 +24,12 @@ class Precision:
     def exponent_bias(self) -> int:
         return 2 ** (self.bits - self.fraction_bits - 2) - 1
 
+    @property
+    def is_another(self) -> str:
+        """The condition, by <float.h>, that the compiler's type has another format."""
+        limits = {"float": "FLT", "double": "DBL"}[self.type]
+        return f"{limits}_MANT_DIG != {self.fraction_bits + 1} || {limits}_MAX_EXP != {self.exponent_bias + 1}"
+
 
 F32 = Precision("f32", "float", 32, 23)
 F64 = Precision("f64", "double", 64, 52)

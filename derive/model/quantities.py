@@ -55,11 +55,13 @@ POLES = Record("Poles", "The denominator of a mode, (s + a)(s^2 + p s + q); a = 
 )
 a, p, q = POLES.symbols[:3]
 
-STATE = Record("State", "The hopper at one instant; x_2 = x_1 - y + L_0 + c.", python_name="LegState").of(
+STATE = Record(
+    "State", "The hopper at one instant; x_2 is x_1 - y and the length without load.", python_name="LegState"
+).of(
     Quantity("x1", r"x_1", "m", "displacement of the actuator"),
     Quantity("v1", r"\dot{x}_1", "m/s", "velocity of the actuator"),
     Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
-    Quantity("y", r"y", "m", "compression of the spring, x_1 - x_2 + L_0 + c"),
+    Quantity("y", r"y", "m", "compression of the leg, from where it carries nothing"),
 )
 x1, v1, v2, y = STATE.symbols
 
@@ -143,8 +145,8 @@ PAIR_NUMERATOR = Record("PairNumerator", "Deflated numerator, s + a divided out:
 )
 A, B = PAIR_NUMERATOR.symbols
 
-ENERGY = Record("Energy", "The energy of the body (22), (23) and of the whole robot.").of(
-    Quantity("body", r"E", "J", "kinetic and potential energy of the body, spring without the actuator's share"),
+ENERGY = Record("Energy", "The energy of the body with its spring, (22), (23), and of the whole robot.").of(
+    Quantity("body", r"E", "J", "kinetic + gravitational + k (x_2 - L_0 - c)^2/2; in flight without the latter"),
     Quantity("total", r"H", "J", "kinetic and potential energy of the whole robot"),
 )
 body, total = ENERGY.symbols

@@ -122,7 +122,7 @@ FLIGHT_PHASE = Struct("FlightPhase", "A phase of a flight: where and when it sta
     Member("event", "int8", "HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it"),
     Member("spare", "int8", "0"),
 )
-FLIGHT = Struct("Flight", "A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead.").of(
+FLIGHT = Struct("Flight", "A flight, solved. In its states y is that of a leg that stands on the ground ahead.").of(
     Member("gains", "Gains", "of the law; 0 where the motor has no force"),
     Member("start", "State", "as given"),
     Member("ground", "real", "height of the ground ahead over that which was left", "m"),

@@ -16,6 +16,7 @@ from typing import Any
 
 import hopform
 from hopform._export import Wanted, package, selftest
+from hopform._robots import Provenance
 from hopform._solver.package import records
 
 PAGE = Path(__file__).resolve().parent
@@ -61,7 +62,9 @@ def facts() -> dict[str, Any]:
             }
             for name, robot in robots.items()
         },
-        "unused": ["name", "description", records.TRAVEL.name],
+        "texts": ["name", "description"],
+        "fit": Provenance._fields,
+        "unused": records.TRAVEL.name,
         "digests": {name: f"{selftest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))},
         "words": {kind.table: [asdict(word) for word in kind.words] for kind in tables},
     }
@@ -77,6 +80,7 @@ def build(folder: Path) -> Path:
     page = (PAGE / "index.html").read_text("utf-8")
     parts = {
         "/* play.css */": (PAGE / "play.css").read_text("utf-8"),
+        "/* read.js */": (PAGE / "read.js").read_text("utf-8"),
         "/* play.js */": (PAGE / "play.js").read_text("utf-8"),
         'type="application/json">{}': 'type="application/json">' + json.dumps(facts()),
         'type="application/octet-stream">': 'type="application/octet-stream">' + base64.b64encode(wasm()).decode(),

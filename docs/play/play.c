@@ -6,7 +6,7 @@
  */
 #include "hopform.h"
 
-enum { HOPS = 64, PHASES = 4096, KEPT = 16384, SAMPLES = 4096, HEIGHTS = 64, CURRENTS = 32, COLUMNS = 14 };
+enum { HOPS = 64, PHASES = 4096, KEPT = 16384, SAMPLES = 4096, HEIGHTS = 64, CURRENTS = 32, COLUMNS = 15 };
 enum { COMPLETED = 0, STOPPED = 1, TRIPPED = 2 };
 enum { TOUCHDOWN = 100, TAKEOFF = 101 };  /* among the events of a run */
 static const double LONGEST_STANCE = 2.0; /* [s] */
@@ -38,7 +38,7 @@ PUBLIC double play_lowest[HEIGHTS],
 typedef struct {
     double begin, duration;   /* [s] */
     double ground;            /* [m] in flight that ahead */
-    double level;             /* [J] the body's energy predicted for its beginning */
+    double level;             /* [J] the energy (23) predicted for its beginning */
     int32_t in_stance, first; /* first: of its phases */
     hopform_step_f64 current;
     hopform_stance_f64 stance;
@@ -83,7 +83,7 @@ static void event(double t, int32_t kind, int32_t side_1, int32_t side_2) {
     row[0] = t, row[1] = kind, row[2] = side_1, row[3] = side_2;
 }
 
-static double body_energy(const leg *at, double t) /* [J] weight from level 0 on */
+static double energy_23(const leg *at, double t) /* [J] of the body, in stance with the spring; from level 0 on */
 {
     hopform_energy_f64 energy = {0};
     const double weight = play_robot.m_s * play_robot.g;
@@ -153,7 +153,7 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
         flight->begin = time, flight->ground = ground;
         status = fly(flight, &state, horizon_of(&state, x2 - step));
         if (status < 0) return status;
-        flight->level = level = index ? level : body_energy(flight, 0.0);
+        flight->level = level = index ? level : energy_23(flight, 0.0);
         time += flight->duration;
         play_duration[0] = last ? flight->begin + flight->flight.apex_time : time;
         if (last) return COMPLETED;
@@ -207,7 +207,8 @@ static const leg *leg_at(double t) {
 }
 
 /* `count` samples from one time of the run to another [s]: t, x1, v1, x2, v2, foot, ground, u, compression, force of
- * the spring, pull of the motor on the actuator [N], energy of the body, the same as predicted with the AED [J], hop.
+ * the spring, pull of the motor on the actuator [N], kinetic and gravitational energy of the body, the same with the
+ * spring as in (23) in stance, this as predicted with the AED [J], hop.
  */
 PUBLIC void play_sample(double from, double to, int32_t count) {
     const hopform_robot_f64 *const robot = &play_robot;
@@ -231,12 +232,12 @@ PUBLIC void play_sample(double from, double to, int32_t count) {
             u = robot->gamma2 == 0.0 ? 0.0 : smaller(larger(law / robot->gamma2, -robot->u_max), robot->u_max);
             foot = -state.y;
         }
-        const double y = at->in_stance ? state.y : 0.0;
+        const double y = at->in_stance ? state.y : 0.0, x2 = body_height(state) + at->ground;
         const double row[COLUMNS] = {
             asked,
             state.x1,
             state.v1,
-            body_height(state) + at->ground,
+            x2,
             state.v2,
             foot + at->ground,
             at->ground,
@@ -244,7 +245,8 @@ PUBLIC void play_sample(double from, double to, int32_t count) {
             y,
             robot->k * y,
             -robot->gamma2 * u,
-            body_energy(at, t),
+            0.5 * robot->m_s * (state.v2 * state.v2) + robot->m_s * robot->g * x2,
+            energy_23(at, t),
             at->level + aed,
             (double)((at - legs) / 2),
         };

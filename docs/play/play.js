@@ -5,8 +5,8 @@ const bytes = Uint8Array.from(atob(document.getElementById("wasm").textContent.t
 const { exports: c } = (await WebAssembly.instantiate(bytes, {})).instance;
 const HOP = ["ground", "touchdown_time", "x1", "v1", "v2", "u", "ending", "duration", "apex", "aed", "events",
   "command"];
-const SAMPLE = ["t", "x1", "v1", "x2", "v2", "foot", "ground", "u", "y", "spring", "motor", "energy", "predicted",
-  "hop"];
+const SAMPLE = ["t", "x1", "v1", "x2", "v2", "foot", "ground", "u", "y", "spring", "motor", "body", "energy",
+  "predicted", "hop"];
 const SAMPLES = 700;
 const RUN = ["completed", "stopped: a stance without take-off", "tripped: the foot never got above the ground ahead"];
 const TOUCHDOWN = 100, TAKEOFF = 101;
@@ -22,11 +22,6 @@ const rows = (name, keys, count) => {
 const word = (table, number) => facts.words[table].find((each) => each.number === number) ?? { text: "", meaning: "" };
 const short = (value, digits = 5) => (Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : "none");
 
-const number = (text) => {
-  const plain = text.trim().replaceAll("_", "");
-  const found = /^[+-]?inf$/.test(plain) ? (plain[0] === "-" ? -Infinity : Infinity) : Number(plain);
-  return plain === "" ? NaN : found;
-};
 const toml = (value) => (Number.isFinite(value) ? String(value) : value > 0 ? "inf" : value < 0 ? "-inf" : "nan");
 
 for (const robot of Object.values(facts.robots))
@@ -40,12 +35,10 @@ const state = { ...START, time: 0, parameters: {} };
 const preset = () => facts.robots[state.robot].values;
 
 function readUrl() {
-  const asked = new URLSearchParams(location.hash.slice(1));
-  for (const key of Object.keys(START))
-    if (asked.has(key)) state[key] = typeof START[key] === "number" ? Number(asked.get(key)) : asked.get(key);
-  if (!(state.robot in facts.robots)) state.robot = START.robot;
-  for (const key of ["h_des", "u", "height", "size", "seed", "hops", "speed"])
-    if (!Number.isFinite(state[key])) state[key] = START[key];
+  const address = location.hash.slice(1), asked = new URLSearchParams(address), words = {};
+  for (const name of ["robot", "mode", "terrain", "window"])
+    words[name] = Array.from(id(name).options, (option) => option.value);
+  Object.assign(state, stateOf(address, START, words));
   state.parameters = { ...preset() };
   for (const { name } of facts.fields)
     if (asked.has(name)) state.parameters[name] = number(asked.get(name));
@@ -60,27 +53,6 @@ function writeUrl() {
 }
 
 // ---- robot files ----
-
-function readToml(text) {
-  const found = {};
-  const parameters = text.split(/^\[fit\]/m)[0]; // behind it an identified robot says where its numbers come from
-  parameters.split(/\r?\n/).forEach((line, n) => {
-    const [, name, value] = /^\s*(\w+)\s*=\s*("[^"]*"|'[^']*'|[^#\s]+)\s*(#.*)?$/.exec(line) ?? [];
-    if (!name) {
-      if (!/^\s*(#.*)?$/.test(line)) throw new Error(`line ${n + 1}: name = number is wanted, got ${line.trim()}`);
-      return;
-    }
-    if (facts.unused.includes(name)) return;
-    if (!facts.fields.some((field) => field.name === name)) throw new Error(`line ${n + 1}: no parameter ${name}`);
-    found[name] = number(value);
-    if (Number.isNaN(found[name])) throw new Error(`line ${n + 1}: ${name} must be a number, got ${value}`);
-  });
-  for (const { name, default: otherwise } of facts.fields) {
-    if (!(name in found) && otherwise === null) throw new Error(`${name} is missing`);
-    found[name] ??= number(otherwise);
-  }
-  return found;
-}
 
 const writeToml = () => `name = "mine"\n${facts.fields
   .map(({ name, unit, meaning }) => `${name} = ${toml(state.parameters[name])} # [${unit}] ${meaning}\n`).join("")}`;
@@ -97,7 +69,7 @@ function ground() {
   };
   const kinds = { flat: () => 0, steps: (n) => (Math.floor(n / 3) % 2) * state.size,
     rough: () => Math.round((2 * draw() - 1) * state.size * 1e4) / 1e4 };
-  return Array.from({ length: state.hops }, (_, n) => (kinds[state.terrain] ?? kinds.flat)(n));
+  return Array.from({ length: state.hops }, (_, n) => kinds[state.terrain](n));
 }
 
 // ---- solve ----
@@ -253,8 +225,9 @@ function drawPlots() {
       curve("current [A]", "u", "second", { dashed: true })] }),
     plot(id("forces"), { ...shared, curves: [curve("spring", "spring", "first"),
       curve("motor on the actuator", "motor", "second", { dashed: true })] }),
-    plot(id("energy"), { ...shared, curves: [curve("from the states", "energy", "first"),
-      curve("predicted by the AED", "predicted", "second", { dashed: true })] }),
+    plot(id("energy"), { ...shared, curves: [curve("kinetic + gravitational", "body", "third"),
+      curve("with the spring as in (23)", "energy", "first"),
+      curve("this, predicted by the AED", "predicted", "second", { dashed: true })] }),
   ];
   cursors = PLOTS.map((name, n) => {
     const line = element("path", { class: "cursor" });
@@ -479,7 +452,7 @@ function begin() {
     const [file] = id("load").files;
     if (!file) return;
     try {
-      state.parameters = readToml(await file.text());
+      state.parameters = readRobot(await file.arrayBuffer(), facts);
       changed();
     } catch (error) {
       id("status").textContent = `${file.name}, ${error.message}`;

@@ -32,4 +32,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *import_module("hopform._all").__all__})
+    return sorted(import_module("hopform._all").__all__)

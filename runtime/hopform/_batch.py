@@ -6,7 +6,7 @@ is heard.
 
 import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
@@ -22,7 +22,7 @@ from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
 from hopform._solver import package
 from hopform._solver.choice import BackEnd
 from hopform._solver.library import Backend
-from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, checked, records
+from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, Column, checked, records
 from hopform._stance import TOUCHING_ULP, State, precision_of
 
 Progress = Callable[[int, int], object]
@@ -32,7 +32,7 @@ EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
 MOST_THREADS = 1024
 CURVE = 400
 """Stances whose apexes a batch draws in a notebook at most."""
-_INPUTS = ("x1", "v1", "v2", "x2", "u", "horizon")
+INPUTS = ("x1", "v1", "v2", "x2", "compression", "u", "horizon")
 
 
 class Labels(NamedTuple):
@@ -42,7 +42,7 @@ class Labels(NamedTuple):
     coords: dict[str, NDArray[Any]]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Batch(Shown):
     """Stances, solved; every array has the shape that the inputs broadcast to. Times in s, lengths in m, energies in J.
 
@@ -51,7 +51,7 @@ class Batch(Shown):
     without take-off. aed: change of the body's energy. event_count: how many events. event_time, event_kind: the
     events, with a further last axis, NaN and 0 behind the last one; None unless asked for. Kinds are keys of `EVENTS`.
     sensitivities: the derivatives as `Stance.sensitivities` has them, as arrays; None unless asked for.
-    compression_max: the largest compression of the spring; None unless asked for.
+    compression_max: the largest compression of the leg; None unless asked for.
     """
 
     status: NDArray[np.int32]
@@ -147,7 +147,7 @@ def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]
 class _Job(NamedTuple):
     """Checked inputs and where the results go, flat; `columns` are the states, u, horizon, then the robot's fields."""
 
-    columns: tuple[NDArray[Any], ...]
+    columns: tuple[Column, ...]
     shape: tuple[int, ...]
     size: int
     max_phases: int
@@ -155,12 +155,16 @@ class _Job(NamedTuple):
     results: tuple[NDArray[Any], ...]
     readings: dict[str, NDArray[Any]]
 
-    def chunk(self, part: slice) -> list[NDArray[Any]]:
+    def chunk(self, part: slice) -> list[Column]:
         """The columns of some stances: numbers stay numbers."""
-        return [
-            np.asarray(x.reshape(()) if x.size == 1 else np.broadcast_to(x, self.shape).flat[part], dtype=self.real)
-            for x in self.columns
-        ]
+        return [self._some(x, part) if isinstance(x, np.ndarray) else x for x in self.columns]
+
+    def _some(self, x: NDArray[Any], part: slice) -> Column:
+        """Some of an array, a number where it has but one, a view where it lies in one piece."""
+        if x.size == 1:
+            return float(x.item())
+        whole = x.shape == self.shape and x.flags.c_contiguous and x.flags.aligned
+        return np.asarray(x.reshape(-1)[part] if whole else np.broadcast_to(x, self.shape).flat[part], dtype=self.real)
 
 
 def solve_stances(
@@ -170,12 +174,13 @@ def solve_stances(
     x1: ArrayLike = 0.0,
     v1: ArrayLike = 0.0,
     x2: ArrayLike | None = None,
+    compression: ArrayLike | None = None,
     u: ArrayLike = 0.0,
     horizon: ArrayLike = 2.0,
     max_phases: int = MAX_PHASES,
     events: bool = False,
     sensitivities: bool = False,
-    compression: bool = False,
+    compression_max: bool = False,
     backend: str | None = None,
     dtype: Any = np.float64,
     threads: int = 1,
@@ -187,9 +192,9 @@ def solve_stances(
     Inputs as for `solve_stance`, as arrays; u is a constant current per stance. Any field of the robot may be given
     as an array too: `solve_stances(robot, v2=-2.0, k=np.linspace(800, 1600, 9))`. events: list them all.
     DataArrays of xarray broadcast by the names of their dimensions, and `to_xarray` of the answer has their
-    coordinates. sensitivities: derivatives through the events, 140 numbers a stance. compression: the largest of each.
-    threads: how many solve at a time. progress: called with the number of stances done and their total, now and then;
-    what it raises ends the batch.
+    coordinates. sensitivities: derivatives through the events, 140 numbers a stance. compression_max: the largest
+    compression of each. threads: how many solve at a time. progress: called with the number of stances done and their
+    total, now and then; what it raises ends the batch.
     Raises HopformError, which names field, index, value and what is allowed.
 
     >>> import numpy as np
@@ -202,38 +207,46 @@ def solve_stances(
     checked_robot(robot)
     most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
     with_events = flag("events", events)
-    wanted = {"sensitivities": flag("sensitivities", sensitivities), "compressions": flag("compression", compression)}
+    largest = flag("compression_max", compression_max)
+    wanted = {"sensitivities": flag("sensitivities", sensitivities), "compressions": largest}
     function("progress", progress)
     given_u = cast(object, u)
-    if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
-        message = f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(given_u)}"
-        raise HopformError(message)
-    states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | ({} if x2 is None else {"x2": x2})
+    several = type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[Any], given_u))
+    if several or callable(given_u):
+        others = "steps (t, u) are for solve_stance, laws (controllers.Sampled) for simulate"
+        raise HopformError(f"u must be a number per stance in A; {others}, got {shown(given_u)}")
+    if x2 is not None and compression is not None:
+        raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
+    leg = {name: each for name, each in (("x2", x2), ("compression", compression)) if each is not None}
+    states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | leg
     plain, labels = labelled({**states, **fields})
-    given = {name: numbers(name, plain[name], UNITS[name]) for name in states}
+    given = {name: _column(name, plain[name], UNITS[name]) for name in states}
     robots = robot_columns(robot, {name: plain[name] for name in fields})
     shape = _shape_of(given | robots, EACH_DIFFERENTIATED if wanted["sensitivities"] else EACH)
     _check_states(given, robots)
-    given["y"] = _compression(given["x1"], given.pop("x2", None), robots)
+    given["y"] = _compression(robot, given["x1"], given.pop("x2", None), given.pop("compression", None), robots)
     columns = (*(given[name] for name in STATES), *robots.values())
     size = math.prod(shape)
     back_end = robot.solver.back_end(backend)
     results = package.results_like(size, real)
-    shapes = {"sensitivities": (size, len(ROWS), len(COLUMNS)), "compressions": (size,)}
+    derived = len(robot.solver.package.sensitivity.COLUMNS)
+    shapes = {"sensitivities": (size, len(ROWS), derived), "compressions": (size,)}
     readings = {name: np.empty(shape, real) for name, shape in shapes.items() if wanted[name]}
     job = _Job(columns, shape, size, most, real, results, readings)
     times, kinds = _run(job, back_end, with_events, workers, progress)
     of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
-
-    def shaped(values: NDArray[Any] | None) -> Any:
-        return None if values is None else values.reshape((*shape, *values.shape[1:]))
-
-    matrices = shaped(readings.get("sensitivities"))
-    derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, x2 is not None)
+    listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
+    times, kinds, matrices, compressions = (_in_shape(values, shape) for values in listed)
+    by = x2 is not None, robot.solver.package, type(robot.parameters)(**robots)
+    derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, *by)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
-    lists = shaped(times), shaped(kinds), back_end.name, derivatives, shaped(readings.get("compressions")), labels
-    return Batch(*found, *lists)
+    return Batch(*found, times, kinds, back_end.name, derivatives, compressions, labels)
+
+
+def _in_shape(values: NDArray[Any] | None, shape: tuple[int, ...]) -> Any:
+    """Values with the stances on the first axis, in the shape of the inputs."""
+    return None if values is None else values.reshape((*shape, *values.shape[1:]))
 
 
 # ---- chunk by chunk ----
@@ -252,16 +265,22 @@ def _run(
             lists.extend([(lane + part.start, t, kind) for lane, t, kind in found])
         return int(part.stop - part.start)
 
+    def count(solved: Iterable[int]) -> None:
+        done = 0
+        for each in solved:
+            done += each
+            if progress is not None:
+                progress(done, job.size)
+
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]
-    done = 0
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            for solved in map(solve, parts) if threads == 1 else pool.map(solve, parts):
-                done += solved
-                if progress is not None:
-                    progress(done, job.size)
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    if min(threads, len(parts)) <= 1:
+        count(map(solve, parts))
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                count(pool.map(solve, parts))
+            finally:
+                pool.shutdown(wait=False, cancel_futures=True)
     return _joined(job, lists) if events else (None, None)
 
 
@@ -282,30 +301,39 @@ def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.
 # ---- what goes in ----
 
 
-def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any]]:
-    """The robot's fields as arrays, those of `fields` in place of its own; HopformError for one out of its domain."""
-    known = {field.name: field for field in records.ROBOT_FIELDS}
-    for name in fields:
+def _column(name: str, value: object, unit: str) -> Column:
+    """The value as a float or an array of finite numbers; HopformError names the first that is none."""
+    return value if type(value) is float and math.isfinite(value) else numbers(name, value, unit)
+
+
+def check_names(names: Iterable[str], known: Iterable[str]) -> None:
+    """HopformError for the first name that is not known."""
+    known = [*known]
+    for name in names:
         if name not in known:
-            hint = nearest(name, [*known, *_INPUTS])
+            hint = nearest(name, [*known, *INPUTS])
             raise HopformError(f"{name!r} is neither an input of a stance nor a field of the robot{hint}")
-    columns: dict[str, NDArray[Any]] = {}
-    for name, field in known.items():
-        array = np.asarray(getattr(robot, name))
+
+
+def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, Column]:
+    """The robot's fields, as arrays those of `fields` in place of its own; HopformError for one out of its domain."""
+    columns: dict[str, Column] = robot.parameters._asdict()
+    check_names(fields, columns)
+    for field in robot.solver.package.records.ROBOT_FIELDS if fields else ():
+        name = field.name
         if name in fields:
-            array = array_of(name, fields[name], field.unit)
+            columns[name] = array = array_of(name, fields[name], field.unit)
 
             def reason(bad: float, name: str = name, field: records.Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
 
             refuse_any(name, array, checked.inside(field.domain, array), reason)
-        columns[name] = array
     return columns
 
 
-def _shape_of(inputs: dict[str, NDArray[Any]], each: int) -> tuple[int, ...]:
+def _shape_of(inputs: dict[str, Column], each: int) -> tuple[int, ...]:
     """The shape that the inputs broadcast to; HopformError if they do not, or to more stances than fit into memory."""
-    shapes = {name: column.shape for name, column in inputs.items() if column.shape}
+    shapes = {name: column.shape for name, column in inputs.items() if isinstance(column, np.ndarray) and column.shape}
     try:
         shape = np.broadcast_shapes(*shapes.values())
     except ValueError:
@@ -315,24 +343,34 @@ def _shape_of(inputs: dict[str, NDArray[Any]], each: int) -> tuple[int, ...]:
     return shape
 
 
-def _check_states(given: dict[str, NDArray[Any]], robots: dict[str, NDArray[Any]]) -> None:
+def _check_states(given: dict[str, Column], robots: dict[str, Column]) -> None:
     horizon, x1 = given["horizon"], given["x1"]
     refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
     low, high = robots["x1_min"], robots["x1_max"]
     refuse_any("x1_min", low, low <= high, lambda bad: f"must be <= x1_max m, got {bad!r}")
-    stroke = f"{float(np.min(low)):g} .. {float(np.max(high)):g} m"
-    within = (low <= x1) & (x1 <= high)
-    refuse_any("x1", x1, within, lambda bad: f"must be within its stroke {stroke}, got {bad!r}")
+
+    def reason(bad: float) -> str:
+        return f"must be within its stroke {float(np.min(low)):g} .. {float(np.max(high)):g} m, got {bad!r}"
+
+    refuse_any("x1", x1, (low <= x1) & (x1 <= high), reason)
 
 
-def _compression(x1: NDArray[Any], x2: NDArray[Any] | None, robots: dict[str, NDArray[Any]]) -> NDArray[Any]:
-    """The compression at touchdown, exactly 0 where x2 is left out or says so within rounding."""
-    if x2 is None:
-        return np.zeros(())
-    place, height, L0, c = (np.asarray(a, float) for a in (x1, x2, robots["L0"], robots["c"]))
-    y = (place - height + L0) + c  # in double precision, as for one stance
+def _compression(
+    robot: Robot, x1: Column, x2: Column | None, given: Column | None, robots: dict[str, Column]
+) -> Column:
+    """The compression at touchdown, exactly 0 where it and x2 are left out or say so within rounding."""
+    if x2 is None and given is None:
+        return 0.0
+    values = {name: np.asarray(each, float) for name, each in robots.items()}  # in double precision, as for one stance
+    place, L0, c = np.asarray(x1, float), values["L0"], values["c"]
+    rest = robot.solver.package.formulas.compression_at_rest(type(robot.parameters)(**values))
+    height = None if x2 is None else np.asarray(x2, float)
+    y = np.asarray(given, float) if height is None else (place - height + L0) + c - rest
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
-    highest = float(np.max(place + (L0 + c), initial=-math.inf))
-    allowed = f"must be <= x1 + L0 + c (at most {highest!r} m), or the spring pulls"
-    refuse_any("x2", height, y >= 0.0, lambda bad: f"{allowed}, got {bad!r}")
+    if height is None:
+        refuse_any("compression", y, y >= 0.0, lambda bad: f"must be >= 0 m, or the spring pulls, got {bad!r}")
+    else:
+        highest = float(np.max(place + (L0 + c - rest), initial=-math.inf))
+        allowed = f"must be <= x1 + L0 + c (at most {highest!r} m), or the spring pulls"
+        refuse_any("x2", height, y >= 0.0, lambda bad: f"{allowed}, got {bad!r}")
     return y

@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence, Sized
 from dataclasses import fields
+from enum import IntEnum
 from itertools import islice
 from typing import Any, SupportsFloat, TypeVar, cast
 
@@ -127,9 +128,28 @@ def count(name: str, value: object, each: int, least: int = 1) -> int:
     return whole(name, value, least, min(MEMORY // each, LARGEST))
 
 
-def seeded(seed: object) -> "np.random.Generator":
-    """The generator of a seed, a whole number >= 0 of any size."""
-    return np.random.default_rng(whole("seed", seed, 0, math.inf))
+class Role(IntEnum):
+    """What random numbers are drawn for. The number is part of a stream's key: a released role keeps its own."""
+
+    UNIFORM_TERRAIN = 0
+    GAUSSIAN_TERRAIN = 1
+    TOUCHDOWN_SENSORS = 2
+    TICK_SENSORS = 3
+    ROBOTS = 4
+    DETECTOR_DELAYS = 5
+    FIGURE = 6
+
+
+def stream(role: Role, seed: object, *places: int) -> "np.random.Generator":
+    """The random stream of a seed, a role and places, such as those of a ground and of a hop; independent of all
+    others.
+
+    seed: a whole number >= 0 of any size. The key is NumPy's `SeedSequence(seed, spawn_key=(role, *places))`, whose
+    streams are as good as independent, of neighbouring seeds too. A generator from the seed alone would give equal
+    numbers to everything that is drawn with it.
+    """
+    whole_seed = whole("seed", seed, 0, math.inf)
+    return np.random.default_rng(np.random.SeedSequence(whole_seed, spawn_key=(role, *places)))
 
 
 def instance(name: str, value: object, kinds: type[Thing] | tuple[type[Thing], ...], what: str) -> Thing:
@@ -158,8 +178,11 @@ def function(name: str, value: object) -> Any:
     return value
 
 
-def items(name: str, value: object, what: str, most: int = LARGEST) -> list[Any]:
-    """What a sequence or an iterator holds, in a list; HopformError for no such thing, and for more than `most`."""
+def items(name: str, value: object, what: str, most: int) -> list[Any]:
+    """What a sequence or an iterator holds, in a list; HopformError for no such thing, and for more than `most`.
+
+    Of an iterator that does not end it takes one entry more than that.
+    """
     reason: Exception | None = None
     if isinstance(value, np.ndarray) and value.ndim != 1:
         raise HopformError(f"{name} must be of one dimension, got {value.ndim}")
@@ -188,12 +211,16 @@ def pair(name: str, value: object, what: str) -> tuple[Any, Any]:
     raise HopformError(f"{name} must be a pair {what}, got {shown(value)}")
 
 
-def mapping(name: str, value: object) -> Mapping[str, Any]:
-    """The value; HopformError unless it is a mapping, an empty one for None."""
+def mapping(name: str, value: object, most: int) -> dict[Any, Any]:
+    """What a mapping holds, nothing for None; HopformError for no such thing, and for more than `most` entries."""
     try:
-        return {} if value is None else dict(cast(Mapping[str, Any], value).items())
+        found = [] if value is None else list(islice(cast(Mapping[Any, Any], value).items(), most + 1))
+        entries = dict(found)
     except Exception:
         raise HopformError(f"{name} must be a mapping of names to values, got {shown(value)}") from None
+    if len(found) > most:
+        raise HopformError(f"{name} must have at most {most} entries, got more")
+    return entries
 
 
 def by(check: Callable[..., object], *how: object) -> Mapping[str, Any]:
@@ -214,15 +241,16 @@ class Checked:
 # ---- arrays ----
 
 
-def array_of(name: str, value: object, unit: str) -> NDArray[Any]:
-    """The value as an array of real numbers, of its own type; HopformError for anything else, and for what is masked.
+def array_of(name: str, value: object, unit: str) -> Array:
+    """The value as an array of float64; HopformError for what is no real numbers, and for what is masked.
 
-    An array of more numbers than `MEMORY` holds is refused before anything is computed from it: a view that is
+    All numbers come in here, or one by one through `real`: what follows computes in float64, whatever type a caller
+    has. An array of more numbers than `MEMORY` holds is refused before anything is computed from it: a view that is
     broadcast takes no memory, what follows from it does.
     """
     try:
         size = _size_of(value)
-        array = np.asarray(value if size <= MEMORY // 8 else None)
+        array = np.asarray(value if size <= MEMORY // 8 and not isinstance(value, Mapping) else None)
     except Exception:
         size, array = 0, np.asarray(None)
     if size > MEMORY // 8:
@@ -230,10 +258,8 @@ def array_of(name: str, value: object, unit: str) -> NDArray[Any]:
     if isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(cast(Any, value)).any()):
         raise HopformError(f"{name} must have no masked numbers: fill them in, or leave them out")
     if array.dtype.kind in "iuf":
-        if array.dtype.itemsize <= 8:
-            return array
         with np.errstate(over="ignore"):  # of a long double that no float holds
-            return array.astype(float)
+            return array.astype(np.float64, copy=False)
     if array.dtype.kind == "O" and array.size and all(is_scalar(each) for each in array.flat):
         found = [real(f"{name}{place(index)}", each, unit) for index, each in np.ndenumerate(array)]
         return np.array(found).reshape(array.shape)
@@ -241,25 +267,25 @@ def array_of(name: str, value: object, unit: str) -> NDArray[Any]:
 
 
 def _size_of(value: object) -> int:
-    """How many numbers an array would have that is made of a value: of a list, by the first of its entries."""
+    """How many numbers an array would have that is made of a value: of a sequence, by the first of its entries."""
     if isinstance(value, np.ndarray):
         return value.size
-    if type(value) in (list, tuple):
+    if isinstance(value, Sequence) and not isinstance(value, (str, bytes)):
         several = cast(Sequence[object], value)
         return len(several) * (_size_of(several[0]) if several else 1)
     return 1
 
 
-def numbers(name: str, value: object, unit: str) -> NDArray[Any]:
+def numbers(name: str, value: object, unit: str) -> Array:
     """The value as an array of finite numbers; HopformError names the first that is none, with its index."""
     array = array_of(name, value, unit)
     refuse_any(name, array, np.isfinite(array), lambda bad: f"must be finite {unit}, got {bad!r}")
     return array
 
 
-def refuse_any(name: str, array: NDArray[Any], allowed: Any, reason: Callable[[float], str]) -> None:
+def refuse_any(name: str, array: ArrayLike, allowed: Any, reason: Callable[[float], str]) -> None:
     """HopformError about the first value that is not allowed, if there is one; the values broadcast to `allowed`."""
-    if not np.all(allowed):
+    if not (allowed if isinstance(allowed, (bool, np.bool_)) else np.all(allowed)):
         index = tuple(np.argwhere(~np.asarray(allowed))[0].tolist())
         raise HopformError(f"{name}{place(index)} {reason(float(np.broadcast_to(array, np.shape(allowed))[index]))}")
 

@@ -25,7 +25,7 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
 from hopform._solver.package import COMMANDS, MAX_PHASES, Target, formulas, records
-from hopform._stance import precision_of, solve_stance, start_of
+from hopform._stance import moves_up, precision_of, solve_stance, start_of
 
 TRIED = 601
 """Currents of the curve of a command."""
@@ -40,7 +40,7 @@ class Question(NamedTuple):
     backend: str
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Command(Shown):
     """The answer of the controller.
 
@@ -70,8 +70,17 @@ class Command(Shown):
         given = [("h_des", h_des), ("v2", start.v2), ("x1", start.x1), ("v1", start.v1)]
         if datum or margin:
             given += [("datum", f"{datum:.5g} m"), ("stop margin", f"{margin:.5g} m")]
-        found = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
+        found: list[tuple[str, object]] = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
+        found += [("warning", each) for each in self.warnings]
         return Card(f"Command for {name_of(self.question.robot)}: {self.status}", given, found)
+
+    def __hash__(self) -> int:
+        return hash((self.u, self.status, self.solved))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A body that rises at touchdown, v2 > 0 from F = 0: no fall leads there, the sign of v2 may be wrong."""
+        return (*filter(None, [moves_up(self.question.start)]),)
 
     def _arrays(self) -> Arrays:
         u, apex = self.curve()
@@ -87,6 +96,7 @@ def choose_current(
     x1: SupportsFloat = 0.0,
     v1: SupportsFloat = 0.0,
     x2: SupportsFloat | None = None,
+    compression: SupportsFloat | None = None,
     datum: SupportsFloat = 0.0,
     stop_margin: SupportsFloat = 0.0,
     horizon: SupportsFloat = 2.0,
@@ -96,10 +106,11 @@ def choose_current(
     """The current of least |u| in [-u_max, u_max] after which the next apex is h_des; the nearest one if none reaches
     it.
 
-    State at touchdown as for `solve_stance`. h_des [m]: hop height, from L0 + c above the ground, less `datum` [m], the
-    level that it counts from less the ground under the foot. Admissible is a current with a take-off within `horizon`
-    [s] and x1 < x1_max - stop_margin [m] throughout, unless the actuator is locked. Raises HopformError, which names
-    what is not allowed: h_des + datum < 0, stop_margin < 0, g = 0, u_max = inf, and what `solve_stance` refuses.
+    State at touchdown as for `solve_stance`. h_des [m]: hop height, from the length of the leg without load (L0 + c)
+    above the ground, less `datum` [m], the level that it counts from less the ground under the foot. Admissible is a
+    current with a take-off within `horizon` [s] and x1 < x1_max - stop_margin [m] throughout, unless the actuator is
+    locked. Raises HopformError, which names what is not allowed: h_des + datum < 0, stop_margin < 0, g = 0,
+    u_max = inf, and what `solve_stance` refuses.
 
     >>> from hopform import load_robot, touchdown_velocity
     >>> robot = load_robot("hopper_c")
@@ -108,7 +119,7 @@ def choose_current(
     ('reached', 2.735551, 0.2)
     """
     precision = precision_of(dtype)
-    start = start_of(robot, x1, v1, x2, v2)
+    start = start_of(robot, x1, v1, x2, v2, compression)
     target = checked_target(robot, h_des, datum, stop_margin, horizon)
     back_end = robot.solver.back_end(backend)
     u, apex, code, solved = back_end.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
@@ -161,7 +172,7 @@ class FixedPoint:
         return abs(self.multiplier) < 1.0
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Reachability(Shown):
     """Where a hop may lead. H heights [m], U currents [A]; arrays of shape (H, U) or (H,).
 
@@ -299,7 +310,7 @@ def check_map(heights: int, currents: int) -> None:
 
 
 def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
-    array = np.atleast_1d(numbers(name, value, unit)).astype(float)
+    array = np.atleast_1d(numbers(name, value, unit))
     if array.ndim != 1 or not array.size:
         raise HopformError(f"{name} must be a list of at least one number in {unit}, got shape {array.shape}")
     if not bool(np.all(np.diff(array) > 0.0)):
@@ -315,7 +326,7 @@ def _drops(robot: Robot, heights: Array) -> list[records.LegState]:
     for height in heights.tolist():
         if not height > home:
             raise HopformError(f"height must be > {home!r} m, the foot must be above the ground, got {height!r}")
-    velocity = formulas.touchdown_velocity(robot.parameters, heights - home)
+    velocity = robot.solver.package.formulas.touchdown_velocity(robot.parameters, heights - home)
     return [records.LegState(home, 0.0, v2, 0.0) for v2 in velocity.tolist()]
 
 
@@ -406,6 +417,7 @@ def choose_current_as_printed(
     x1: SupportsFloat = 0.0,
     v1: SupportsFloat = 0.0,
     x2: SupportsFloat | None = None,
+    compression: SupportsFloat | None = None,
     datum: SupportsFloat = 0.0,
     grid: SupportsFloat = 0.01,
     half: bool = True,
@@ -427,7 +439,7 @@ def choose_current_as_printed(
     >>> round(command.u, 2), round(command.apex, 3)
     (2.57, 0.186)
     """
-    start = start_of(robot, x1, v1, x2, v2)
+    start = start_of(robot, x1, v1, x2, v2, compression)
     halved, with_sign = flag("half", half), flag("signed", signed)
     with_spring = flag("spring_coordinate", spring_coordinate)
     wanted, level, _, limit = checked_target(robot, h_des, datum, 0.0, horizon)
@@ -436,8 +448,8 @@ def choose_current_as_printed(
         raise HopformError(f"grid must be >= {robot.u_max / MOST!r} A, u_max/{MOST}, got {shown(grid)}")
     u = np.linspace(-robot.u_max, robot.u_max, 2 * count + 1)
     u = u[np.argsort(np.abs(u), kind="stable")]
-    height = None if x2 is None else finite("x2", x2, "m")
-    batch = solve_stances(robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=height, u=u, horizon=limit, backend=backend)
+    how: dict[str, Any] = {"compression": start.y, "horizon": limit, "backend": backend}
+    batch = solve_stances(robot, x1=start.x1, v1=start.v1, v2=start.v2, u=u, **how)
     lifts = np.flatnonzero(batch.words == "takeoff")
     if not lifts.size:
         return PrintedCommand(0.0, math.nan, math.nan, "no_takeoff")

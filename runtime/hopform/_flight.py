@@ -2,8 +2,9 @@
 
     x1'' = (k c - b1 v1 - gamma2 u)/m_eff - f1 sign(v1),    u = (Kp x1 + Kd v1)/gamma2 within u_max
 
-The body is ballistic; the foot, without mass, is at its height less (L0 + c), less x1, plus the leg's compression. That
-is 0, but where a damper acts in the leg, which relaxes without load.
+The body is ballistic; the foot, without mass, is at its height less that of the leg without load (L0 + c where the
+spring alone is in it), less x1, plus the leg's compression. That is 0, but where a damper acts in the leg, which
+relaxes without load.
 """
 
 import math
@@ -21,8 +22,19 @@ from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
-from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, formulas, records
-from hopform._stance import DOUBLE, TOUCHING_ULP, Event, Real, State, in_order, placed, precision_of, with_height
+from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, records
+from hopform._stance import (
+    DOUBLE,
+    TOUCHING_ULP,
+    Event,
+    Real,
+    State,
+    in_order,
+    placed,
+    precision_of,
+    rest_of,
+    with_height,
+)
 
 
 class FlightPhase(NamedTuple):
@@ -41,7 +53,7 @@ class FlightPhase(NamedTuple):
     """[m/s]"""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Flight(Motion):
     """A flight, solved. Times in s from take-off, heights in m over the ground ahead, which the foot meets next.
 
@@ -83,8 +95,8 @@ class Flight(Motion):
         return tuple(Event(t, FLIGHT_EVENTS[event]) for t, *_, event in self._solved.rows() if event)
 
     def at(self, t: ArrayLike) -> State:
-        """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the ending: before the
-        impact.
+        """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the time of an event:
+        the state behind it; at the ending: before the impact.
 
         >>> from hopform import load_robot
         >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
@@ -100,10 +112,14 @@ class Flight(Motion):
 
     def compression(self, t: ArrayLike) -> Real:
         """Compression of the leg [m] at times t [s], in t's shape: it carries nothing, so a damper in it relaxes."""
-        times, formulas, parameters = self._times(t), self.robot.solver.package.formulas, self.robot.parameters
-        rest, time = formulas.compression_at_takeoff(parameters, 0.0, 0.0), formulas.leg_time(parameters)
-        left = (self._compression - rest) * np.exp(-times / time) if time > 0.0 else times * 0.0
-        return shaped(rest + left, t)
+        times, time = self._times(t), self.robot.solver.package.formulas.leg_time(self.robot.parameters)
+        return shaped(self._compression * np.exp(-times / time) if time > 0.0 else times * 0.0, t)
+
+    @property
+    def end_compression(self) -> float:
+        """Compression of the leg [m] at the ending, with which the next stance begins; 0 without a damper in it."""
+        touches = self.touchdown is not None
+        return float(self._solved.flight.end.y if touches else self.compression(self.duration))
 
     def current(self, t: ArrayLike) -> Real:
         """The current [A] of the law at times t [s], in t's shape; 0 where the motor has no force."""
@@ -114,7 +130,7 @@ class Flight(Motion):
         return shaped(np.clip((self.gains.Kp * state.x1 + self.gains.Kd * state.v1) / gamma2, -u_max, u_max), t)
 
     def energy(self, t: ArrayLike) -> Energy:
-        """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
+        """Energies [J] of the body and of the robot at times t [s], in t's shape; the leg carries nothing."""
         return Energy(*in_order(t, self._times(t), lambda times: self._solved.energy_at(times)[0]))
 
     def ledger(self, t: ArrayLike) -> FlightLedger:
@@ -161,7 +177,8 @@ def solve_flight(
 
     x1, v1, v2 [m, m/s]: actuator and body at take-off; x2 [m]: height of the body over the ground *ahead*, over which
     the foot lands: x1 + L0 + c - compression if left out (flat ground), less by a step up. compression [m]: of the leg
-    at take-off, from which it relaxes where a damper acts in it; if left out that at which it carries nothing. gains
+    at take-off, from which it relaxes where a damper acts in it; if left out that at which it carries nothing, 0
+    without a damper. gains
     (Kp, Kd) [N/m, N s/m], both >= 0: of the law gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of
     `design_return`, settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. horizon [s]:
     longest time. Raises HopformError for a value that is not allowed, g = 0 among them.
@@ -204,7 +221,7 @@ def design_return(robot: Robot, time: SupportsFloat) -> Gains:
     """
     parameters, span = checked_robot(robot).parameters, positive("time", time, "s")
     with np.errstate(all="ignore"):
-        gains = formulas.critical_gains(parameters, span)
+        gains = robot.solver.package.formulas.critical_gains(parameters, span)
     if not all(math.isfinite(gain) for gain in gains):
         raise HopformError(f"time must be long enough for finite gains, got {span!r} s")
     return Gains(*map(float, gains))
@@ -217,7 +234,7 @@ def _start(
     x_1, v_1, v_2 = placed(robot, x1, v1, v2)
     released = robot.solver.package.formulas.compression_at_takeoff
     y = float(released(robot.parameters, v_1, v_2)) if compression is None else finite("compression", compression, "m")
-    ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c - y
+    ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c - rest_of(robot) - y
     return records.LegState(x_1, v_1, v_2, y), 0.0 if abs(ground) <= TOUCHING_ULP * math.ulp(robot.L0) else ground
 
 

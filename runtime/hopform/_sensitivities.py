@@ -2,30 +2,34 @@
 give.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import pair, shown
+from hopform._checks import items, pair, shown
 from hopform._errors import HopformError
 from hopform._show import UNITS, Arrays, Card, Shown, span
 from hopform._solver.package import COLUMNS as SOLVED_COLUMNS
-from hopform._solver.package import ROWS, records
+from hopform._solver.package import ROWS, Package, records
 
 Kind = TypeVar("Kind")
 COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
+Lengths = Mapping[int, Any]
+LENGTHS: Lengths = MappingProxyType({COLUMNS.index("L0"): 1.0, COLUMNS.index("c"): 1.0})
+"""How the length of the paper's leg without load, L0 + c, changes, by columns."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class _Derivatives(Shown):
     """Derivatives in the last two axes of a matrix."""
 
     rows: tuple[str, ...]
     columns: tuple[str, ...]
-    matrix: NDArray[np.floating] = field(compare=False)
+    matrix: NDArray[np.floating]
 
     def _card(self) -> Card:
         count = int(np.prod(self.matrix.shape[:-2], dtype=int))
@@ -38,10 +42,18 @@ class _Derivatives(Shown):
         return self.arrays(tuple(f"dim_{n}" for n in range(self.matrix.ndim - 2)))
 
     def arrays(self, over: tuple[str, ...]) -> Arrays:
-        """The derivatives over dimensions, rows and columns, with the units of both."""
+        """The derivatives over dimensions, rows and columns, with the units of both.
+
+        over: the names of the stances' dimensions, none for one stance. HopformError for more or fewer than these.
+        """
+        count = self.matrix.ndim - 2
+        names = items("over", over, f"names of {count} dimension(s)", count)
+        if len(names) < count:
+            raise HopformError(f"over must name {count} dimension(s), got {shown(over)}")
         return {
             "row": (("row",), list(self.rows), {}), "column": (("column",), list(self.columns), {}),
-            "derivative": ((*over, "row", "column"), self.matrix, {"units": "that of the row over that of the column"}),
+            "derivative": ((*names, "row", "column"), self.matrix,
+                           {"units": "that of the row over that of the column"}),
             **{f"{name}_unit": ((name,), [UNITS[each] for each in getattr(self, f"{name}s")], {})
                for name in ("row", "column")},
         }  # fmt: skip
@@ -57,7 +69,7 @@ class Sensitivities(_Derivatives):
 
     def __getitem__(self, names: tuple[str, str]) -> float:
         """The derivative of a row by a column, by their names; HopformError if there is none of that name."""
-        return float(self.matrix[_place(names)])
+        return float(self.matrix[_place(names, self.columns)])
 
 
 class ManySensitivities(_Derivatives):
@@ -65,34 +77,47 @@ class ManySensitivities(_Derivatives):
 
     def __getitem__(self, names: tuple[str, str]) -> NDArray[np.floating]:
         """The derivatives of a row by a column, by their names; HopformError if there is none of that name."""
-        return np.asarray(self.matrix[(..., *_place(names))])
+        return np.asarray(self.matrix[(..., *_place(names, self.columns))])
 
 
-def _place(names: tuple[str, str]) -> tuple[int, int]:
+def _place(names: tuple[str, str], columns: tuple[str, ...]) -> tuple[int, int]:
     row, column = pair("a sensitivity", names, "(row, column) of names")
-    for name, known in ((row, ROWS), (column, COLUMNS)):
+    for name, known in ((row, ROWS), (column, columns)):
         if not isinstance(name, str) or name not in known:
             both = f"{shown(row)}, {shown(column)}"
             raise HopformError(f"there is no sensitivity {both}: {shown(name)} is not one of {', '.join(known)}")
-    return ROWS.index(row), COLUMNS.index(column)
+    return ROWS.index(row), columns.index(column)
 
 
-def in_height(solved: NDArray[Any], x2_is_given: bool) -> NDArray[Any]:
-    """Derivatives (..., rows, columns) with the column x2 in place of the compression's, y = x1 - x2 + L0 + c.
+def in_height(solved: NDArray[Any], x2_is_given: bool, lengthens: Lengths = LENGTHS) -> NDArray[Any]:
+    """Derivatives (..., rows, columns) with the column x2 in place of the compression's, y = x1 - x2 + length.
 
-    Where x2 is left out it is x1 + L0 + c: y stays 0, and the column x2 is 0.
+    lengthens: change of that length, which the leg has without load, with the parameters that it depends on. Where x2
+    is left out y stays as it is, and the column x2 is 0.
     """
     at = {name: number for number, name in enumerate(SOLVED_COLUMNS)}
     by_y = solved[..., at["y"]].copy() if x2_is_given else np.zeros_like(solved[..., 0])
     matrix = solved.copy()
     matrix[..., at["y"]] = np.where(np.isnan(solved[..., at["y"]]), np.nan, -by_y)
-    for name in ("x1", "L0", "c"):
-        matrix[..., at[name]] += by_y
+    matrix[..., at["x1"]] += by_y
+    for column, change in lengthens.items():
+        matrix[..., column] += by_y * change
     return matrix
 
 
-def of_matrix(kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool) -> Kind:
-    """The sensitivities of one stance, or of many, from what a back end computes."""
-    matrix = in_height(solved, x2_is_given)
+def of_matrix(kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, of: Package, parameters: Any) -> Kind:
+    """The sensitivities of one stance, or of many, from what a back end computes, by a package and its robots."""
+    lengthens = lengths_of(of, parameters) if x2_is_given else {}
+    matrix = in_height(solved, x2_is_given, lengthens)
     matrix.setflags(write=False)
-    return kind(ROWS, COLUMNS, matrix)
+    fields: tuple[str, ...] = parameters._fields
+    return kind(ROWS, (*COLUMNS[: -len(records.Robot._fields)], *fields), matrix)
+
+
+def lengths_of(of: Package, parameters: Any) -> dict[int, NDArray[Any]]:
+    """How the length of the leg without load changes with the parameters that it depends on, by their columns."""
+    robots = type(parameters)(*(np.asarray(value, float)[..., np.newaxis] for value in parameters))
+    still, each = of.records.StateChange(*np.zeros(len(of.records.StateChange._fields))), np.eye(len(robots))
+    changes = np.moveaxis(of.formulas.height_change(robots, of.records.RobotChange(*each), still), -1, 0)
+    first = len(COLUMNS) - len(records.Robot._fields)
+    return {first + n: change[..., np.newaxis] for n, change in enumerate(changes) if np.any(change)}

@@ -7,7 +7,7 @@ import base64
 import html
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
@@ -39,7 +39,7 @@ UNITS: dict[str, str] = {
     "onset_time": "s", "onset_u": "A", "onset_u_low": "A", "onset_u_high": "A", "compression_max": "m",
     "v1": "m/s", "v2": "m/s", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
     "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "leg_loss": "J",
-    "force": "N", "chosen_u": "A", "chosen_apex": "m", "fixed_u": "A", "fixed_height": "m",
+    "contact_force": "N", "chosen_u": "A", "chosen_apex": "m", "fixed_u": "A", "fixed_height": "m",
 } | {field.name: field.unit for field in records.ROBOT_FIELDS}  # fmt: skip
 """Units of what results hold, by name; what is not here is a number without one, or a word."""
 
@@ -63,8 +63,32 @@ Curve = tuple[str, ArrayLike, ArrayLike]
 """What a small curve shows, in words, and its points."""
 
 
+def same(one: Any, other: Any) -> bool:
+    """Whether two values are equal: arrays by type, shape and numbers, NaN equal to NaN."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        left, right = cast(NDArray[Any], one), cast(NDArray[Any], other)
+        return left.dtype == right.dtype and np.array_equal(left, right, equal_nan=left.dtype.kind == "f")
+    if isinstance(one, Mapping):
+        here, there = cast(dict[Any, Any], one), cast(dict[Any, Any], other)
+        return here.keys() == there.keys() and all(same(here[name], there[name]) for name in here)
+    if isinstance(one, (tuple, list)):
+        several, others = cast(Sequence[Any], one), cast(Sequence[Any], other)
+        return len(several) == len(others) and all(map(same, several, others))
+    if is_dataclass(one):
+        return all(same(getattr(one, each.name), getattr(other, each.name)) for each in fields(one) if each.compare)
+    return bool(one == other) or (isinstance(one, float) and bool(np.isnan(one) and np.isnan(other)))
+
+
 class Shown(ABC):
-    """A result that shows itself."""
+    """A result that shows itself. Two are equal if all of their numbers are; those with arrays have no hash."""
+
+    def __eq__(self, other: object) -> bool:
+        return same(self, other)
+
+    def __hash__(self) -> int:
+        raise TypeError(f"unhashable type: {type(self).__name__!r}")
 
     @abstractmethod
     def _card(self) -> Card: ...
@@ -104,11 +128,14 @@ class Shown(ABC):
 
         Raises MissingExtra without xarray.
         """
-        return dataset(self._arrays(), self._card().title)
+        return dataset(arrays_of(self), self._card().title)
 
 
 class Motion(Shown):
     """A result over time. Its subclasses have a `duration`, too."""
+
+    def __hash__(self) -> int:
+        return hash((type(self), duration_of(self)))
 
     def to_xarray(self, t: ArrayLike | None = None) -> "xarray.Dataset":
         """Its motion at times t [s], 401 uniform ones if left out, and its figures; units in `attrs`.
@@ -118,9 +145,7 @@ class Motion(Shown):
         times = np.linspace(0.0, duration_of(self), 401) if t is None else np.atleast_1d(numbers("t", t, "s"))
         if times.ndim > 1:
             raise HopformError(f"t must have one dimension, got shape {times.shape}")
-        motion: dict[str, Array] = {"time": (("time",), times)}
-        motion |= {name: (("time",), values) for name, values in self._over(times).items()}
-        return dataset({**motion, **self._arrays()}, self._card().title)
+        return dataset(arrays_of(self, times), self._card().title)
 
     @abstractmethod
     def _over(self, t: NDArray[np.float64]) -> Mapping[str, ArrayLike]:
@@ -130,6 +155,15 @@ class Motion(Shown):
         """The height of the body over time."""
         t = np.linspace(0.0, duration_of(self), 121)
         return "x2 [m] over time [s]", t, self._over(t)["x2"]
+
+
+def arrays_of(result: Shown, t: NDArray[np.float64] | None = None) -> Arrays:
+    """The arrays of a result; of a motion also those over times t [s], ahead of the others."""
+    motion: dict[str, Array] = {}
+    if t is not None and isinstance(result, Motion):
+        over = result._over(t)  # pyright: ignore[reportPrivateUsage]
+        motion = {"time": (("time",), t), **{name: (("time",), values) for name, values in over.items()}}
+    return {**motion, **result._arrays()}  # pyright: ignore[reportPrivateUsage]
 
 
 def worded(figure: tuple[str, object]) -> str:
@@ -265,5 +299,8 @@ class Animation:
         return f"<img alt='{html.escape(self.title)}' src='data:image/gif;base64,{picture}'>"
 
     def save(self, path: str | Path) -> None:
-        """Write it to a file."""
-        write([(path_of("path", path), self.gif)])
+        """Write it to a file; HopformError for one whose name does not end in .gif."""
+        file = path_of("path", path)
+        if file.suffix.lower() != ".gif":
+            raise HopformError(f"path must end in .gif, which an animation is, got {str(file)!r}")
+        write([(file, self.gif)])

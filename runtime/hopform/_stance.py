@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
+from inspect import getattr_static
 from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, TypeAlias, cast
 
 import numpy as np
@@ -19,7 +20,7 @@ from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
 from hopform._solver.choice import SolvedStance
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps, formulas, records
+from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps, records
 
 if TYPE_CHECKING:
     from hopform._flight import Flight
@@ -75,7 +76,7 @@ class Phase(NamedTuple):
     """where it starts"""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Stance(Motion):
     """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
 
@@ -115,7 +116,7 @@ class Stance(Motion):
 
     @cached_property
     def compression_max(self) -> float:
-        """The largest compression of the spring [m], from the closed form.
+        """The largest compression of the leg [m], from the closed form.
 
         >>> from hopform import load_robot
         >>> print(round(solve_stance(load_robot("hopper_c"), v2=-1.93).compression_max, 6))
@@ -127,14 +128,15 @@ class Stance(Motion):
     def warnings(self) -> tuple[str, ...]:
         """What the model does not say of a real robot: a current above u_max, a spring beyond its travel, and so on."""
         robot, start, u, travel = self.robot, self._solved.phase_rows()[0][1], self.u[0][1], self.robot.travel
-        largest, force = max((u for _, u in self.u), key=abs), -robot.gamma2 * u
+        flows = (u for t, u in self.u if t < self.duration or t == 0.0)  # a step behind the ending does not
+        largest, force = max(flows, key=abs), -robot.gamma2 * u
         stop = "x1_max" if force > 0.0 else "x1_min"
         rests = start.x1 == getattr(robot, stop) and start.v1 == 0.0 and robot.x1_min < robot.x1_max
-        most = self.compression_max if travel < math.inf else 0.0
+        most = self.compression_max + rest_of(robot) if travel < math.inf else 0.0
         lowest = min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
         cases = (
             (abs(largest) > robot.u_max, f"u = {largest!r} A is above u_max = {robot.u_max!r} A"),
-            (start.y == 0.0 and start.v2 > 0.0, f"the body moves up at touchdown, v2 = {float(start.v2)!r} m/s"),
+            (moves_up(start), moves_up(start)),
             (rests and force != 0.0, f"u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"),
             (most > travel, f"coil_bound: the spring is compressed by {most:.6g} m, its travel is {travel!r} m"),
             (lowest < 0.0, f"the body passes below the ground, down to x2 = {lowest:.6g} m"),
@@ -143,7 +145,8 @@ class Stance(Motion):
         return tuple(text for holds, text in cases if holds)
 
     def at(self, t: ArrayLike) -> State:
-        """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
+        """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError. At the
+        time of an event: the state behind it, which a stop has left without velocity. So is all that is read at a time.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
@@ -208,13 +211,26 @@ class Stance(Motion):
         return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, compression=leg, **how)
 
     def compression(self, t: ArrayLike) -> Real:
-        """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times
-        it.
+        """Compression of the leg [m] at times t [s], from where it carries nothing, to its own last digit:
+        x1 - x2 + L0 + c where the spring alone is in it.
         """
         return shaped(self._solver_state(t).y, t)
 
+    def contact_force(self, t: ArrayLike) -> Real:
+        """Contact force N [N] at times t [s], in t's shape: what the leg carries, k times the compression of a spring.
+
+        >>> from hopform import load_robot
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+        >>> print(round(float(stance.contact_force(0.05)), 3))
+        109.312
+        """
+        force = self.robot.solver.package.formulas.contact_force(self.robot.parameters, self._solver_state(t))
+        return shaped(force, t)
+
     def energy(self, t: ArrayLike) -> records.Energy:
-        """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
+        """Energies [J] of the body, with the spring as in (23), and of the robot at times t [s], in t's shape; t as for
+        `at`.
+        """
         return records.Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
     def ledger(self, t: ArrayLike) -> records.Ledger:
@@ -229,18 +245,19 @@ class Stance(Motion):
         """Derivatives of take-off time T, take-off state, apex and AED by initial state, current and robot, through
         every event.
 
-        They are those of the events as they are: none appears or goes. With x2 left out it follows x1, L0 and c, and
-        its own column is 0. A mass that is held at the start keeps its velocity 0. An actuator that starts on a stop
-        and is held there stays where it starts (column x1); x1_min, x1_max count where a stop is met later. With a list
-        of steps u moves all currents alike. NaN without take-off and where an event grazes; the apex' row without
-        gravity.
+        They are those of the events as they are: none appears or goes. With x2 left out it follows x1 and the leg's
+        length without load, L0 + c, and its own column is 0. A mass that is held at the start keeps its velocity 0. An
+        actuator that starts on a stop and is held there stays where it starts (column x1); x1_min, x1_max count where a
+        stop is met later. With a list of steps u moves all currents alike. NaN without take-off and where an event
+        grazes; the apex' row without gravity.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=3.0)
         >>> print(round(stance.sensitivities["apex", "u"], 6))
         0.089756
         """
-        return of_matrix(Sensitivities, self._solved.sensitivities(), self._x2_is_given)
+        of = self.robot.solver.package
+        return of_matrix(Sensitivities, self._solved.sensitivities(), self._x2_is_given, of, self.robot.parameters)
 
     def _card(self) -> Card:
         first, u = self.phases[0].state, [each for _, each in self.u]
@@ -253,8 +270,8 @@ class Stance(Motion):
         return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:
-        energy, compression = self.energy(t), np.asarray(self.compression(t))
-        motion = {**self.at(t)._asdict(), "compression": compression, "force": self.robot.k * compression}
+        energy = self.energy(t)
+        motion = {**self.at(t)._asdict(), "compression": self.compression(t), "contact_force": self.contact_force(t)}
         return motion | {"u": self.current(t), "body_energy": energy.body, "total_energy": energy.total}
 
     def _arrays(self) -> Arrays:
@@ -263,7 +280,7 @@ class Stance(Motion):
 
     @property
     def end_compression(self) -> float:
-        """Compression [m] at the ending; 0 exactly where k times it is the contact force, and the leg takes off."""
+        """Compression of the leg [m] at the ending; 0 exactly at a take-off of a leg without a damper."""
         return float(self._solved.outcome()[2].y)
 
     def _solver_state(self, t: ArrayLike) -> records.LegState:
@@ -282,6 +299,7 @@ def solve_stance(
     x1: SupportsFloat = 0.0,
     v1: SupportsFloat = 0.0,
     x2: SupportsFloat | None = None,
+    compression: SupportsFloat | None = None,
     u: Current = 0.0,
     horizon: SupportsFloat = 2.0,
     max_phases: int = 4096,
@@ -290,9 +308,10 @@ def solve_stance(
 ) -> Stance:
     """The stance that follows from a state at touchdown, by (3), (4), exactly: every mode, every event, every ending.
 
-    v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, from F = 0 if left out. u [A]: a
-    current, or steps [(t, u), ...] from t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the
-    best there is. dtype: float64 or float32. Raises HopformError (a ValueError) for a value that is not allowed.
+    v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, or in its place compression [m] of
+    the leg, as a flight has left it; that is 0 if both are left out. u [A]: a current, or steps [(t, u), ...] from
+    t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the best there is. dtype: float64 or
+    float32. Raises HopformError (a ValueError) for a value that is not allowed.
 
     >>> from hopform import load_robot
     >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
@@ -300,7 +319,7 @@ def solve_stance(
     ('takeoff', 0.1841, ['x2_reverses'])
     """
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
-    start = start_of(robot, x1, v1, x2, v2)
+    start = start_of(robot, x1, v1, x2, v2, compression)
     steps = steps_of(u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
     quick = type(max_phases) is int and 0 < max_phases <= checks.LARGEST
@@ -368,7 +387,7 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     -1.9308
     """
     drop = checks.nonnegative("height", height, "m")
-    return float(formulas.touchdown_velocity(checked_robot(robot).parameters, drop))
+    return float(checked_robot(robot).solver.package.formulas.touchdown_velocity(robot.parameters, drop))
 
 
 def _stance(robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: SolvedStance, given: bool) -> Stance:
@@ -393,11 +412,17 @@ def with_height(robot: Robot, dtype: np.dtype[Any], state: Any) -> State:
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
     """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
+    parameters, height = robot.parameters, robot.solver.package.formulas.body_height
     if dtype is DOUBLE:
-        return formulas.body_height(robot.parameters, x1, y)
-    real = dtype.type
-    rounded = robot.parameters._replace(L0=real(robot.L0), c=real(robot.c))
-    return formulas.body_height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
+        return height(parameters, x1, y)
+    with np.errstate(over="ignore"):
+        rounded = type(parameters)(*map(dtype.type, parameters))
+    return height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
+
+
+def rest_of(robot: Robot) -> float:
+    """Compression of the spring [m] where that of the leg is 0: L0 + c less it is the leg's length without load."""
+    return float(robot.solver.package.formulas.compression_at_rest(robot.parameters))
 
 
 def placed(robot: Robot, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float]:
@@ -412,19 +437,23 @@ def placed(robot: Robot, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float
     return x_1, v_1, v_2
 
 
-def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> records.LegState:
-    """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
+def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any, compression: object = None) -> records.LegState:
+    """The state at touchdown with the compression as a coordinate of its own; 0 where it and x2 are left out."""
     x_1, v_1, v_2 = placed(robot, x1, v1, v2)
-    if x2 is None:
+    if x2 is None and compression is None:
         start: records.LegState = tuple_of(records.LegState, (x_1, v_1, v_2, 0.0))
         return start
-    height = finite("x2", x2, "m")
-    y = x_1 - height + robot.L0 + robot.c
+    if x2 is not None and compression is not None:
+        raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
+    height = None if x2 is None else finite("x2", x2, "m")
+    rest = rest_of(robot)
+    y = finite("compression", compression, "m") if height is None else x_1 - height + robot.L0 + robot.c - rest
     if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0):
         y = 0.0
     if y < 0.0:
-        highest = x_1 + robot.L0 + robot.c
-        raise HopformError(f"x2 must be <= x1 + L0 + c = {highest!r} m, or the spring pulls, got {height!r}")
+        highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + robot.L0 + robot.c - rest!r} m"
+        what = "compression must be >= 0 m" if height is None else f"x2 must be <= {highest}"
+        raise HopformError(f"{what}, or the spring pulls, got {y if height is None else height!r}")
     return records.LegState(x_1, v_1, v_2, y)
 
 
@@ -434,6 +463,9 @@ def steps_of(u: Current) -> Steps:
         return ((0.0, u),)
     if checks.is_one(u):
         return ((0.0, finite("u", u, "A")),)
+    if callable(u) or getattr_static(u, "law", None):
+        law = "a law is what a controller of simulate answers, as controllers.Sampled(period, law)"
+        raise HopformError(f"u must be a current in A or steps (t, u); {law}, got {shown(u)}")
     steps: list[tuple[float, float]] = []
     for number, step in enumerate(items("u", u, "a current in A or steps (t, u)", records.MOST_STEPS)):
         t, current = pair(f"u[{number}]", step, "(t, u)")
@@ -446,6 +478,12 @@ def steps_of(u: Current) -> Steps:
         if not after > before:
             raise HopformError(f"the times of u must increase, got {after!r} s after {before!r} s")
     return tuple(steps)
+
+
+def moves_up(start: records.LegState) -> str:
+    """The warning about a start from F = 0 at which the body rises, so that no touchdown precedes it; else nothing."""
+    rises = start.y == 0.0 and start.v2 > 0.0
+    return f"the body moves up at touchdown, v2 = {float(start.v2)!r} m/s" if rises else ""
 
 
 def precision_of(dtype: Any) -> Precision:

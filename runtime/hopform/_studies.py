@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, SupportsFloat, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hopform._batch import solve_stances
+from hopform._batch import INPUTS, check_names, solve_stances
 from hopform._checks import MEMORY, function, items, mapping, numbers, refuse_any, whole
 from hopform._errors import HopformError, noted
 from hopform._hopping.run import NONE, Errors, simulate
 from hopform._progress import Progress, progress_bar
 from hopform._robots import Robot, checked_robot
 from hopform._show import UNITS, Array, dataset, xarray_of
-from hopform._solver.package import formulas
+from hopform._solver.package import formulas, records
 from hopform.controllers import Controller, Preparing
 from hopform.terrain import heights_of
 
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 Thing = TypeVar("Thing")
 EACH = 128
 """[B] a hop of a comparison."""
+MOST_RUNS = MEMORY // 2048
+"""Runs of a comparison at most: with its names and its place in the answer each takes up to 2 kB."""
 
 
 def sweep(
@@ -52,18 +54,19 @@ def sweep(
     >>> dict(found.sizes), found.apex.attrs["units"], round(float(found.apex.sel(height=0.2, u=3.0)), 4)
     ({'height': 2, 'u': 3}, 'm', 0.229)
     """
+    check_names(inputs, ["height", *INPUTS, *(field.name for field in records.ROBOT_FIELDS)])
     axes: dict[str, Any] = {**({} if height is None else {"height": height}), **inputs}
     of_xarray, single = xarray_of(), dict[str, Any]()
     for name, value in axes.items():
-        if not isinstance(value, of_xarray.DataArray):
-            array = numbers(name, value, UNITS.get(name, "1"))
-            if array.ndim > 1:
-                message = f"{name} must be a number, a list of numbers or a DataArray, got shape {array.shape}"
-                raise HopformError(message)
-            if array.ndim:
-                axes[name] = of_xarray.DataArray(array, dims=name, coords={name: array})
-            else:
-                single[name] = array
+        array = numbers(name, value, UNITS.get(name, "1"))
+        if isinstance(value, of_xarray.DataArray):
+            axes[name] = value.copy(data=array)
+        elif array.ndim > 1:
+            raise HopformError(f"{name} must be a number, a list of numbers or a DataArray, got shape {array.shape}")
+        elif array.ndim:
+            axes[name] = of_xarray.DataArray(array, dims=name, coords={name: array})
+        else:
+            single[name] = array
     drop = axes.pop("height", None)
     if (drop is None) == ("v2" not in axes):
         raise HopformError(f"either height or v2 must be given, got {'neither' if drop is None else 'both'}")
@@ -93,6 +96,10 @@ def compare(
 ) -> "xarray.Dataset":
     """Runs of each controller on each ground with each kind of errors and each seed, by `simulate`.
 
+    Errors are drawn independently for each ground, kind and seed; the controllers meet the same ones, so differences
+    between them are not those of their luck. `simulate(..., seed=seed, cell=(ground, errors))`, the latter two numbered
+    from 0 in their order, is the same run.
+
     controllers, errors by name; grounds by name, or numbered. The answer, over controller, ground, errors and seed:
     status and hops (how many were completed); with hop as a further dimension apex, u, bottoms_out, and miss: the apex
     less the controller's `h_des`, NaN for one that has none. progress: called with the runs done and their total; a bar
@@ -104,25 +111,28 @@ def compare(
     >>> dict(found.sizes), bool(abs(found.miss.sel(controller="exact")).max() < 1e-9)
     ({'controller': 2, 'ground': 2, 'errors': 1, 'seed': 1, 'hop': 2}, True)
     """
-    laws = _named("controllers", mapping("controllers", controllers))
-    terrains = grounds if isinstance(grounds, Mapping) else dict(enumerate(items("grounds", grounds, "terrains")))
+    laws = _named("controllers", controllers)
+    terrains = grounds if isinstance(grounds, Mapping) else _numbered(grounds)
     rough = {name: heights_of(each) for name, each in _named("grounds", terrains).items()}
     kinds = _named("errors", errors if isinstance(errors, Mapping) else {"none" if errors is NONE else "given": errors})
-    draws = [whole(f"seeds[{n}]", each, 0) for n, each in enumerate(items("seeds", seeds, "whole numbers"))]
+    draws = [whole(f"seeds[{n}]", each, 0) for n, each in enumerate(items("seeds", seeds, "whole numbers", MOST_RUNS))]
     function("progress", progress)
     axes: dict[str, list[Any]] = {"controller": [*laws], "ground": [*rough], "errors": [*kinds], "seed": draws}
     dims, shape, hops = tuple(axes), tuple(map(len, axes.values())), max(map(len, rough.values()))
     total = math.prod(shape)
+    if total > MOST_RUNS:
+        raise HopformError(f"runs to compare must be at most {MOST_RUNS}, got {total}")
     if not draws or total * hops > MEMORY // EACH:
         raise HopformError(f"hops to compare must be 1 to {MEMORY // EACH}, got {total * hops}")
     status, count = np.empty(shape, "U15"), np.zeros(shape, int)
     series = {name: np.full((*shape, hops), np.nan) for name in ("apex", "miss", "u")}
     series["bottoms_out"] = np.zeros((*shape, hops), bool)
     with progress_bar("runs") as bar:
-        for n, (law, ground, kind, seed) in enumerate(product(*axes.values())):
+        cells = product(laws, enumerate(rough), enumerate(kinds), draws)
+        for n, (law, (at, ground), (among, kind), seed) in enumerate(cells):
             with noted(f"controller {law}, ground {ground}, errors {kind}, seed {seed}: "):
                 run = simulate(robot, rough[ground], laws[law], height=height, errors=kinds[kind], seed=seed,
-                               horizon=horizon, backend=backend)  # fmt: skip
+                               cell=(at, among), horizon=horizon, backend=backend)  # fmt: skip
             done = len(run.hops)
             status.flat[n], count.flat[n] = run.status, done
             found = {name: run.table[name] for name in ("apex", "u", "bottoms_out")}
@@ -136,7 +146,13 @@ def compare(
     return dataset(arrays, f"{total} runs of up to {hops} hops")
 
 
+def _numbered(grounds: Sequence[Thing]) -> dict[int, Thing]:
+    return dict(enumerate(items("grounds", grounds, "terrains", MOST_RUNS)))
+
+
 def _named(name: str, things: Mapping[Any, Thing]) -> dict[Any, Thing]:
-    if not things:
+    """What is compared, by name."""
+    found = mapping(name, things, MOST_RUNS)
+    if not found:
         raise HopformError(f"{name} must be at least one, got none")
-    return dict(things)
+    return found

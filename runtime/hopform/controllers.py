@@ -20,7 +20,6 @@ from hopform._checks import Checked, by, finite, flag, function, is_one, items, 
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
-from hopform._solver.package import formulas
 from hopform._stance import Current, Stance, State, solve_stance
 from hopform.terrain import MOST_HOPS, heights_of
 
@@ -53,6 +52,8 @@ class Touchdown(NamedTuple):
     """[m] hop height, over level 0, of the apex before"""
     robot: Robot
     """the model that the controller has of the robot"""
+    compression: float = 0.0
+    """[m] of the leg, as the flight has left it: 0 without a damper in it"""
 
 
 def _law(name: str, value: object) -> Any:
@@ -149,7 +150,7 @@ class _Choosing(_Aiming):
     def __call__(self, touchdown: Touchdown) -> float:
         h_des, ground = set_point(self.h_des, check_touchdown(touchdown).hop), finite("ground", touchdown.ground, "m")
         aim = {"h_des": max(h_des, ground), "datum": -ground}  # not below the ground, where a sensor may have put it
-        state = {name: getattr(touchdown, name) for name in ("x1", "v1", "v2")}
+        state = {name: getattr(touchdown, name) for name in ("x1", "v1", "v2", "compression")}
         return self._choose(touchdown.robot, **vars(self) | aim | state).u
 
 
@@ -234,7 +235,8 @@ class ReturnMap(_Aiming):
 class ReturnMaps:
     """Return maps measured in steady hopping: heights (H,) [m], currents (U,) [A], apex (H, U) [m] that follows.
 
-    x1, v1 (H,) [m, m/s]: with which the actuator arrives when it hops at a height, of no hop if that does not take off.
+    x1, v1, compression (H,) [m, m/s, m]: with which actuator and leg arrive when it hops at a height, of no hop if that
+    does not take off.
     """
 
     heights: Array
@@ -242,6 +244,7 @@ class ReturnMaps:
     apex: Array
     x1: Array
     v1: Array
+    compression: Array
 
     def current(self, apex: float, h_des: float) -> float:
         """The current [A] that the maps give for an apex [m] and the set point for the next one; the least |u| if
@@ -257,29 +260,32 @@ def measured(robot: Robot, heights: Array, currents: Array, horizon: float) -> R
     """The return maps of steady hopping: at first the actuator is at its origin, then as it arrives from the hop
     before.
     """
-    x1, v1 = np.full(heights.size, _control.home_of(robot)), np.zeros(heights.size)
+    x1, v1, leg = np.full(heights.size, _control.home_of(robot)), np.zeros(heights.size), np.zeros(heights.size)
     hops = 0
     while True:
         v2 = _fallen(robot, heights, x1)
-        batch = solve_stances(robot, x1=x1[:, None], v1=v1[:, None], v2=v2[:, None], u=currents, horizon=horizon)
+        start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": v2, "compression": leg}
+        rows: dict[str, Any] = {name: each[:, None] for name, each in start.items()}
+        batch = solve_stances(robot, **rows, u=currents, horizon=horizon)
         above = v2 < v1  # the foot is above the ground
         apex = np.where(above[:, None], batch.apex.astype(float), np.nan)
         if hops == SETTLING:
-            return ReturnMaps(heights, currents, apex, x1, v1)
+            return ReturnMaps(heights, currents, apex, x1, v1, leg)
         hops += 1
         for row in np.flatnonzero(above):
             u = crossing(currents, apex[row] - heights[row])
-            stance = solve_stance(robot, x1=x1[row], v1=v1[row], v2=v2[row], u=u, horizon=horizon)
+            stance = solve_stance(robot, **{name: each[row] for name, each in start.items()}, u=u, horizon=horizon)
             if stance.takeoff is not None:
-                flight = solve_flight(robot, **stance.takeoff._asdict())
-                x1[row], v1[row] = flight.end.x1, flight.end.v1
+                flight = solve_flight(robot, **stance.takeoff._asdict(), compression=stance.end_compression)
+                x1[row], v1[row], leg[row] = flight.end.x1, flight.end.v1, flight.end_compression
 
 
 def _fallen(robot: Robot, height: Array, x1: Array) -> Array:
     """Velocity of the body [m/s] after the impact of a hop from a height [m]; 0 where the foot is not above the
     ground.
     """
-    return np.asarray(formulas.touchdown_velocity(robot.parameters, np.maximum(height - x1, 0.0)))
+    fallen = robot.solver.package.formulas.touchdown_velocity
+    return np.asarray(fallen(robot.parameters, np.maximum(height - x1, 0.0)))
 
 
 def crossing(currents: Array, miss: Array) -> float:
@@ -309,10 +315,11 @@ class Tracking:
         """The steady hop from h_des to h_des on even ground whose expansion is tracked."""
         if h_des not in self._recorded:
             maps, horizon = self.maps, self.settings.horizon
-            x1, v1 = (float(np.interp(h_des, maps.heights, each)) for each in (maps.x1, maps.v1))
-            v2 = float(_fallen(self.robot, np.array(h_des), np.array(x1)))
+            arrives = {"x1": maps.x1, "v1": maps.v1, "compression": maps.compression}
+            start: dict[str, Any] = {name: float(np.interp(h_des, maps.heights, x)) for name, x in arrives.items()}
+            start["v2"] = float(_fallen(self.robot, np.array(h_des), np.array(start["x1"])))
             u = maps.current(h_des, h_des)
-            self._recorded[h_des] = solve_stance(self.robot, x1=x1, v1=v1, v2=v2, u=u, horizon=horizon)
+            self._recorded[h_des] = solve_stance(self.robot, **start, u=u, horizon=horizon)
         return self._recorded[h_des]
 
     def __call__(self, touchdown: Touchdown) -> Sampled:

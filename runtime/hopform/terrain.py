@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, SupportsFloat
 
-from hopform._checks import MEMORY, count, finite, items, nonnegative, number_of, seeded, shown, whole, word
+from hopform._checks import MEMORY, Role, count, finite, items, nonnegative, number_of, shown, stream, whole, word
 from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text, rows_of
 
@@ -51,7 +51,8 @@ def uniform(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
     """
     half = nonnegative("size", size, "m")
     finite("2 size", 2.0 * half, "m")
-    return tuple(seeded(seed).uniform(-half, half, count("hops", hops, _EACH)).tolist())
+    drawn = stream(Role.UNIFORM_TERRAIN, seed).uniform(-half, half, count("hops", hops, _EACH))
+    return tuple(drawn.tolist())
 
 
 def gaussian(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
@@ -62,7 +63,8 @@ def gaussian(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
     """
     deviation = nonnegative("size", size, "m")
     finite("10 size", 10.0 * deviation, "m")
-    return tuple((deviation * seeded(seed).standard_normal(count("hops", hops, _EACH))).tolist())
+    drawn = stream(Role.GAUSSIAN_TERRAIN, seed).standard_normal(count("hops", hops, _EACH))
+    return tuple((deviation * drawn).tolist())
 
 
 def generate(name: str, hops: int, size: SupportsFloat = 0.0, seed: int = 0) -> Heights:

@@ -2,7 +2,7 @@
 
     stance(x1, v1, v2, y, u, horizon, robot) -> status, duration, x1, v1, x2, v2, apex, aed, event_count
 
-Inputs: the state at touchdown [m, m/s, m/s, m] with the compression y = 0 where the spring carries no load, the current
+Inputs: the state at touchdown [m, m/s, m/s, m] with the compression y = 0 where the leg carries nothing, the current
 [A], the longest time [s], and the robot's fields as a last axis, in the order of `Robot.fields()`. Results: status, a
 key of `STATUS`; time of the ending [s]; the state there, x2 the height of the body over the ground; apex [m], NaN
 without take-off; aed [J]; how many events there were. A stance that is refused, for instance because its robot has

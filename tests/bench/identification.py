@@ -108,7 +108,7 @@ def whole_fits() -> None:
             drops=[record(hopper, "drop", rate=f, seed=1)],
             decays=[record(hopper, "decay", rate=f, height=0.04, seed=5)],
             steps=[record(hopper, "step", rate=f, seed=2)],
-            ramps=[record(hopper, "ramp", rate=f, duration=8.0, current=1.0, hold=0.5, seed=3)],
+            ramps=[record(hopper, "ramp", rate=f, seed=3)],
             known={"m_s": MASS},
         ),
     }

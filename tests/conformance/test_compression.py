@@ -70,7 +70,7 @@ def test_no_time_of_a_stance_has_a_larger_one(backend):
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_a_batch_has_that_of_each_stance(hopper_c, backend, dtype):
     v2, u = np.linspace(-2.8, -0.3, 5)[:, np.newaxis], np.linspace(-3.0, 3.0, 7)
-    batch = hopform.solve_stances(hopper_c, v2=v2, u=u, compression=True, backend=backend, dtype=dtype)
+    batch = hopform.solve_stances(hopper_c, v2=v2, u=u, compression_max=True, backend=backend, dtype=dtype)
     assert batch.compression_max is not None
     assert batch.compression_max.shape == (5, 7)
     assert batch.compression_max.dtype == dtype
@@ -84,7 +84,7 @@ def test_a_long_list_of_phases_is_read_to_its_end():
     """More phases than there is room for at first: ringing without friction, a start with the largest at its end."""
     robot = hopform.Robot(m_eff=3.0, m_s=1.0, k=3e4, L0=0.4, gamma2=-10.0)
     asked = {"v2": -0.5, "x2": 0.38, "u": 0.0, "horizon": 2.0}
-    batch = hopform.solve_stances(robot, **asked, compression=True)
+    batch = hopform.solve_stances(robot, **asked, compression_max=True)
     assert batch.compression_max is not None
     alone = hopform.solve_stance(robot, **asked)
     assert batch.compression_max == pytest.approx(alone.compression_max, rel=1e-15)

@@ -20,13 +20,16 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import hopform
 from derive.__main__ import main
 from hopform._solver import arrays
 from hopform._solver import c as native
+from hopform._solver.arrays import OnArrays
 from hopform._solver.c import C
-from hopform._solver.package import Package
+from hopform._solver.choice import Solver
+from hopform._solver.package import Package, results_like
 from hopform_solver.records import Robot
 from tests.conformance.random_stances import draw_stances
 from tests.oracle.mechanism import builders
@@ -385,16 +388,14 @@ def test_a_body_that_does_not_fall_has_no_flight(legs):
         fly(leg, parameters, (0.0, 0.0, 1.0, 0.0))
 
 
-def test_a_flight_begins_with_a_leg_that_carries_nothing(legs):
-    """A second spring shifts where that is."""
+def test_a_second_spring_lengthens_the_leg_and_leaves_its_flight_as_it_was(legs):
+    """y is 0 where the leg carries nothing, at both ends of the flight."""
     leg, parameters = legs["second_spring"], (*HOPPER.parameters, 300.0, HOPPER.L0 - 0.01)
     flight = importlib.import_module(f"{leg.package.__name__}.flight")
-    end = leg.solve("c", parameters, {"x1": 0.0, "v1": 0.0, "v2": DROP, "y": 0.005}, 2.0).outcome()[2]
-    rest = 300.0 * 0.01 / (HOPPER.k + 300.0)
-    assert end.y == pytest.approx(rest, abs=1e-15)
+    end = leg.solve("c", parameters, {"x1": 0.0, "v1": 0.0, "v2": DROP, "y": 0.0}, 2.0).outcome()[2]
     flown = flight.solve_flight(leg.package.Robot(*parameters), leg.package.LegState(*end))
     assert fly(leg, parameters, end).duration == pytest.approx(flown.duration, rel=1e-12)
-    assert flown.end.y == pytest.approx(rest, abs=1e-15)
+    assert end.y == flown.end.y == 0.0
     other = hopform.solve_flight(HOPPER, v2=end.v2, x1=end.x1, v1=end.v1, gains=flown.gains)
     assert (flown.duration, flown.apex) == (pytest.approx(other.duration), pytest.approx(other.apex))
 
@@ -482,3 +483,230 @@ def test_no_foot_of_a_leg_that_relaxes_meets_the_ground_before_its_touchdown(leg
             assert (foot[above[0] : -1] > -1e-14).all()
             assert abs(foot[-1]) < 1e-14
     assert "touchdown" in kinds
+
+
+# ---- where the leg carries nothing ----
+
+SPRINGS = {"k_2": 400.0, "L_2": 0.41}
+
+
+def robots(leg: Leg) -> type[hopform.Robot]:
+    """The class of the robots of a model, for all that hopform does."""
+    of = leg.package.Robot
+    further = [(name, float, 0.0) for name in of._fields if name not in Robot._fields]
+    own = {
+        "solver": Solver(Package(leg.package.__name__), lambda: leg.library),
+        "parameters": property(lambda self: of(*(getattr(self, name) for name in of._fields))),
+    }
+    return dataclasses.make_dataclass(
+        leg.name, further, bases=(hopform.Robot,), namespace=own, frozen=True, kw_only=True
+    )
+
+
+def robot_of(leg: Leg, **fields: float) -> hopform.Robot:
+    """hopper_c with what the model adds."""
+    return robots(leg)(**(HOPPER.parameters._asdict() | fields))
+
+
+def sprung(seed: int, count: int) -> np.ndarray:
+    """Columns of parameters: random hoppers with a second spring, of another length and stiffness."""
+    draw, base = np.random.default_rng(seed), HOPPER.parameters._asdict()
+    k, k_2 = 10.0 ** draw.uniform(1.0, 5.0, (2, count))
+    L0, c, longer = draw.uniform(0.05, 1.0, count), draw.choice([0.0, 0.013], count), draw.uniform(-0.05, 0.05, count)
+    base |= {"k": k, "L0": L0, "c": c, "m_s": 10.0 ** draw.uniform(-1.0, 1.0, count)}
+    return np.array(np.broadcast_arrays(*base.values(), k_2, L0 + c + longer))
+
+
+def test_a_leg_carries_nothing_where_its_compression_is_0(legs):
+    """Exactly by the formulas, and to rounding by the sum of what both springs carry at that height of the body."""
+    formulas = importlib.import_module("with_second_spring_solver.formulas")
+    robot = legs["second_spring"].package.Robot(*sprung(3, 1000))
+    at_rest = legs["second_spring"].package.LegState(0.02, -0.3, -0.3, 0.0)
+    assert not np.any(formulas.contact_of(robot, at_rest)) and not np.any(formulas.contact_force(robot, at_rest))
+    x2 = formulas.body_height(robot, 0.02, 0.0)
+    carried = robot.k * (0.02 - x2 + robot.L0 + robot.c) + robot.k_2 * (0.02 - x2 + robot.L_2)
+    np.testing.assert_allclose(carried / ((robot.k + robot.k_2) * robot.L0), 0.0, atol=2e-15)
+    assert np.ptp(x2 - robot.L0 - robot.c) > 0.05
+
+
+def test_both_back_ends_take_and_refuse_the_same_starts(legs):
+    """A leg that carries nothing is a touchdown: no start at y = 0 is refused, and none takes off at once."""
+    leg, count = legs["second_spring"], 300
+    parameters, draw = sprung(4, count), np.random.default_rng(4)
+    y = draw.choice([0.0, 0.0, 0.0, 5e-324, 1e-3, -5e-324, -1e-17, -1e-3, math.nan], count)
+    states = np.array([np.full(count, 0.01), np.zeros(count), draw.uniform(-3.0, -0.5, count), y])
+    columns = [*states, np.full(count, 1.0), np.full(count, 2.0), *parameters]
+    found = []
+    for back_end in (C(leg.library), OnArrays(Package(leg.package.__name__))):
+        results = results_like(count, np.dtype(np.float64))
+        back_end.solve_columns(columns, results, {}, MOST, events=False)
+        found.append(results)
+    status, duration = found[0][:2]
+    np.testing.assert_array_equal(status, found[1][0])
+    np.testing.assert_allclose(duration, found[1][1], rtol=1e-9)
+    assert (status[y >= 0.0] > 0).all() and (status[~(y >= 0.0)] < 0).all()
+    assert (duration[y >= 0.0] > 0.0).all()
+
+
+@BACK_ENDS
+def test_a_leg_takes_off_with_a_compression_that_the_next_stance_takes(back_end, legs):
+    """A damper that hardly acts: y is 0 but for rounding, which does not put it below 0."""
+    leg, draw, left = legs["damper"], np.random.default_rng(2), []
+    for _ in range(80):
+        start = {"x1": 0.0, "v1": 0.0, "v2": draw.uniform(-3.0, -0.5), "y": draw.uniform(0.0, 0.02)}
+        solved = leg.solve(back_end, (*HOPPER.parameters, draw.choice([0.0, 1e-14])), start, draw.uniform(0.0, 3.0))
+        ending, _, end, *_ = solved.outcome()
+        left += [end.y] if leg.package.records.ENDINGS[ending] == "takeoff" else []
+    assert len(left) > 60 and min(left) == 0.0 and max(left) < 1e-15
+
+
+# ---- whole hops, against an integrator ----
+
+GAINS = (900.0, 60.0)
+HOPPING = {
+    "damper": {"b12": 6.0, "k": 300.0, "b2": 1.0},
+    "second_spring": SPRINGS,
+    "cable": {"F_cable": 8.0},
+}
+FREE = {"f1": 0.0, "f2": 0.0, "x1_min": -math.inf, "x1_max": math.inf, "u_max": 1e6, "impact_loss": 0.05}
+
+
+def hopped(robot: Any, height: float, u: float, hops: int) -> list[dict[str, Any]]:
+    """Touchdowns and take-offs of a drop, (time, x1, v1, x2, v2, compression) each, and apexes, without dry friction.
+
+    Both springs, the damper and the cable act on the two masses; in flight the foot, without mass, is where they carry
+    nothing. w = x1 - x2 + foot is how far the leg is compressed, but for a constant.
+    """
+    part = {name: getattr(robot, name, 0.0) for name in ("b12", "k_2", "L_2", "F_cable")}
+
+    def carried(w: float, rate: float) -> float:
+        springs = robot.k * (w + robot.L0 + robot.c) + part["k_2"] * (w + part["L_2"])
+        return float(springs + part["b12"] * rate)
+
+    slack = brentq(lambda w: carried(w, 0.0), -2.0, 2.0, xtol=1e-15)
+
+    def accelerations(x1: float, v1: float, v2: float, force: float, pull: float) -> tuple[float, float]:
+        actuator = -force + robot.k * robot.c - robot.b1 * v1 - pull
+        body = force - robot.m_s * robot.g + part["F_cable"]
+        return actuator / robot.m_eff, body / robot.m_s
+
+    def flies(_: float, z: Any) -> list[float]:
+        x1, v1, _, v2, w = z
+        a1, a2 = accelerations(x1, v1, v2, 0.0, GAINS[0] * x1 + GAINS[1] * v1)
+        return [v1, a1, v2, a2, -carried(w, 0.0) / part["b12"] if part["b12"] else 0.0]
+
+    def stands(_: float, z: Any) -> list[float]:
+        x1, v1, x2, v2 = z
+        force = carried(x1 - x2, v1 - v2)
+        a1, a2 = accelerations(x1, v1, v2, force, robot.gamma2 * u)
+        return [v1, a1, v2, a2 - robot.b2 * v2 / robot.m_s]
+
+    def first(slope: Any, start: list[float], event: Any, horizon: float) -> tuple[float, Any]:
+        event.direction = -1.0
+        run = solve_ivp(slope, (0.0, horizon), start, "DOP853", events=event, rtol=1e-12, atol=1e-13, max_step=2e-3)
+        n = next(n for n, t in enumerate(run.t_events[0]) if t > 1e-3)
+        return float(run.t_events[0][n]), run.y_events[0][n]
+
+    t, z, made = 0.0, [0.0, 0.0, height - slack, 0.0, slack], list[dict[str, Any]]()
+    for _ in range(hops):
+        took, z = first(flies, list(z), lambda _, z: z[4] - z[0] + z[2], 2.0)
+        t += took
+        z[3] *= math.sqrt(1.0 - robot.impact_loss)
+        hop = {"touchdown": (t, *z[:4], z[0] - z[2] - slack)}
+        took, z = first(stands, list(z[:4]), lambda _, z: carried(z[0] - z[2], z[1] - z[3]), 1.0)
+        t += took
+        fall = robot.g - part["F_cable"] / robot.m_s
+        hop |= {"takeoff": (t, *z, z[0] - z[2] - slack), "apex": z[2] + slack + z[3] ** 2 / (2.0 * fall)}
+        z = [*z, z[0] - z[2]]
+        made.append(hop)
+    return made
+
+
+@BACK_ENDS
+@pytest.mark.parametrize("name", HOPPING)
+def test_hops_are_those_of_an_integrator(name, back_end, legs):
+    """Touchdowns, take-offs and apexes; what the flight leaves in the leg is what the next stance starts from."""
+    robot = robot_of(legs[name], **FREE, **HOPPING[name])
+    run = hopform.simulate(robot, [0.0] * 3, 3.0, height=0.2, gains=GAINS, backend=back_end)
+    expected = hopped(robot, 0.2, 3.0, 3)
+    assert run.status == "completed"
+    for hop, other in zip(run.hops, expected, strict=True):
+        stance = hop.stance
+        start = (hop.touchdown_time, *hop.touchdown, float(stance.compression(0.0)))
+        end = (hop.takeoff_time, *stance.end, stance.end_compression)
+        assert start == pytest.approx(other["touchdown"], rel=1e-8, abs=1e-9)
+        assert end == pytest.approx(other["takeoff"], rel=1e-8, abs=1e-9)
+        assert hop.apex == pytest.approx(other["apex"], rel=1e-8)
+        assert hop.flight.end_compression == start[-1]
+    assert (run.hops[1].flight.end_compression > 1e-12) == (name == "damper")
+
+
+@BACK_ENDS
+@pytest.mark.parametrize("name", HOPPING)
+def test_energy_is_continuous_over_take_off_and_touchdown(name, back_end, legs):
+    """That of the robot, but for what the impact takes; a damper holds k y^2/2 in the leg, which the flight loses."""
+    robot = robot_of(legs[name], **HOPPING[name])
+    run = hopform.simulate(robot, [0.0, 0.01, -0.01], 3.0, height=0.2, backend=back_end)
+    assert run.status == "completed" and run.last is not None
+    flights = [*(hop.flight for hop in run.hops[1:]), run.last]
+    for hop, after, ahead in zip(run.hops, flights, [0.01, -0.02, 0.0], strict=True):
+        flight, stance = hop.flight, hop.stance
+        held = [robot.k * y**2 / 2.0 * (name == "damper") for y in (flight.end_compression, stance.end_compression)]
+        before, begins = flight.energy(flight.duration).total, stance.energy(0.0).total
+        assert before + flight.impact_loss + held[0] == pytest.approx(begins, rel=1e-12)
+        over_new_ground = after.energy(0.0).total + robot.m_s * robot.g * ahead
+        assert stance.energy(stance.duration).total - held[1] == pytest.approx(over_new_ground, rel=1e-12)
+    if name != "cable":  # whose work in flight is not the body's energy
+        times = np.linspace(0.0, run.duration, 500)
+        np.testing.assert_allclose(run.aed(times), run.energy(times).body, rtol=1e-10)
+
+
+def test_the_controller_knows_what_a_flight_has_left_in_the_leg(legs):
+    """The apex is the one that is asked for, though the leg has not relaxed at touchdown."""
+    robot, start = robot_of(legs["damper"], b12=5.0), {"x1": 0.0, "v1": 0.0, "v2": DROP, "compression": 0.01}
+    touchdown = hopform.controllers.Touchdown(1, 0.5, ground=0.0, apex=0.2, robot=robot, **start)
+    u = hopform.controllers.FeedForward(0.12)(touchdown)
+    assert hopform.solve_stance(robot, **start, u=u).apex == pytest.approx(0.12, abs=1e-9)
+    assert abs(hopform.solve_stance(robot, **start | {"compression": 0.0}, u=u).apex - 0.12) > 1e-4
+
+
+@BACK_ENDS
+def test_height_and_compression_say_the_same_start_of_a_stance_and_of_batches(back_end, legs):
+    """x2 counts from the ground, y from where both springs together carry nothing."""
+    robot = robot_of(legs["second_spring"], **SPRINGS)
+    length = (robot.k * robot.L0 + 400.0 * 0.41) / (robot.k + 400.0)
+    y = np.array([0.0, 0.004, 0.03])
+    by_height = hopform.solve_stances(robot, v2=-1.9, x1=0.01, x2=0.01 - y + length, u=2.0, backend=back_end)
+    by_leg = hopform.solve_stances(robot, v2=-1.9, x1=0.01, compression=y, u=2.0, L_2=[[0.41]], backend=back_end)
+    np.testing.assert_allclose(by_leg.apex[0], by_height.apex, rtol=1e-12)
+    for n, each in enumerate(y):
+        alone = hopform.solve_stance(robot, v2=-1.9, x1=0.01, compression=each, u=2.0, backend=back_end)
+        same = hopform.solve_stance(robot, v2=-1.9, x1=0.01, x2=0.01 - each + length, u=2.0, backend=back_end)
+        assert (alone.apex, alone.duration) == pytest.approx((by_leg.apex[0, n], by_leg.duration[0, n]), rel=1e-12)
+        assert (alone.apex, alone.duration) == pytest.approx((same.apex, same.duration), rel=1e-12)
+        assert float(alone.at(0.0).x2) == pytest.approx(0.01 - each + length, abs=1e-16)
+        assert float(alone.contact_force(0.0)) == pytest.approx(1600.0 * each, rel=1e-15)
+    for given in ({"compression": -1e-3}, {"x2": 0.012 + length}):
+        with pytest.raises(hopform.HopformError, match="or the spring pulls"):
+            hopform.solve_stance(robot, v2=-1.9, x1=0.01, **given)
+        with pytest.raises(hopform.HopformError, match="or the spring pulls"):
+            hopform.solve_stances(robot, v2=[-1.9], x1=0.01, **given)
+
+
+@BACK_ENDS
+def test_derivatives_at_a_height_are_those_of_differences(back_end, legs):
+    """By every parameter: the second spring's stiffness and length move where the leg carries nothing."""
+    robot, start = robot_of(legs["second_spring"], **SPRINGS), {"v2": -1.9, "x1": 0.02, "v1": 0.1, "x2": 0.41, "u": 2.0}
+    found = hopform.solve_stance(robot, **start, backend=back_end).sensitivities
+    batch = hopform.solve_stances(robot, **start, k_2=[400.0], sensitivities=True, backend=back_end).sensitivities
+    np.testing.assert_allclose(batch.matrix[0], found.matrix, rtol=1e-12, atol=1e-15)
+
+    def apex(changed: str, h: float) -> float:
+        moved = start | {changed: start[changed] + h} if changed in start else start
+        of = robot if changed in start else dataclasses.replace(robot, **{changed: getattr(robot, changed) + h})
+        return hopform.solve_stance(of, **moved, backend=back_end).apex
+
+    for name in ("x1", "v1", "x2", "v2", "u", "m_s", "k", "L0", "c", "b1", "k_2", "L_2"):
+        h = 1e-6 * max(abs(start.get(name, getattr(robot, name, 0.0))), 0.1)
+        difference = (apex(name, h) - apex(name, -h)) / (2.0 * h)
+        assert found["apex", name] == pytest.approx(difference, rel=1e-5, abs=1e-8), name

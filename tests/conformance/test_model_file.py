@@ -27,6 +27,7 @@ from derive.emit.program import program as derived_program
 from derive.emit.render import Options, render
 from derive.model.equations import Model, Term
 from derive.model.quantities import v2
+from derive.model_file import read_model
 from hopform._solver import arrays
 from hopform._solver import c as native
 from hopform._solver.c import C
@@ -483,7 +484,7 @@ def test_a_term_that_no_hop_can_carry_is_refused_by_name(tmp_path, capsys, name,
 
 HEAD = """
 import sympy as sp
-from hopform.model import ROBOT, Quantity, Term, k, u, v1, v2, x1, x2, y
+from hopform.model import ROBOT, Quantity, Term, k, t, u, v1, v2, x1, x2, y
 r = Quantity("r", "r", "N s/m", "a rate", "nonnegative", 0.0)
 """
 """Six lines that the bad files below begin with."""
@@ -511,6 +512,17 @@ def declared(**fields: str) -> str:
 
 BAD_FILES = {
     "no terms": ("parameters = ()", "must define `terms`"),
+    "terms that are misspelt": ("term = ()", "`term` is nothing that a model reads: did you mean `terms`?"),
+    "a foot that is fixed by a misspelt name": (
+        'terms = ()\nfixd = ("foot",)', "`fixd` is nothing that a model reads: did you mean `fixed`?",
+    ),
+    "a foot that is fixed in capitals": ('terms = ()\nFIXED = ("foot",)', "did you mean `fixed`?"),
+    "a foot that is fixed by another name": (
+        'terms = ()\nbolted = ["foot", "body"]',
+        "`bolted` is nothing that a model reads: it reads terms, parameters, fixed, friction_by_sign",
+    ),
+    "friction by a sign that is shortened": ('terms = ()\nfriction = ("actuator",)', "`friction` is nothing that"),
+    "parameters that are shortened": ("params = (r,)\nterms = ()", "did you mean `parameters`?"),
     "terms that are a number": ("terms = 3", "`terms` must be a tuple of hopform.model.Term, got 3"),
     "a term alone": ('terms = Term("drag", 0, 0)', "must be a tuple of hopform.model.Term, got Term(name='drag'"),
     "a text among the terms": ('terms = ["drag"]', "got 'drag' as terms[0]"),
@@ -544,7 +556,14 @@ BAD_FILES = {
     "a force that is a matrix": (term("sp.eye(2)"), "got Matrix("),
     "a second force that is a list": (term("0", "[v1]"), "force_2 of the term 'drag' must be a number"),
     "a function of a parameter": (term("-sp.cos(r.symbol)*v1"), "cos(r) has no spelling in generated code"),
+    "a function of a parameter, the way out": (
+        term("k*(1 - sp.cos(r.symbol))"), ": declare cos(r) as a parameter of its own, whose value the robot gives",
+    ),
+    "pi, the way out": (term("-sp.pi*v1"), "but sums: write the number"),
     "a function of a velocity": (term("-sp.tanh(v1)"), "tanh(v1) has no spelling"),
+    "a function of a velocity has no way out": (term("-sp.tanh(v1)"), "quotients by all of these but sums\n"),
+    "a force that grows in time": (term("-r.symbol*t"), "-r*t, and t is the time: in each phase the closed form"),
+    "a time of one's own": (term('-r.symbol*sp.Symbol("t")'), "and t is the time"),
     "a root of a parameter": (term("-sp.sqrt(r.symbol)*v1"), "sqrt(r) has no spelling"),
     "a power by a float": (term("-r.symbol**0.5*v1"), "r**0.5 has no spelling"),
     "a quotient by a sum": (term("-v1/(r.symbol + 1)"), "1/(r + 1) has no spelling"),
@@ -559,7 +578,7 @@ BAD_FILES = {
     "a symbol of no quantity": (term('-sp.Symbol("r")*v1'),
                                 "r is not declared in `parameters`: its symbols must be those of"),
     "a velocity of one's own": (term('-r.symbol*sp.Symbol("v1")'), "v1 is not declared"),
-    "the compression": (term("-r.symbol*y"), "y is not declared"),
+    "the compression": (term("-r.symbol*y"), "y is the compression: write x1 - x2 + L0 + c"),
     "a product of velocities": (term("-r.symbol*v1*v2"), "is not linear in v1"),
     "a velocity below the line": (term("r.symbol/v1"), "is not linear in v1"),
     "a force by the leg's length": (term("-r.symbol*(x1 - x2)"), "on mass 1, the actuator, by force_1"),
@@ -638,7 +657,7 @@ def refused_in_one_line(folder: Path, capsys: Any, *options: str) -> str:
 def test_a_file_that_is_no_model_is_refused_by_what_is_wrong_with_it(tmp_path, capsys, name):
     text, why = BAD_FILES[name]
     (tmp_path / "robot.py").write_text(HEAD + text, "utf-8")
-    assert why in refused_in_one_line(tmp_path, capsys)
+    assert why in f"{refused_in_one_line(tmp_path, capsys)}\n"
 
 
 @pytest.mark.parametrize("data", [b"terms = ()\0", b"\xff\xfe", b"PK\x03\x04", b"terms"])
@@ -666,6 +685,23 @@ def test_the_help_says_that_a_model_is_run(capsys):
 
 
 # ---- what goes ----
+
+
+def test_names_of_the_file_s_own_are_no_declarations(tmp_path):
+    """What `_`, another value or a use in a declaration shows; the cosine of an angle is a parameter."""
+    text = """import math
+cosine = Quantity("cos_alpha", r"\\cos\\alpha", "", "cosine of the slope", "real", math.cos(0.2))
+terms = tuple(term for term in (Term("slope", 0, k*(1 - cosine.symbol)),))
+parameter, mixed, _fixd = cosine, 0.3, ("foot",)
+parameters = (parameter,)
+both = ("actuator", "body")
+friction_by_sign = both
+"""
+    (tmp_path / "robot.py").write_text(HEAD + text, "utf-8")
+    model = read_model(tmp_path / "robot.py")
+    assert (model.fixed, model.friction_by_sign) == ((), ("actuator", "body"))
+    assert model.parameters[0].default == math.cos(0.2)
+
 
 ODD = """
 \"\"\"Numbers of every kind, quotients of parameters, and names that look like trouble.\"\"\"

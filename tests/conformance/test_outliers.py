@@ -209,7 +209,7 @@ def test_all_recordings_together_withstand_outliers():
         drops=[spoilt(record(HOPPER, "drop", seed=1), 1)],
         decays=[spoilt(record(HOPPER, "decay", height=0.04, seed=1), 2)],
         steps=[spoilt(record(HOPPER, "step", seed=1), 3)],
-        ramps=[spoilt(record(HOPPER, "ramp", duration=8.0, current=1.0, hold=0.5, seed=1), 4)],
+        ramps=[spoilt(record(HOPPER, "ramp", seed=1), 4)],
         known={"m_s": 3.0},
         loss="soft_l1",
     )
@@ -226,7 +226,7 @@ def test_all_recordings_together_withstand_outliers():
 
 def test_a_robust_threshold_of_friction_is_that_of_a_ramp_without_outliers():
     for seed in range(3):
-        ramp = record(HOPPER, "ramp", duration=8.0, current=1.0, hold=0.5, seed=seed)
+        ramp = record(HOPPER, "ramp", seed=seed)
         clean, robust = (
             friction_threshold(each, loss=loss) for each, loss in ((ramp, "linear"), (spoilt(ramp, seed), "huber"))
         )
@@ -239,7 +239,7 @@ def test_a_robust_threshold_of_friction_is_that_of_a_ramp_without_outliers():
 
 def test_the_command_fits_a_ramp_under_the_loss_that_is_asked_for(tmp_path, capsys):
     file = tmp_path / "ramp.csv"
-    file.write_text(to_csv(spoilt(record(HOPPER, "ramp", duration=8.0, current=1.0, hold=0.5, seed=0), 0)), "utf-8")
+    file.write_text(to_csv(spoilt(record(HOPPER, "ramp", seed=0), 0)), "utf-8")
     assert main(["identify", "ramp", str(file), "--loss", "huber", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["u"] == pytest.approx(0.3, abs=0.005)
 

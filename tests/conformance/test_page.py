@@ -146,13 +146,13 @@ def test_samples_of_a_run_are_those_of_python(page, hopper_c):
     numbers = page().execute_async_script(
         MODULE + "view('robot', 15).set(arguments[0]); view('terrain', 3).set(arguments[1]);"
         "c.play_run(0.2, 1, 0.2, 3); const end = view('duration', 1)[0];"
-        "c.play_sample(0, end, 501); done([String(end), all('samples', 501 * 14)]); });",
+        "c.play_sample(0, end, 501); done([String(end), all('samples', 501 * 15)]); });",
         [getattr(hopper_c, field.name) for field in hopform.Robot.fields()], terrain,
     )  # fmt: skip
     run = hopform.simulate(hopper_c, terrain, hopform.controllers.FeedForward(0.2), height=0.2)
     assert float(numbers[0]) == run.duration
-    t, x1, v1, x2, v2, foot, ground, u, y, spring, motor, energy, predicted, hop = (
-        np.array(numbers[1], float).reshape(501, 14).T
+    t, x1, v1, x2, v2, foot, ground, u, y, spring, motor, body, energy, predicted, hop = (
+        np.array(numbers[1], float).reshape(501, 15).T
     )
     inside = t <= run.duration
     assert inside.sum() >= 500
@@ -162,6 +162,8 @@ def test_samples_of_a_run_are_those_of_python(page, hopper_c):
     np.testing.assert_array_equal(foot[inside], run.foot(t[inside]))
     np.testing.assert_array_equal(ground[inside], run.ground(t[inside]))
     np.testing.assert_array_equal(u[inside], run.current(t[inside]))
+    by_state = hopper_c.m_s * (at.v2**2 / 2.0 + hopper_c.g * at.x2)
+    np.testing.assert_allclose(body[inside], by_state, rtol=0, atol=1e-13)
     # Python sums the ledger once over all times, the page from the start to each: some roundings of 20 J.
     np.testing.assert_allclose(energy[inside], run.energy(t[inside]).body, rtol=0, atol=1e-13)
     np.testing.assert_allclose(predicted[inside], run.aed(t[inside]), rtol=0, atol=1e-12)
@@ -230,6 +232,17 @@ def test_a_bad_robot_file_is_refused_by_name_and_line(page, tmp_path, text, mess
     driver.find_element("id", "load").send_keys(str(bad))
     wait(lambda: message in driver.find_element("id", "status").text)
     assert "bad.toml" in driver.find_element("id", "status").text
+
+
+@browser
+@pytest.mark.parametrize("name", ["robot", "terrain", "mode", "window"])
+def test_a_word_of_the_address_that_is_in_no_list_is_left_out(page, name):
+    """Names that every object of the language has are no robots, and no grounds."""
+    plain = values(page())
+    for word in ("toString", "__proto__", "constructor"):
+        driver = page(**{name: word})
+        assert values(driver) == plain
+        assert name not in driver.current_url or driver.find_element("id", name).get_attribute("value") != word
 
 
 @browser

@@ -132,6 +132,14 @@ def test_a_model_file_without_the_extra_says_which_one_it_needs(installed, tmp_p
     )
 
 
+@pytest.mark.parametrize("package", ["sympy", "jinja2"])
+def test_the_derivation_without_its_extra_is_one_line(installed, tmp_path, package):
+    without = f"import runpy, sys; sys.modules[{package!r}] = None; runpy.run_module('hopform._derive', alter_sys=True)"
+    code, output = run(sys.executable, "-c", without, cwd=tmp_path, PYTHONPATH=str(installed))
+    installs = f"{sys.executable} -m pip install 'hopform[derive]'"
+    assert (code, output) == (2, f"derive: python -m hopform._derive needs the extra `derive`: {installs}\n")
+
+
 def test_an_installed_wheel_has_no_folder_to_write_into_but_the_one_it_is_told(installed, tmp_path):
     for options in ((), ("--check",)):
         code, output = run(sys.executable, "-m", "hopform._derive", *options, cwd=tmp_path, PYTHONPATH=str(installed))

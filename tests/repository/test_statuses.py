@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
-from hopform import _batch, _checks, _files, _robots, _stance, terrain
+from hopform import _batch, _checks, _files, _robots, _stance, _studies, terrain
 from hopform import _control as reach
 from hopform._cli import options
 from hopform._hopping import run, touchdown
@@ -62,12 +62,14 @@ LIMITS = {
     "times of a run": _checks.MEMORY // run.EACH,
     "rows of a table over time": options.MOST_ROWS,
     "hops of a run": terrain.MOST_HOPS,
+    "runs of a comparison": _studies.MOST_RUNS,
     "cells of a map": reach.MOST_CELLS,
     "steps of a current": MOST_STEPS,
     "ticks of a sampled law in the longest stance": run.MOST_TICKS,
     "samples that a simulated detector draws": touchdown.MOST_DRAWN,
     "samples of a synthetic recording": synthetic.MOST_SAMPLES,
     "recordings of a fit": kinds.MOST_RECORDINGS,
+    "known values of a fit": kinds.MOST_KNOWN,
     "robots of a sample": _robots.MOST_SAMPLES,
     "bytes of a robot file": _robots.LARGEST_TOML,
     "bytes of any other file that is read": _files.LARGEST,

@@ -56,6 +56,23 @@ def singly(states, robots, **how) -> list[hopform.Stance]:
 # ---- the same stances ----
 
 
+def refuse_difference(batch, single) -> None:
+    """AssertionError where a batch with its events has other bits than these stances."""
+    assert batch.words.tolist() == [stance.status for stance in single]
+    for name in ("duration", "aed", "apex"):
+        np.testing.assert_array_equal(getattr(batch, name), [getattr(stance, name) for stance in single], err_msg=name)
+    for name in hopform.State._fields:
+        np.testing.assert_array_equal(getattr(batch.end, name), [getattr(stance.end, name) for stance in single])
+    assert batch.event_count.tolist() == [len(stance.events) for stance in single]
+    if batch.event_time is not None:
+        assert batch.event_time.shape == (len(single), batch.event_count.max())
+        for row, stance in enumerate(single):
+            count = len(stance.events)
+            assert batch.event_time[row, :count].tolist() == [event.time for event in stance.events]
+            assert batch.event_words[row, :count].tolist() == [event.kind for event in stance.events]
+            assert np.all(np.isnan(batch.event_time[row, count:])) and not batch.event_kind[row, count:].any()
+
+
 @needs.library
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("how", [{}, {"events": True}, {"max_phases": 3}, {"events": True, "max_phases": 3}])
@@ -64,19 +81,50 @@ def test_a_batch_is_its_stances_to_the_last_bit(dtype, how):
     batch = hopform.solve_stances(HOPPER, **states, **robots, dtype=dtype, backend="c", **how)
     single = singly(states, robots, dtype=dtype, backend="c", max_phases=how.get("max_phases", 4096))
     assert batch.duration.dtype == dtype
-    assert batch.words.tolist() == [stance.status for stance in single]
-    for name, values in (("duration", batch.duration), ("aed", batch.aed), ("apex", batch.apex)):
-        assert np.array_equal(values, np.array([getattr(stance, name) for stance in single]), equal_nan=True), name
-    for name in hopform.State._fields:
-        assert np.array_equal(getattr(batch.end, name), np.array([getattr(stance.end, name) for stance in single]))
-    assert batch.event_count.tolist() == [len(stance.events) for stance in single]
-    if how.get("events"):
-        assert batch.event_time.shape == (200, batch.event_count.max())
-        for row, stance in enumerate(single):
-            count = len(stance.events)
-            assert batch.event_time[row, :count].tolist() == [event.time for event in stance.events]
-            assert batch.event_words[row, :count].tolist() == [event.kind for event in stance.events]
-            assert np.all(np.isnan(batch.event_time[row, count:])) and not batch.event_kind[row, count:].any()
+    refuse_difference(batch, single)
+
+
+@needs.library
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_a_few_stances_are_those_stances_however_they_are_written(count, dtype):
+    """Each input is an array, one with gaps or a list; of equal numbers also a number, or an array of one."""
+    rng = np.random.default_rng(count)
+    for seed in range(30):
+        states, robots = random_inputs(count, 100 * count + seed)
+        for of in (states, robots):
+            of |= {name: np.full(count, values[0]) for name, values in of.items() if rng.random() < 0.5}
+        single = singly(states, robots, dtype=dtype, backend="c")
+
+        def written(values):
+            ways = [np.array, lambda values: np.repeat(values, 3)[::3], np.ndarray.tolist]
+            ways += [lambda values: values[:1], lambda values: float(values[0])] if len({*values}) == 1 else []
+            return ways[rng.integers(len(ways))](values)
+
+        others = {name: written(values) for name, values in (states | robots).items() if name != "v2"}
+        kept = hopform.solve_stances(HOPPER, v2=states["v2"], **others, dtype=dtype, backend="c", events=True)
+        refuse_difference(kept, single)
+
+
+@needs.library
+@pytest.mark.parametrize("count", [None, 1, 4])
+def test_a_few_stances_cost_what_stances_cost(count):
+    """By the calls of functions that they make, which are the same on every machine, of Python and of C alike."""
+
+    def calls(solve):
+        made = [0]
+        solve()  # what is imported, and kept, the first time
+        sys.setprofile(lambda _frame, event, _function: made.__setitem__(0, made[0] + event.endswith("call")))
+        try:
+            solve()
+        finally:
+            sys.setprofile(None)
+        return made[0]
+
+    v2 = -1.9 if count is None else np.full(count, -1.9)
+    one = calls(lambda: hopform.solve_stance(HOPPER, v2=-1.9, u=2.0))
+    batch = calls(lambda: hopform.solve_stances(HOPPER, v2=v2, u=2.0))
+    assert 20 < one < batch < 10 * one, (one, batch)
 
 
 def test_the_robots_above_do_all_that_robots_do():

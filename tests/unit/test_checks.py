@@ -76,16 +76,15 @@ def test_poor_recordings_are_named():
 @pytest.mark.parametrize("test", TESTS)
 def test_record_and_identify_have_one_vocabulary(test, tmp_path, capsys):
     """Each test that is recorded is identified, and planned, under its own name."""
-    more = {"ramp": ["--duration", "8", "--current", "1"], "decay": ["--height", "0.04"]}.get(test, [])
     file = tmp_path / "it.csv"
-    assert main(["record", test, "--seed", "3", "--csv", str(file), *more]) == 0
+    assert main(["record", test, "--seed", "3", "--csv", str(file)]) == 0
     given = {"free": ["m_s=3", "x1_min=0", "x1_max=0.08"], "drop": ["m_s=3"], "decay": ["m_s=3"]}.get(
         test, ["m_eff=25"]
     )
     known = [word for each in given for word in ("--known", each)]
     assert main(["identify", test, str(file), *known]) == 0
     capsys.readouterr()
-    assert main(["record", test, "--seed", "3", "--plan", *more]) == 0
+    assert main(["record", test, "--seed", "3", "--plan"]) == 0
     assert re.search(r"Intervals to expect|95 % interval", capsys.readouterr().out)
 
 

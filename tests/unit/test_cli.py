@@ -315,6 +315,19 @@ def test_initial_values_and_options_reach_the_solver(answer):
     assert record["u"] == [{"time": 0.0, "current": 1.0}, {"time": 0.05, "current": 2.0}]
 
 
+def test_commands_take_what_a_flight_has_left_in_the_leg(answer):
+    """A compression says with x1 how high the body is."""
+    start = ("--v2", "-1.9", "--x1", "0.01", "--compression", "0.02")
+    record = strict_json(answer("stance", *start, "--u", "3", "--json"))
+    stance = hopform.solve_stance(HOPPER, v2=-1.9, x1=0.01, compression=0.02, u=3.0)
+    same = hopform.solve_stance(HOPPER, v2=-1.9, x1=0.01, x2=0.39, u=3.0)
+    assert record["apex"] == stance.apex == pytest.approx(same.apex)
+    assert stance.compression(0.0) == 0.02 and record["start"]["x2"] == pytest.approx(0.39, abs=1e-16)
+    record = strict_json(answer("control", *start, "--h-des", "0.2", "--json"))
+    command = hopform.choose_current(HOPPER, v2=-1.9, x1=0.01, compression=0.02, h_des=0.2)
+    assert (record["compression"], record["x2"], record["u"]) == (0.02, None, command.u)
+
+
 def test_hops_are_printed_in_a_row_each(answer):
     output = answer("hop", "--height", "0.2", "--u", "3", "--hops", "3")
     assert "hops on after 3 touchdowns" in output
@@ -349,7 +362,7 @@ def test_csv_of_a_stance_is_its_states_and_energies(answer):
     columns = read_csv(answer(*DROP, "--csv", "-"))
     stance = hopform.solve_stance(HOPPER, v2=hopform.touchdown_velocity(HOPPER, 0.2), u=3.0)
     assert np.array_equal(columns["x2"], stance.at(columns["t"]).x2)
-    assert np.array_equal(columns["F"], HOPPER.k * stance.compression(columns["t"]))
+    assert np.array_equal(columns["N"], HOPPER.k * stance.compression(columns["t"]))
     # Energies of some 20 J from two computations: a few last digits.
     gained = [energy - columns["E"][0] for energy in columns["E"]]
     assert gained == pytest.approx(columns["AED"], abs=1e-12)
@@ -457,6 +470,8 @@ BAD_OPTIONS = {
     "two currents": (("--height", "0.2", "--u", "1", "--u-steps", "0:1"), "give either --u or --u-steps"),
     "x1 outside its stroke": (("--v2", "-1", "--x1", "0.2"), "x1 must be within its stroke"),
     "a spring that pulls": (("--v2", "-1", "--x2", "0.5"), "x2 must be <="),
+    "a leg that pulls": (("--v2", "-1", "--compression", "-0.01"), "compression must be >= 0 m"),
+    "a leg given twice": (("--v2", "-1", "--x2", "0.39", "--compression", "0.01"), "either x2 or compression"),
     "a step without a current": (("--v2", "-1", "--u-steps", "0:1,0.1"), "'--u-steps': takes steps t:u"),
     "steps that do not start at 0": (("--v2", "-1", "--u-steps", "0.1:1"), "u must start at t = 0"),
     "no time": (("--v2", "-1", "--horizon", "0"), "horizon must be > 0 s"),

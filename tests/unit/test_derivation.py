@@ -260,15 +260,15 @@ def test_the_ledger_integrates_the_powers_and_nothing_else(model):
 
 
 def test_the_energies_of_a_state_are_those_of_the_lagrangian():
-    known = values(energy.energies())
+    known = values(energy.energies(HOPPER))
     where = {Q.y: compression}
     assert is_zero(known[Q.body].subs(where) - energy.body_energy)
     assert is_zero(known[Q.total].subs(where) - energy.total_energy)
 
 
 def test_the_gain_of_the_body_is_a_difference_of_energies():
-    known = values(energy.body_energy_gain())
-    before = values(energy.energies())[Q.body]
+    known = values(energy.body_energy_gain(HOPPER))
+    before = values(energy.energies(HOPPER))[Q.body]
     after = before.subs(dict(zip((Q.x1, Q.v2, Q.y), sp.symbols("x1_t v2_t y_t", real=True), strict=True)))
     assert is_zero(known[sp.Symbol("gain", real=True)] - (after - before))
 

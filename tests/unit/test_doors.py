@@ -456,3 +456,37 @@ def test_lists_in_a_list_are_counted_before_an_array_is_made_of_them(monkeypatch
     assert _checks.array_of("x", [[1.0, 2.0], [3.0, 4.0]], "m").shape == (2, 2)
     with pytest.raises(hopform.HopformError, match="x must have at most 5 numbers, got 6"):
         _checks.array_of("x", [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], "m")
+
+
+# ---- names and laws ----
+
+
+def test_dir_lists_what_is_public_and_nothing_else():
+    assert dir(hopform) == sorted(hopform.__all__)
+
+
+@pytest.mark.parametrize("u", [lambda t, state: 3.0, hopform.controllers.Sampled(1e-3, lambda t, state: 3.0)])
+def test_a_law_in_place_of_a_current_is_told_where_laws_go(u):
+    with pytest.raises(hopform.HopformError, match=r"^u must be a current in A or steps .* controllers\.Sampled"):
+        hopform.solve_stance(HOPPER, v2=-1.0, u=u)
+    with pytest.raises(hopform.HopformError, match=r"^hop 0: u must be .* controllers\.Sampled"):
+        hopform.simulate(HOPPER, [0.0], lambda _: lambda t, state: 3.0, height=0.2)
+    with pytest.raises(hopform.HopformError, match="^u must be "):
+        hopform.solve_stances(HOPPER, v2=-1.0, u=u)
+
+
+def test_a_field_in_capitals_is_asked_for_in_small_letters():
+    text = HOPPER.to_toml().replace("b1 = 150.0", "B1 = 150")
+    with pytest.raises(hopform.HopformError, match="unknown parameter 'B1', did you mean 'b1'"):
+        hopform._robots.robot_from_toml(text, "mine.toml")
+
+
+def test_a_controller_warns_of_a_body_that_rises_at_touchdown(capsys):
+    up, down = (hopform.choose_current(HOPPER, v2=v2, h_des=0.2) for v2 in (1.9, -1.9))
+    stance = hopform.solve_stance(HOPPER, v2=1.9, u=up.u)
+    assert up.warnings == stance.warnings == ("the body moves up at touchdown, v2 = 1.9 m/s",) and down.warnings == ()
+    assert up.warnings[0] in repr(up)
+    compressed = hopform.choose_current(HOPPER, v2=1.9, x2=0.3, h_des=0.2)
+    assert compressed.warnings == ()
+    assert cli.main(["control", "--v2", "1.9", "--h-des", "0.2"]) == 0
+    assert "the body moves up at touchdown" in capsys.readouterr().err

@@ -8,22 +8,26 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
+import warnings
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from scipy.optimize import brentq
 
 import hopform
 from hopform import _cli as cli
 from hopform import _figures as figures
 from hopform._cli import folders as figures_command
 from hopform._figures import animation, plots
-from tests.repository.test_house import packages
+from tests.repository.test_house import ROOT, declared, installed_by_make_run, packages
 from tests.unit.test_cli import fits
 
 ALL = [*range(1, 18)]
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
 
 
 @cache
@@ -234,16 +238,93 @@ def test_a_noisier_signal_detects_touchdown_later_and_more_often_falsely():
 
 @pytest.mark.parametrize("number", [16, 17])
 def test_the_exact_controller_reaches_every_height_and_those_that_err_do_not(number):
-    """Figs. 16, 17: to 1e-9 m, on rough ground as on even; a wrong model, noise and delay cost millimetres."""
+    """Figs. 16, 17: to 1e-9 m, on rough ground as on even; noise and delay cost millimetres, a wrong gamma2 1 cm."""
     shown = data(number)
     assert shown["run"].status == "completed" and len(shown["run"].hops) == 18
     worst = {name: np.nanmax(np.abs(miss)) for name, miss in shown["miss"].items()}
-    assert worst["exact"] < 1e-9 and 3e-4 < worst["5 % wrong"] < 5e-3 and 5e-4 < worst["late"] < 1e-2 < worst["printed"]
+    assert worst["exact"] < 1e-9 and 5e-4 < worst["late"] < 1e-2 < min(worst["printed"], worst["gamma2 off"])
     assert 1e-3 < worst["noise"] < 5e-2
     assert np.ptp(shown["run"].terrain) == 0.0 if number == 16 else np.ptp(shown["run"].terrain) > 0.02
     errors = drawn(number).figure.axes[2]
     assert errors.get_ylabel() == "apex error [mm]" and errors.get_yscale() == "symlog"
-    assert [each.get_text() for each in errors.get_legend().get_texts()] == list(shown["miss"])
+    words = [each.get_text() for each in errors.get_legend().get_texts()]
+    assert words == ["all parameters off", *shown["miss"]]
+
+
+PARAMETERS = ("m_eff", "k", "b1", "b2", "f1", "f2", "gamma2")
+
+
+@cache
+def missed_by_hand(number, name, share):
+    """Errors of the apexes [m] where the controller believes in a robot with one parameter off by a share, hop by hop:
+    the current of a bracketed root of the believed apex, under which the true robot hops.
+    """
+    shown = data(number)
+    robot, ground, wanted = shown["run"].robot, shown["run"].terrain, shown["wanted"]
+    believed = dataclasses.replace(robot, **{name: (1.0 + share) * getattr(robot, name)})
+    start = {"v2": -((2.0 * robot.g * (wanted[0] - ground[0]) * (1.0 - robot.impact_loss)) ** 0.5)}
+    missed = []
+    for n, (level, height) in enumerate(zip(ground, wanted, strict=True)):
+
+        def off(u, hopper, start=start, height=height, level=level):
+            return hopform.solve_stance(hopper, **start, u=u).apex + level - height
+
+        currents = np.linspace(1.0, 3.0, 21)  # over which the apex rises
+        (last, *_) = np.flatnonzero([off(u, believed) < 0.0 for u in currents])[::-1]
+        u = brentq(off, currents[last], currents[last + 1], args=(believed,), xtol=1e-12)
+        missed.append(off(u, robot))
+        if n + 1 < len(ground):
+            # The return in flight is designed for the true robot, which moves these errors by 0.03 mm at most.
+            touchdown = hopform.solve_stance(robot, **start, u=u).fly(ground[n + 1] - level).touchdown
+            start = {"x1": touchdown.x1, "v1": touchdown.v1, "v2": touchdown.v2}
+    return np.array(missed)
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+@pytest.mark.parametrize("number", [16, 17])
+def test_the_costliest_parameter_is_that_of_errors_one_at_a_time(number):
+    """Figs. 16, 17: gamma2, of 7 parameters off by 5 % either way."""
+    shown = data(number)
+    by_hand = {(name, share): missed_by_hand(number, name, share) for name in PARAMETERS for share in (-0.05, 0.05)}
+    assert shown["alone"].keys() == {f"{name} {share}" for name, share in by_hand}
+    for (name, share), missed in by_hand.items():
+        np.testing.assert_allclose(shown["alone"][f"{name} {share}"], missed, rtol=0, atol=5e-5)
+    name, share = max(by_hand, key=lambda each: rms(by_hand[each]))
+    np.testing.assert_allclose(shown["miss"][f"{name} off"], by_hand[name, share], rtol=0, atol=5e-5)
+    said = re.search(
+        r"Of one parameter alone (\w+), 5 % too (\w+), costs most: ([\d.]+) mm rms, ([\d.]+) mm at", drawn(number).ours
+    )
+    assert said is not None and said.groups()[:2] == (name, "small" if share < 0.0 else "large") == ("gamma2", "small")
+    most = 1e3 * np.abs(by_hand[name, share]).max()
+    assert [float(each) for each in said.groups()[2:]] == pytest.approx(
+        [1e3 * rms(by_hand[name, share]), most], abs=0.1
+    )
+
+
+@pytest.mark.parametrize("number", [16, 17])
+def test_models_whose_errors_do_not_cancel_are_in_the_band(number):
+    """Figs. 16, 17: 32 models, every parameter 5 % off with a sign of its own. Their errors are, to first order, the
+    sums of those of one parameter at a time, whose rms is the root of the sum of squares.
+    """
+    shown = data(number)
+    shares, missed = shown["shares"], shown["all off"]
+    assert shares.shape == (7, 32) and missed.shape == (18, 32) and np.all(np.abs(shares) == 0.05)
+    assert len({*map(tuple, shares.T)}) > 20 and np.all(np.abs(shares.mean(axis=1)) < 0.03)
+    sums = np.zeros(missed.shape)
+    for name, row in zip(PARAMETERS, shares, strict=True):
+        sums += np.array([missed_by_hand(number, name, share) for share in row]).T
+    assert rms(missed - sums) < 0.1 * rms(sums)
+    expected = np.sqrt(sum(rms(missed_by_hand(number, name, 0.05)) ** 2 for name in PARAMETERS))
+    assert 0.8 * expected < rms(missed) < 1.25 * expected
+    said = re.search(
+        r"for 32 models: ([\d.]+) mm rms, ([\d.]+) to ([\d.]+) mm rms by the model, ([\d.]+) mm", drawn(number).ours
+    )
+    by_model = [rms(each) for each in missed.T]
+    numbers = [1e3 * each for each in (rms(missed), min(by_model), max(by_model), np.abs(missed).max())]
+    assert said is not None and [float(each) for each in said.groups()] == pytest.approx(numbers, abs=0.051)
 
 
 @pytest.mark.parametrize("number", [6, 7, 8, 16, 17])
@@ -317,7 +398,7 @@ def test_figures_of_ones_own_in_every_form(tmp_path, monkeypatch, capsys):
     svg = Path("out/fig_12.svg").read_text("utf-8")
     width = re.search(r'width="([\d.]+)pt"', svg)
     assert width is not None and float(width[1]) == pytest.approx(72.0 * 84.0 / 25.4, abs=0.1)
-    assert ">body energy [J]</text>" in svg and "font-size: 6px" in svg and "Parameters:" not in svg, "text is text"
+    assert ">energy [J]</text>" in svg and "font-size: 6px" in svg and "Parameters:" not in svg, "text is text"
     tex = Path("out/captions.tex").read_text("utf-8")
     assert tex.count("\\begin{figure}") == tex.count("\\end{figure}") == 2 and "\\includegraphics{fig_12}" in tex
     assert "\\caption{Energy without losses." in tex and not re.search(r"(?<!\\)[%&#_]", re.sub(r"{fig.*?}", "", tex))
@@ -342,8 +423,7 @@ def test_the_data_beside_a_figure_are_what_it_draws():
 def test_recordings_of_ones_own_are_in_figures_4_9_and_10(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for n, test in enumerate(("drop", "step", "ramp")):
-        more = ["--duration", "8", "--current", "1"] if test == "ramp" else []
-        assert cli.main(["record", test, "--seed", str(n), "--csv", f"{test}.csv", *more]) == 0
+        assert cli.main(["record", test, "--seed", str(n), "--csv", f"{test}.csv"]) == 0
     sources = ",".join(f"{test}={test}.csv" for test in ("drop", "step", "ramp"))
     capsys.readouterr()
     assert cli.main(["figures", "out", "--only", "9,10", "--format", "svg", "--recordings", sources, "--json"]) == 0
@@ -467,6 +547,51 @@ def test_what_cannot_be_drawn_or_written_is_refused_in_one_line(tmp_path, monkey
     assert {path.name for path in tmp_path.iterdir()} == {"file"}
 
 
+STYLES = {
+    "text.usetex: True": "line 1: text.usetex is not allowed; a style has settings of looks",
+    "figure.hooks: os:system": "line 1: figure.hooks is not allowed",
+    "path.effects: [1]": "line 1: path.effects is not allowed",
+    "savefig.format: xyz": "line 1: savefig.format is not allowed",
+    "backend: agg": "line 1: backend is not allowed",
+    "axes.prop_cycle: cycler('color', [])": "--style s.mplstyle: integer modulo by zero",
+    "lines.dashed_pattern: 0,0": "--style s.mplstyle: At least one value in the dash list must be positive",
+    "lines.linewidth: wide": "s.mplstyle: Key lines.linewidth",
+    "font.family: Nonexistent": "font.family: none of its fonts is installed, got Nonexistent",
+    "font.serif: Nonexistent, Neither": "font.serif: none of its fonts is installed, got Nonexistent, Neither",
+}
+
+
+@pytest.mark.parametrize("setting", STYLES)
+def test_a_style_that_is_none_or_draws_nothing_is_one_line(tmp_path, monkeypatch, capfd, setting):
+    monkeypatch.chdir(tmp_path)
+    Path("s.mplstyle").write_text(f"{setting}\n", "utf-8")
+    assert cli.main(["figures", "out", "--only", "12", "--format", "svg", "--style", "s.mplstyle"]) == 2
+    output, errors = capfd.readouterr()
+    assert (output, errors.count("\n")) == ("", 1) and STYLES[setting] in errors
+    assert not Path("out").exists()
+
+
+def test_what_matplotlib_warns_of_a_style_is_one_line(tmp_path, monkeypatch, capfd):
+    """Letters of 3 m leave no room for axes."""
+    monkeypatch.chdir(tmp_path)
+    Path("s.mplstyle").write_text("font.size: 9000\n", "utf-8")
+    assert cli.main(["figures", "out", "--only", "12", "--format", "svg", "--style", "s.mplstyle"]) == 0
+    errors = capfd.readouterr().err
+    assert errors.startswith("hopform: warning: constrained_layout not applied") and errors.count("\n") == 1
+
+
+def test_a_name_that_no_font_has_is_drawn_without_a_word(tmp_path, capfd):
+    """Nor of a font that the user's own settings name and that is not there."""
+    robot = dataclasses.replace(MINE, name="\N{FROG FACE}")
+    path = tmp_path / "frog.toml"
+    path.write_text(robot.to_toml(), "utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert cli.main(["hop", "--robot", str(path), "--height", "0.1", "--plot", str(tmp_path / "hop.png")]) == 0
+        hopform.animate(hopform.simulate(robot, [0.0], 1.0, height=0.1), seconds=0.2, rate=2)
+    assert capfd.readouterr().err == ""
+
+
 @pytest.mark.parametrize("name", ["captions.md", "captions.tex", "fig_12.csv"])
 def test_no_figure_overwrites_what_is_read(tmp_path, monkeypatch, capsys, name):
     monkeypatch.chdir(tmp_path)
@@ -503,6 +628,17 @@ def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
     assert (code, output) == (2, "")
     assert errors == f"hopform: {hopform.MissingExtra('a plot', 'plot')}\n"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_figures_are_drawn_with_what_make_run_installs(tmp_path):
+    """Fig. 6 has a run among its data, Fig. 11 a map; no other package of any extra can be imported."""
+    absent = declared(*EXTRAS) - installed_by_make_run() - {"hopform"}
+    assert "xarray" in absent
+    without = f"import sys; sys.modules |= dict.fromkeys({absent!r}); from hopform._cli import main; sys.exit(main())"
+    code, output, errors = python(without, "figures", "out", "--only", "6,11", "--format", "svg", cwd=tmp_path)
+    assert (code, errors) == (0, "") and "wrote 5 files" in output
+    head = (tmp_path / "out" / "fig_06.csv").read_text("utf-8").partition("\n")[0].split(",")
+    assert {"run time", "run x2", "run hop_apex", "miss"} <= set(head)
 
 
 def test_importing_the_figures_loads_no_matplotlib(tmp_path):

@@ -127,7 +127,7 @@ def test_uneven_time_stamps_and_a_gap_do_no_harm():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_slow_ramp_identifies_the_threshold_of_motion_in_both_directions(seed):
-    ramp = record(HOPPER, "ramp", duration=8.0, current=1.0, hold=0.5, seed=seed)
+    ramp = record(HOPPER, "ramp", seed=seed)
     threshold = friction_threshold(ramp, m_eff=25.0, gamma2=-65.0)
     assert [each.direction for each in threshold.onsets] == [1, -1]
     assert threshold.low <= 0.3 <= threshold.high
@@ -164,7 +164,7 @@ def test_all_recordings_together_make_a_robot():
         drops=[record(HOPPER, "drop", seed=1)],
         steps=[record(HOPPER, "step", seed=2)],
         air=[record(HOPPER, "air", seed=4, duration=1.0)],
-        ramps=[record(HOPPER, "ramp", duration=8.0, current=1.0, hold=0.5, seed=3)],
+        ramps=[record(HOPPER, "ramp", seed=3)],
         known={"m_s": 3.0},
         compare=False,
         holdout=False,
@@ -258,7 +258,7 @@ def test_several_motions_in_a_recording_are_found_and_fitted_together(test, dura
 @pytest.mark.parametrize("seed", range(3))
 def test_a_ramp_against_the_spring_identifies_the_threshold_where_its_load_is_taken_off(seed):
     """After the first ramp the actuator sticks 1 cm off rest: k x1 then counts for 0.2 A of the second."""
-    ramp = record(HOPPER, "ramp", duration=10.0, current=1.2, hold=1.0, spring=True, seed=seed)
+    ramp = record(HOPPER, "ramp", duration=10.0, current=1.2, hold=1.0, spring=True, free_stroke=True, seed=seed)
     threshold = friction_threshold(ramp, spring=True, m_eff=25.0, gamma2=-65.0, k=1200.0)
     assert threshold.low - 0.002 <= 0.3 <= threshold.high + 0.002
     assert threshold.high - threshold.low < 0.02
@@ -317,9 +317,9 @@ def test_record_and_identify_go_from_a_robot_to_a_robot(tmp_path, capsys):
 
 def test_identify_all_finds_out_what_each_file_is(tmp_path, capsys):
     files = []
-    for test, more in (("drop", []), ("step", []), ("ramp", ["--duration", "8", "--current", "1"])):
+    for test in ("drop", "step", "ramp"):
         file = tmp_path / f"{test}.csv"
-        assert main(["record", test, "--seed", "2", "--csv", str(file), *more]) == 0
+        assert main(["record", test, "--seed", "2", "--csv", str(file)]) == 0
         files.append(str(file))
     report = tmp_path / "report.md"
     assert main(["identify", "all", *files, "--known", "m_s=3", "--report", str(report)]) == 0
@@ -351,9 +351,7 @@ def test_options_are_checked(arguments, words, tmp_path, capsys):
 def test_json_is_what_the_document_says(kind, tmp_path, capsys):
     """Every field that the schema names, of the type that it names, and no other."""
     file = tmp_path / f"{kind}.csv"
-    made = record(
-        HOPPER, "drop" if kind == "check" else kind, duration=8.0 if kind == "ramp" else 1.5, current=1.0, seed=1
-    )
+    made = record(HOPPER, "drop" if kind == "check" else kind, seed=1)
     file.write_text(to_csv(made), "utf-8")
     assert main(["identify", kind, str(file), "--json"]) == 0
     said = strict_json(capsys.readouterr().out)

@@ -2,6 +2,7 @@
 
 import os
 import warnings
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -68,3 +69,55 @@ def test_any_object_for_any_argument_is_taken_or_refused(drawn):
     name, arguments = drawn
     message = tried(name, arguments)
     assert message is None or ("\n" not in message and len(message) < 600), message
+
+
+MOST = 2**20
+"""Entries that any argument has at most, where a detector's samples are bounded for this test."""
+
+
+class TakesAll(BaseException):
+    """More was taken than any argument may have."""
+
+
+def endless() -> Iterator[float]:
+    """Zeros without an end."""
+    for _ in range(MOST + 1):
+        yield 0.0
+    raise TakesAll
+
+
+class Endless(Mapping[str, float]):
+    """Names without an end."""
+
+    def __len__(self):
+        return 1
+
+    def __getitem__(self, name):
+        return 0.0
+
+    def __iter__(self):
+        yield from (str(n) for n, _ in enumerate(endless()))
+
+
+@pytest.mark.parametrize("name", sorted(EVERY))
+def test_no_argument_is_read_without_a_bound(name, monkeypatch):
+    monkeypatch.setattr("hopform._hopping.touchdown.MEMORY", 2**20)
+    function, arguments = EVERY[name]
+    for each in parameters_of(function, arguments):
+        for value in (endless(), Endless()):
+            message = tried(name, arguments | {each: value})
+            assert message is None or ("\n" not in message and len(message) < 600), (each, message)
+
+
+@pytest.mark.parametrize(
+    ("name", "argument", "said"),
+    [
+        ("compare", "seeds", "seeds must have at most 1048576 entries, got more"),
+        ("compare", "grounds", "grounds must have at most 1048576 entries, got more"),
+        ("simulate", "terrain", "terrain must have at most 65536 entries, got more"),
+        ("sensitivities arrays", "over", "over must have at most 0 entries, got more"),
+        ("many sensitivities arrays", "over", "over must have at most 1 entries, got more"),
+    ],
+)
+def test_what_does_not_end_is_refused_with_the_limit(name, argument, said):
+    assert tried(name, EVERY[name][1] | {argument: endless()}) == said

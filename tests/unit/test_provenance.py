@@ -5,6 +5,8 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
+from scipy.stats import t as student
 
 import hopform
 from hopform._cli import main
@@ -55,6 +57,24 @@ def test_the_covariance_is_that_of_the_intervals_and_the_correlations(fit):
     assert fit.covariance[i, j] == pytest.approx(expected)
 
 
+def test_the_covariance_is_as_wide_as_the_intervals_of_residuals_with_a_memory():
+    """Noise of which each sample keeps 0.8 of the one before: intervals are widened for it, and robots that are drawn
+    must scatter as much. The half width over Student's quantile is the standard deviation.
+    """
+    clean, own = record(HOPPER, "decay", noise=0.0, quantum=0.0, seed=1), np.random.default_rng(2)
+    noise = 2e-4 * lfilter([0.6], [1.0, -0.8], own.standard_normal(clean.time.size))
+    column = clean.columns["x2"]
+    made = dataclasses.replace(clean, columns={"x2": column._replace(values=column.values + noise)})
+    fit = fit_drop_test(made, attached=True, known={"m_s": 3.0}, **ALONE)
+    assert any("intervals are widened" in each for each in fit.warnings)
+    names = [each.name for each in fit.estimates]
+    for name in ("k", "b2"):
+        half, at = 0.5 * (fit[name].high - fit[name].low), names.index(name)
+        assert np.sqrt(fit.covariance[at, at]) == pytest.approx(half / student.ppf(0.975, 990), rel=1e-3)
+        drawn = [getattr(each, name) for each in fit.sample(4000, 1)]
+        assert np.std(drawn) == pytest.approx(half / student.ppf(0.975, 990), rel=0.05)
+
+
 def test_drawn_robots_have_the_fit_s_mean_spread_and_correlation(fit):
     """4000 draws: a standard deviation is known to 1.1 %, a correlation of 0.9 to 0.003."""
     drawn = fit.sample(4000, 1)
@@ -98,7 +118,7 @@ def test_friction_of_several_recordings_is_their_mean_with_the_covariance_of_a_m
 
 def test_a_ramp_writes_its_friction_with_an_interval_and_marks_the_rest(tmp_path):
     ramp, out = tmp_path / "ramp.csv", tmp_path / "mine.toml"
-    ramp.write_text(to_csv(record(HOPPER, "ramp", duration=8.0, current=1.0, hold=0.5, seed=3)), "utf-8")
+    ramp.write_text(to_csv(record(HOPPER, "ramp", seed=3)), "utf-8")
     known = ["--known", "m_eff=25", "--known", "gamma2=-65"]
     assert main(["identify", "ramp", str(ramp), *known, "--out", str(out)]) == 0
     robot = hopform.load_robot(out)

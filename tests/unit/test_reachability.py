@@ -62,6 +62,26 @@ def test_bounds_are_those_of_all_currents_not_of_the_map(found):
             assert found.highest[row] >= np.nanmax(apex) - 1e-9
 
 
+@pytest.mark.parametrize("currents", [[0.0], [-0.5, 0.5, 1.0]], ids=str)
+def test_bounds_do_not_depend_on_the_currents_of_the_map(found, currents):
+    """Not even where the map has no current that leads as high or as low."""
+    coarse = hopform.reachability(HOPPER, HEIGHTS, currents)
+    for name in ("lowest", "u_lowest", "highest", "u_highest", "hold"):
+        np.testing.assert_allclose(getattr(coarse, name), getattr(found, name), rtol=0, atol=1e-6, err_msg=name)
+    assert np.all(coarse.highest > np.fmax.reduce(coarse.apex, axis=1) + 0.01)
+
+
+def test_the_stroke_bounds_the_highest_apex_of_low_drops(found):
+    """From 2 cm: of a fine scan of stances, the highest of those that keep the actuator off its stop."""
+    v2 = hopform.touchdown_velocity(HOPPER, HEIGHTS[0])
+    scan = [hopform.solve_stance(HOPPER, v2=v2, u=u) for u in np.linspace(2.5, 3.0, 501)]
+    stays = [np.max(each.at(np.linspace(0.0, each.duration, 1001)).x1) < HOPPER.x1_max for each in scan]
+    assert any(stays) and not all(stays)
+    assert found.highest[0] == pytest.approx(
+        max(each.apex for each, off in zip(scan, stays, strict=True) if off), abs=1e-4
+    )
+
+
 def test_the_fixed_point_at_3_ampere_is_25_cm(found):
     point = next(point for point in found.fixed_points if point.u == 3.0)
     assert point.height == pytest.approx(0.252, abs=5e-4)

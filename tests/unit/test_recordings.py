@@ -12,7 +12,15 @@ import hopform
 from hopform._cli import main
 from hopform._identify.drop import fit_drop_test, oscillation_of
 from hopform._identify.ramp import friction_threshold
-from hopform._identify.recordings import noise_of, outliers, parse_recording, quantum_of, read_recording, saturated
+from hopform._identify.recordings import (
+    COLUMNS,
+    noise_of,
+    outliers,
+    parse_recording,
+    quantum_of,
+    read_recording,
+    saturated,
+)
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record, to_csv
 
@@ -184,9 +192,7 @@ SCALED = {
 def test_a_column_in_another_unit_than_its_name_is_refused_with_what_is_allowed(test, tmp_path, capsys):
     column, factor, words = SCALED[test]
     seed, height = (1, 0.2) if test == "drop" else (4, 0.04 if test == "decay" else 0.2)
-    made = record(
-        HOPPER, test, seed=seed, height=height, **({"duration": 8.0, "current": 1.0} if test == "ramp" else {})
-    )
+    made = record(HOPPER, test, seed=seed, height=height)
     path = tmp_path / "scaled.csv"
     path.write_text(with_column(made, column, factor * made.columns[column].values))
     for command in (test,) if test == "ramp" else (test, "all"):
@@ -197,7 +203,7 @@ def test_a_column_in_another_unit_than_its_name_is_refused_with_what_is_allowed(
 
 
 def test_velocities_in_place_of_positions_are_refused(tmp_path, capsys):
-    made = record(HOPPER, "step", seed=2)
+    made = record(HOPPER, "step", noise=2e-5, seed=2)
     path = tmp_path / "velocity.csv"
     path.write_text(with_column(made, "x1", np.gradient(made.position("x1"), made.time)))
     assert "is the unit of x1_m right" in refused(path, "step", "--known", "m_eff=25", capsys=capsys)
@@ -256,7 +262,7 @@ def test_a_drop_that_cannot_be_one_is_refused(name):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda text: text.replace("current_A", "current_mA"), "column 'current_mA': reaches 0.003 A"),
+        (lambda text: text.replace("current_A", "current_mA"), "column 'current_mA': reaches 0.000855 A"),
         (lambda text: "\n".join(line.rpartition(",")[0] + (",current_A" if n == 0 else ",0.5")
                                 for n, line in enumerate(text.splitlines())), "column 'current_A': is constant at 0.5"),
         (lambda text: text.replace(",current_A", ",tension_N"), "line 1: no column is a current"),
@@ -270,7 +276,7 @@ def test_a_current_that_cannot_be_one_is_refused(change, words):
 
 def test_a_current_at_its_limit_and_outliers_are_seen():
     step = record(HOPPER, "step", noise=1e-4, seed=3)
-    u = np.clip(step.current() + 0.05 * np.random.default_rng(1).standard_normal(step.time.size), -2.0, 2.0)
+    u = np.clip(step.current() + 0.05 * np.random.default_rng(1).standard_normal(step.time.size), -0.6, 0.6)
     assert saturated(u) is not None
     assert saturated(np.sin(np.linspace(0.0, 9.0, 500))) is None
     x = step.position("x1").copy()
@@ -302,6 +308,23 @@ def test_a_recording_reads_back_as_it_was_made(tmp_path):
     assert np.abs(again.time - made.time).max() <= 1e-9
     assert np.abs(again.position("x1") - made.position("x1")).max() <= 1e-9
     assert np.abs(again.current() - made.current()).max() <= 1e-9
+
+
+@pytest.mark.parametrize("unit", [*COLUMNS, "4096perrev", "2.5permm", "10perdeg"])
+def test_a_column_in_each_unit_reads_back_as_the_quantity_that_was_written(unit):
+    """Written as number times 1/unit by this table alone, which repeats none of the product's."""
+    in_si = {
+        "s": 1.0, "ms": 1e-3, "us": 1e-6, "m": 1.0, "cm": 0.01, "mm": 1e-3, "um": 1e-6, "rad": 1.0, "mrad": 1e-3,
+        "deg": math.tau / 360.0, "rev": math.tau, "A": 1.0, "mA": 1e-3, "V": 1.0, "mV": 1e-3, "N": 1.0, "kN": 1e3,
+        "Nm": 1.0, "mNm": 1e-3, "4096perrev": math.tau / 4096.0, "2.5permm": 1e-3 / 2.5, "10perdeg": math.tau / 3600.0,
+    }  # fmt: skip
+    si = 0.02 * np.arange(1, 31)
+    of_time = unit in ("s", "ms", "us")
+    first, title = (f"t_{unit}", "x2_m") if of_time else ("t_s", f"x2_{unit}")
+    lines = [f"{(t / in_si[unit] if of_time else t)!r},{(t if of_time else t / in_si[unit])!r}" for t in si.tolist()]
+    made = parse_recording(rows(*lines, head=f"{first},{title}"), "unit.csv")
+    assert made.columns["x2"].values.tolist() == pytest.approx(si.tolist(), rel=1e-12)
+    assert made.time.tolist() == pytest.approx((si - si[0]).tolist(), abs=1e-12)
 
 
 def test_a_column_that_no_fit_uses_needs_no_unit():

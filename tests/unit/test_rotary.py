@@ -1,26 +1,21 @@
-"""Recordings in rad, deg, turns and counts, driven by A, V, N or N m, and fits in the words of simulators.
+"""Recordings in rad, deg, turns and counts, driven by A, V, N or N m.
 
 Recordings of a servo are made by the independent time stepping of tests/oracle/recordings.c.
 """
 
-import ast
 import math
-import re
 from dataclasses import replace
 from functools import cache
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 import hopform
-from hopform import _cli as cli
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.fits import Fit
 from hopform._identify.ramp import friction_threshold
 from hopform._identify.recordings import Units, parse_recording
-from hopform._identify.simulators import exported, quantities
 from hopform._identify.step import fit_force, fit_step_response
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
@@ -164,113 +159,3 @@ def test_units_that_no_fit_takes_are_refused_by_file_and_column(tmp_path, capsys
         fit_drop_test(angle, attached=True, known={"m_s": -1.0})
     with pytest.raises(hopform.HopformError, match="a fit in rad is of no hopper"):
         decay().robot(hopform.load_robot("hopper_c"))
-
-
-# ---- simulators ----
-
-
-def test_what_a_simulator_reads_are_forces_and_their_intervals():
-    found = quantities(air())
-    friction = found["frictionloss"]
-    assert friction.value == pytest.approx(air()["m_eff"].value * air()["f1"].value)
-    names = [each.name for each in air().estimates]
-    i, j, m, f = names.index("m_eff"), names.index("f1"), air()["m_eff"].value, air()["f1"].value
-    c = air().covariance
-    stderr = math.sqrt(f * f * c[i, i] + m * m * c[j, j] + 2.0 * m * f * c[i, j])
-    assert friction.high - friction.value == pytest.approx(1.96 * stderr)
-    assert friction.low < 0.004 < friction.high
-    assert found["gear"].value == 0.05
-    assert (found["damping"].low, found["damping"].high) == (air()["b1"].low, air()["b1"].high)
-    assert [each.unit for each in found.values()] == ["kg m^2", "N m s/rad", "N m/V", "V", "N m"]
-
-
-def model_of(text: str) -> Any:
-    mujoco = pytest.importorskip("mujoco")
-    return mujoco, mujoco.MjModel.from_xml_string(text)
-
-
-def test_mujoco_reads_back_what_was_fitted():
-    _, model = model_of(exported(air(), "mjcf"))
-    found = quantities(air())
-    assert model.dof_armature[0] == found["armature"].value
-    assert model.dof_damping.ravel()[0] == found["damping"].value
-    assert model.dof_frictionloss[0] == found["frictionloss"].value
-    assert model.actuator_gear[0, 0] == found["gear"].value
-    _, hung = model_of(exported(decay(), "mjcf"))
-    assert hung.jnt_stiffness.ravel()[0] == 0.4807
-    assert hung.qpos_spring[0] == decay()["rest@0"].value  # in radians: MJCF's default is degrees
-
-
-@pytest.mark.parametrize(("fit", "rig"), [(air, SERVO), (decay, PENDULUM)], ids=["air", "decay"])
-def test_mujoco_moves_as_the_servo_did(fit, rig):
-    """From the fitted start under the same drive; MuJoCo's friction is a soft constraint, its step 50 us."""
-    mujoco, model = model_of(exported(fit(), "mjcf"))
-    model.opt.timestep = 5e-5
-    model.dof_solref[0] = [-1e5, -2e2] if rig.k else [-1e6, -2e3]
-    data, values = mujoco.MjData(model), fit().values
-    data.qpos[0], data.qvel[0] = values["x@0"], values.get("v@0", 0.0)
-    time, seen = fit().traces[0].time, []
-    count = round((time[-1] - time[0]) * RATE) + 1
-    drive = DRIVE[-count:]
-    for u in drive.tolist():
-        seen.append(float(data.qpos[0]))
-        if model.nu:
-            data.ctrl[0] = u
-        for _ in range(round(1.0 / (RATE * model.opt.timestep))):
-            mujoco.mj_step(model, data)
-    truth = simulate(rig, DRIVE if rig.gamma else np.zeros(COUNT), RATE)[-count:]
-    assert np.abs(np.array(seen) - truth).max() < 0.01 * np.ptp(truth)
-
-
-def test_urdf_has_inertia_damping_and_friction_about_its_axis():
-    text = exported(air(), "urdf")
-    joint = ElementTree.fromstring(text).find("joint")
-    assert joint.get("type") == "continuous"
-    found = quantities(air())
-    dynamics = {name: float(value) for name, value in joint.find("dynamics").attrib.items()}
-    assert dynamics == {"damping": found["damping"].value, "friction": found["frictionloss"].value}
-    _, model = model_of(text)
-    assert model.body_inertia[1] == pytest.approx([found["armature"].value] * 3)
-    assert (model.dof_damping.ravel()[0], model.dof_frictionloss[0]) == tuple(dynamics.values())
-
-
-def test_isaac_lab_has_friction_as_an_effort():
-    made = ast.parse(exported(decay(), "isaac"))
-    call = next(node.value for node in made.body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call))
-    values = {each.arg: ast.literal_eval(each.value) for each in call.keywords}
-    found = quantities(decay())
-    assert values == {
-        "joint_names_expr": ["identified"], "damping": 0.0, "stiffness": 0.4807, "armature": found["armature"].value,
-        "friction": found["frictionloss"].value, "dynamic_friction": found["frictionloss"].value,
-        "viscous_friction": found["damping"].value,
-    }  # fmt: skip
-
-
-def test_a_hopper_s_actuator_slides():
-    step = hopform.record(hopform.load_robot("hopper_c"), "step", seed=2)
-    fit = fit_step_response(step, known={"m_eff": 25.0}, **ALONE)
-    assert {word: each.unit for word, each in quantities(fit).items()} == {
-        "armature": "kg", "damping": "N s/m", "stiffness": "N/m", "springref": "m", "gear": "N/A", "frictionloss": "N",
-    }  # fmt: skip
-    joint = ElementTree.fromstring(exported(fit, "urdf")).find("joint")
-    assert joint.get("type") == "prismatic"
-    assert float(joint.find("limit").get("upper")) == pytest.approx(fit.traces[0].measured.max(), rel=1e-5)
-    _, model = model_of(exported(fit, "mjcf"))
-    assert model.actuator_gear[0, 0] == pytest.approx(65.0, rel=0.01)
-
-
-def test_the_command_writes_a_model_with_intervals_in_comments(tmp_path, capsys):
-    path, out = tmp_path / "servo.csv", tmp_path / "servo.xml"
-    rows = np.stack([TIME, np.degrees(angles(SERVO)), DRIVE], axis=1).tolist()
-    path.write_text("\n".join(["time_s,position_deg,voltage_V", *(",".join(map(repr, row)) for row in rows)]))
-    ask = ["identify", "air", str(path), "--known", "gamma2=-0.05"]
-    assert cli.main([*ask, "--export", "mjcf", "--out", str(out)]) == 0
-    assert "N m s/rad" in capsys.readouterr().out
-    assert re.search(r"<!-- damping \S+ \[N m s/rad\] 95 % \S+ \.\. \S+ -->", out.read_text())
-    assert cli.main([*ask, "--export", "mjcf"]) == 0
-    assert capsys.readouterr().out == out.read_text()
-    assert cli.main([*ask[:3], "--export", "urdf"]) == 2
-    assert "motion fixes them only up to a factor" in capsys.readouterr().err
-    assert cli.main([*ask, "--export", "urdf", "--json"]) == 2
-    assert cli.main([*ask, "--out", str(out)]) == 2
-    assert "a fit in rad is of no hopper" in capsys.readouterr().err

@@ -204,6 +204,8 @@ def test_an_animation_shows_foot_time_and_current_and_is_saved(tmp_path):
     assert shown._repr_html_().startswith("<img alt='Animation of hopper_c")
     shown.save(tmp_path / "a.gif")
     assert (tmp_path / "a.gif").read_bytes() == shown.gif and shown.gif[:6] == b"GIF89a"
+    with pytest.raises(hopform.HopformError, match=r"path must end in \.gif, which an animation is, got '.*run\.mp4'"):
+        shown.save(tmp_path / "run.mp4")
     for wrong in ({"rate": 0}, {"speed": -1.0}, {"seconds": 0.0}, {"h_des": "x"}, {"rate": 100, "speed": 1e-5}):
         with pytest.raises(hopform.HopformError, match=next(iter(wrong))):
             hopform.animate(run, **wrong)

@@ -82,7 +82,8 @@ def test_a_comparison_has_the_runs_that_simulate_makes():
     )
     assert dict(found.sizes) == {"controller": 3, "ground": 2, "errors": 2, "seed": 2, "hop": 3}
     assert calls == [(n, 24) for n in range(1, 25)]
-    run = hopform.simulate(HOPPER, grounds["rough"], laws["printed"], height=0.2, errors=noisy["noise"], seed=4)
+    how = {"height": 0.2, "errors": noisy["noise"], "seed": 4, "cell": (1, 1)}
+    run = hopform.simulate(HOPPER, grounds["rough"], laws["printed"], **how)
     here = found.sel(controller="printed", ground="rough", errors="noise", seed=4)
     np.testing.assert_array_equal(here.apex, [*run.table["apex"], np.nan])
     np.testing.assert_array_equal(here.miss, [*(run.table["apex"] - 0.2), np.nan])
@@ -109,3 +110,13 @@ def test_what_cannot_be_compared_is_refused_by_name(changed, said):
     asked = {"controllers": {"none": 0.0}, "grounds": [[0.0]], "height": 0.2} | changed
     with pytest.raises(HopformError, match=said):
         hopform.compare(HOPPER, **asked)
+
+
+def test_a_name_that_is_not_known_is_refused_before_its_value_and_before_anything_that_lacks():
+    for inputs, said in (
+        ({"hieght": [0.1, 0.2]}, "'hieght' is neither an input .*, did you mean 'height'"),
+        ({"height": 0.1, "B1": "much"}, "'B1' is neither an input .*, did you mean 'b1'"),
+        ({"v2": "fast", "stifness": 3.0}, "'stifness' is neither an input"),
+    ):
+        with pytest.raises(HopformError, match=said):
+            hopform.sweep(HOPPER, **inputs)

@@ -60,6 +60,44 @@ def test_c_detects_what_python_detects(detector, dtype):
     assert counted > 10
 
 
+def detects_in_python(detector):
+    """A function of a contact and a sample: the contact after it, and what it detects."""
+    settings = solver.Detector(detector.high, detector.low, detector.count)
+    return lambda contact, sample: solver.touchdown(settings, solver.Contact(*contact), sample)
+
+
+def detects_in_c(detector, dtype=np.float64):
+    library = native.library()
+    types = library.types(np.dtype(dtype))
+    settings = struct(types.real, detector)
+
+    def detect(contact, sample):
+        known = CONTACT(*contact)
+        status = library.call("touchdown", types, ctypes.byref(settings), ctypes.byref(known), types.real(sample))
+        return (known.above, known.touches, known.run), status
+
+    return detect
+
+
+@pytest.mark.parametrize("detects", [detects_in_python, pytest.param(detects_in_c, marks=needs.library)])
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_a_run_of_count_samples_is_needed_whatever_the_contact_held(detects, count):
+    """Of a run that this detector cannot have left, 1 .. count - 1, nothing is kept: not of a longer detector's, not of
+    memory that nobody set.
+    """
+    detect = detects(TouchdownDetector(high=0.6, low=0.4, count=count))
+    runs = (-(2**31), -1, 0, 1, count - 1, count, count + 1, 100, 2**31 - 1)
+    for above, touches, run in itertools.product((0, 1), (0, 1), runs):
+        contact, kept = (above, touches, run), run if 0 < run < count else 0
+        for left in range(count - kept - 1, -1, -1):
+            contact, event = detect(contact, -1.0 if touches else 2.0)
+            assert event == (0 if left else 2 if touches else 1), (above, touches, run, left)
+            assert 0 <= contact[2] < count
+        assert tuple(contact) == (not touches, not touches, 0)
+        contact, event = detect((above, touches, run), 2.0 if touches else -1.0)
+        assert (tuple(contact), event) == ((touches, touches, 0), 0)
+
+
 class CONTACT(ctypes.Structure):
     _fields_ = [(name, ctypes.c_int32) for name in ("above", "touches", "run")]
 

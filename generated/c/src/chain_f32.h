@@ -689,8 +689,8 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     show_phase_f32(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f32);
     chain->t = passes ? until : chain->t + length;
     if (end->owner == CONTACT_f32) {
-        float *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS];
-        *compression = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : *compression;
+        float *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
+        *compression = HOPFORM_CONTACT_IS_COMPRESSION || *compression < 0.0f ? 0.0f : *compression;
         return HOPFORM_ENDING_TAKEOFF;
     }
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }

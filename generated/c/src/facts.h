@@ -85,7 +85,7 @@
 /* What the hopper is made of. */
 #define HOPFORM_ROBOT_MEMBERS(X) X(m_eff, POSITIVE) X(m_s, POSITIVE) X(k, POSITIVE) X(L0, REAL) X(c, REAL) X(b1, NONNEGATIVE) X(b2, NONNEGATIVE) X(f1, NONNEGATIVE) X(f2, NONNEGATIVE) X(gamma2, REAL) X(g, NONNEGATIVE) X(x1_min, LOWER) X(x1_max, UPPER) X(u_max, BOUND) X(impact_loss, FRACTION)
 
-/* The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+/* The hopper at one instant; x_2 is x_1 - y and the length without load. */
 #define HOPFORM_STATE_MEMBERS(X) X(x1, REAL) X(v1, REAL) X(v2, REAL) X(y, REAL)
 
 /* Work of each force, signed as it enters the robot; what is lost at stops is apart. */

@@ -143,7 +143,7 @@ typedef struct {
     float x1_rate;  /* [m/s] rate of the displacement of the actuator */
     float v1_rate;  /* [m/s/s] rate of the velocity of the actuator */
     float v2_rate;  /* [m/s/s] rate of the velocity of the body */
-    float y_rate;   /* [m/s] rate of the compression of the spring, x_1 - x_2 + L_0 + c */
+    float y_rate;   /* [m/s] rate of the compression of the leg, from where it carries nothing */
 } hopform_speeds_f32;
 
 /* How far the free acceleration of a mass that is held may go to either side. */
@@ -223,7 +223,7 @@ typedef struct {
     float x1_t;  /* [m] displacement of the actuator */
     float v1_t;  /* [m/s] velocity of the actuator */
     float v2_t;  /* [m/s] velocity of the body */
-    float y_t;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    float y_t;   /* [m] compression of the leg, from where it carries nothing */
 } hopform_at_f32;
 
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
@@ -257,12 +257,12 @@ typedef struct {
     float d_impact_loss;  /* [1] change of the fraction of the body's kinetic energy lost at touchdown */
 } hopform_robot_change_f32;
 
-/* Changes: The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+/* Changes: The hopper at one instant; x_2 is x_1 - y and the length without load. */
 typedef struct {
     float d_x1;  /* [m] change of the displacement of the actuator */
     float d_v1;  /* [m/s] change of the velocity of the actuator */
     float d_v2;  /* [m/s] change of the velocity of the body */
-    float d_y;   /* [m] change of the compression of the spring, x_1 - x_2 + L_0 + c */
+    float d_y;   /* [m] change of the compression of the leg, from where it carries nothing */
 } hopform_state_change_f32;
 
 /* The actuator in flight: accelerations, and poles under the law and at its limit. */
@@ -777,10 +777,18 @@ static inline float hopform_aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 static inline float hopform_body_height_f32(const hopform_robot_f32 *robot, float x1, float y)
 {
     const float L0 = robot->L0, c = robot->c;
-    const float length = x1 - y;         /* x_2 - L_0 - c */
+    const float length = x1 - y;         /* hop height of the body */
     const float unloaded = L0 + c;       /* length of the leg without load */
-    const float x2 = length + unloaded;  /* y = x_1 - x_2 + L_0 + c */
+    const float x2 = length + unloaded;  /* y = x_1 - x_2 + unloaded */
     return x2;
+}
+
+/* Compression of the spring at which the leg at rest carries nothing; L_0 + c less that is its length then. */
+static inline float hopform_compression_at_rest_f32(const hopform_robot_f32 *robot)
+{
+    (void)robot;
+    const float rest = 0.0f;  /* N = 0 */
+    return rest;
 }
 
 /* Energy of the body beside its kinetic energy and that of its height. */
@@ -944,7 +952,7 @@ static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *
     return result;
 }
 
-/* Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c. */
+/* Change of the energy of the body with the robot and the state, x_2 counted from the leg without load. */
 static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     const hopform_robot_change_f32 *robot_change,
@@ -954,8 +962,8 @@ static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robo
     const float x1 = state->x1, v2 = state->v2, y = state->y;
     const float d_m_s = robot_change->d_m_s, d_k = robot_change->d_k, d_g = robot_change->d_g;
     const float d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
-    const float length = x1 - y;                                              /* x_2 - L_0 - c */
-    const float d_length = d_x1 - d_y;                                        /* change of x_2 - L_0 - c */
+    const float length = x1 - y;                                              /* hop height of the body */
+    const float d_length = d_x1 - d_y;                                        /* change of hop height of the body */
     const float d_kinetic = 0.5f*d_m_s*v2*v2 + d_v2*m_s*v2;                    /* change of (22) kinetic */
     const float d_weight = d_g*length*m_s + d_length*g*m_s + d_m_s*g*length;  /* change of (22), (23) weight */
     const float d_spring = 0.5f*d_k*length*length + d_length*k*length;         /* change of (22), (23) spring */
@@ -992,18 +1000,20 @@ static inline float hopform_apex_slope_f32(const hopform_robot_f32 *robot,
 }
 
 /* Change of the body's height with the robot and the state. */
-static inline float hopform_height_change_f32(const hopform_robot_change_f32 *robot_change,
+static inline float hopform_height_change_f32(const hopform_robot_f32 *robot,
+    const hopform_robot_change_f32 *robot_change,
     const hopform_state_change_f32 *state_change)
 {
+    (void)robot;
     const float d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
     const float d_x1 = state_change->d_x1, d_y = state_change->d_y;
-    const float d_length = d_x1 - d_y;         /* change of x_2 - L_0 - c */
+    const float d_length = d_x1 - d_y;         /* change of hop height of the body */
     const float d_unloaded = d_L0 + d_c;       /* change of length of the leg without load */
-    const float d_x2 = d_length + d_unloaded;  /* change of y = x_1 - x_2 + L_0 + c */
+    const float d_x2 = d_length + d_unloaded;  /* change of y = x_1 - x_2 + unloaded */
     return d_x2;
 }
 
-/* Contact force of the leg over k, at a state. */
+/* Contact force of the leg over its stiffness, at a state. */
 static inline float hopform_contact_of_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     (void)robot;
@@ -1012,7 +1022,17 @@ static inline float hopform_contact_of_f32(const hopform_robot_f32 *robot, const
     return contact;
 }
 
-/* Change of the contact force over k with a change of the state, or with its rate. */
+/* Contact force of the leg, at a state. */
+static inline float hopform_contact_force_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+{
+    const float k = robot->k;
+    const float y = state->y;
+    const float contact = y;                /* what the leg carries */
+    const float contact_force = contact*k;  /* what the leg carries */
+    return contact_force;
+}
+
+/* Change of the contact force over the leg's stiffness with a change of the state, or with its rate. */
 static inline float hopform_contact_slope_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     (void)robot;
@@ -1021,7 +1041,7 @@ static inline float hopform_contact_slope_f32(const hopform_robot_f32 *robot, co
     return contact;
 }
 
-/* Numerator of the contact force over k. */
+/* Numerator of the contact force over the leg's stiffness. */
 static inline hopform_numerator_f32 hopform_contact_numerator_f32(const hopform_robot_f32 *robot,
     const hopform_motion_f32 *motion)
 {
@@ -1034,7 +1054,7 @@ static inline hopform_numerator_f32 hopform_contact_numerator_f32(const hopform_
     return result;
 }
 
-/* Change of the contact force over k with the robot and the state. */
+/* Change of the contact force over the leg's stiffness with the robot and the state. */
 static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     const hopform_robot_change_f32 *robot_change,
@@ -1048,14 +1068,14 @@ static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot,
     return d_contact;
 }
 
-/* Compression at which the leg carries nothing, on the ground: 0 where the spring is all that acts in it. */
+/* Compression at which the leg carries nothing, on the ground: 0 where no damper acts in it. */
 static inline float hopform_compression_at_takeoff_f32(const hopform_robot_f32 *robot, float v1, float v2)
 {
     (void)robot;
     (void)v1;
     (void)v2;
-    const float rest = 0.0f;  /* N = 0 */
-    return rest;
+    const float released = 0.0f;  /* N = 0 */
+    return released;
 }
 
 /* Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it. */
@@ -1066,7 +1086,7 @@ static inline float hopform_leg_time_f32(const hopform_robot_f32 *robot)
     return leg_time;
 }
 
-/* Energy that the leg holds beyond that at rest. */
+/* Energy that the leg holds beyond that at y = 0. */
 static inline float hopform_leg_energy_f32(const hopform_robot_f32 *robot, float left)
 {
     const float k = robot->k;

@@ -27,7 +27,7 @@ typedef union {
     float of[2];
 } hopform_friction_by_element_f32;
 
-/* The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+/* The hopper at one instant; x_2 is x_1 - y and the length without load. */
 typedef union {
     hopform_state_f32 named;
     hopform_at_f32 later;

@@ -5,8 +5,22 @@
 #ifndef HOPFORM_PRECISION_H_f32
 #define HOPFORM_PRECISION_H_f32
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
+
+#if FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128
+#error "hopform_f32 needs a float of 32 bits: leave its sources out"
+#endif
+
+/* Build systems in which a library has no flags of its own: each result is rounded as written there, too. */
+#if defined(ARDUINO) || defined(_RTE_)
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize("fp-contract=off")
+#endif
+#endif
 
 typedef uint32_t hopform_bits_f32;
 typedef int32_t hopform_signed_bits_f32;

@@ -5,8 +5,22 @@
 #ifndef HOPFORM_PRECISION_H_f64
 #define HOPFORM_PRECISION_H_f64
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
+
+#if DBL_MANT_DIG != 53 || DBL_MAX_EXP != 1024
+#error "hopform_f64 needs a double of 64 bits: leave its sources out"
+#endif
+
+/* Build systems in which a library has no flags of its own: each result is rounded as written there, too. */
+#if defined(ARDUINO) || defined(_RTE_)
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize("fp-contract=off")
+#endif
+#endif
 
 typedef uint64_t hopform_bits_f64;
 typedef int64_t hopform_signed_bits_f64;

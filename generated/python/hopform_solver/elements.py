@@ -71,7 +71,7 @@ class FlightPhase(NamedTuple):
 
 
 class FlightSolution(NamedTuple):
-    """A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead."""
+    """A flight, solved. In its states y is that of a leg that stands on the ground ahead."""
 
     robot: Robot
     gains: Any

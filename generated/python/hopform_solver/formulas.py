@@ -520,14 +520,23 @@ def body_height(robot: Robot, x1: Real, y: Real) -> Real:
     """Height of the body over the ground under the foot.
 
     x1 [m] displacement of the actuator.
-    y [m] compression of the spring, x_1 - x_2 + L_0 + c.
+    y [m] compression of the leg, from where it carries nothing.
     Returns x2 [m], height of the body over the ground under the foot.
     """
     L0, c = robot.L0, robot.c
-    length = x1 - y         # x_2 - L_0 - c
+    length = x1 - y         # hop height of the body
     unloaded = L0 + c       # length of the leg without load
-    x2 = length + unloaded  # y = x_1 - x_2 + L_0 + c
+    x2 = length + unloaded  # y = x_1 - x_2 + unloaded
     return x2
+
+
+def compression_at_rest(robot: Robot) -> Real:
+    """Compression of the spring at which the leg at rest carries nothing; L_0 + c less that is its length then.
+
+    Returns rest [m], compression of the spring where y is 0.
+    """
+    rest = 0.0  # N = 0
+    return rest
 
 
 def stored_energy(robot: Robot, state: LegState) -> Real:
@@ -596,7 +605,7 @@ def apex_of_takeoff(robot: Robot, x1: Real, y: Real, v_up: Real) -> Real:
     """Hop height of the apex after a take-off.
 
     x1 [m] displacement of the actuator.
-    y [m] compression of the spring, x_1 - x_2 + L_0 + c.
+    y [m] compression of the leg, from where it carries nothing.
     v_up [m/s] max(v_2, 0) at take-off.
     Returns apex [m], hop height of the apex.
     """
@@ -707,7 +716,7 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
 
 
 def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
-    """Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c.
+    """Change of the energy of the body with the robot and the state, x_2 counted from the leg without load.
 
     Returns d_body [J], change of the energy.
     """
@@ -715,8 +724,8 @@ def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange,
     x1, v2, y = state.x1, state.v2, state.y
     d_m_s, d_k, d_g = robot_change.d_m_s, robot_change.d_k, robot_change.d_g
     d_x1, d_v2, d_y = state_change.d_x1, state_change.d_v2, state_change.d_y
-    length = x1 - y                                              # x_2 - L_0 - c
-    d_length = d_x1 - d_y                                        # change of x_2 - L_0 - c
+    length = x1 - y                                              # hop height of the body
+    d_length = d_x1 - d_y                                        # change of hop height of the body
     d_kinetic = 0.5*d_m_s*v2*v2 + d_v2*m_s*v2                    # change of (22) kinetic
     d_weight = d_g*length*m_s + d_length*g*m_s + d_m_s*g*length  # change of (22), (23) weight
     d_spring = 0.5*d_k*length*length + d_length*k*length         # change of (22), (23) spring
@@ -751,33 +760,45 @@ def apex_slope(robot: Robot, state: LegState, state_change: StateChange) -> Real
     return d_apex
 
 
-def height_change(robot_change: RobotChange, state_change: StateChange) -> Real:
+def height_change(robot: Robot, robot_change: RobotChange, state_change: StateChange) -> Real:
     """Change of the body's height with the robot and the state.
 
     Returns d_x2 [m], change of the height of the body over the ground under the foot.
     """
     d_L0, d_c = robot_change.d_L0, robot_change.d_c
     d_x1, d_y = state_change.d_x1, state_change.d_y
-    d_length = d_x1 - d_y         # change of x_2 - L_0 - c
+    d_length = d_x1 - d_y         # change of hop height of the body
     d_unloaded = d_L0 + d_c       # change of length of the leg without load
-    d_x2 = d_length + d_unloaded  # change of y = x_1 - x_2 + L_0 + c
+    d_x2 = d_length + d_unloaded  # change of y = x_1 - x_2 + unloaded
     return d_x2
 
 
 def contact_of(robot: Robot, state: LegState) -> Real:
-    """Contact force of the leg over k, at a state.
+    """Contact force of the leg over its stiffness, at a state.
 
-    Returns contact [m], contact force of the leg over k.
+    Returns contact [m], contact force of the leg over its stiffness.
     """
     y = state.y
     contact = y  # what the leg carries
     return contact
 
 
-def contact_slope(robot: Robot, state: LegState) -> Real:
-    """Change of the contact force over k with a change of the state, or with its rate.
+def contact_force(robot: Robot, state: LegState) -> Real:
+    """Contact force of the leg, at a state.
 
-    Returns contact [m], contact force of the leg over k.
+    Returns contact_force [N], contact force of the leg.
+    """
+    k = robot.k
+    y = state.y
+    contact = y                # what the leg carries
+    contact_force = contact*k  # what the leg carries
+    return contact_force
+
+
+def contact_slope(robot: Robot, state: LegState) -> Real:
+    """Change of the contact force over the leg's stiffness with a change of the state, or with its rate.
+
+    Returns contact [m], contact force of the leg over its stiffness.
     """
     y = state.y
     contact = y  # what the leg carries
@@ -785,7 +806,7 @@ def contact_slope(robot: Robot, state: LegState) -> Real:
 
 
 def contact_numerator(robot: Robot, motion: Motion) -> Numerator:
-    """Numerator of the contact force over k.
+    """Numerator of the contact force over the leg's stiffness.
 
     """
     H3_y, H2_y, H1_y = motion.H3_y, motion.H2_y, motion.H1_y
@@ -796,9 +817,9 @@ def contact_numerator(robot: Robot, motion: Motion) -> Numerator:
 
 
 def contact_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
-    """Change of the contact force over k with the robot and the state.
+    """Change of the contact force over the leg's stiffness with the robot and the state.
 
-    Returns d_contact [m], change of the contact force over k.
+    Returns d_contact [m], change of the contact force over the leg's stiffness.
     """
     d_y = state_change.d_y
     d_contact = d_y  # change of what the leg carries
@@ -806,14 +827,14 @@ def contact_change(robot: Robot, state: LegState, robot_change: RobotChange, sta
 
 
 def compression_at_takeoff(robot: Robot, v1: Real, v2: Real) -> Real:
-    """Compression at which the leg carries nothing, on the ground: 0 where the spring is all that acts in it.
+    """Compression at which the leg carries nothing, on the ground: 0 where no damper acts in it.
 
     v1 [m/s] velocity of the actuator.
     v2 [m/s] velocity of the body.
-    Returns rest [m], compression at which the leg carries nothing.
+    Returns released [m], compression at which the leg carries nothing.
     """
-    rest = 0.0  # N = 0
-    return rest
+    released = 0.0  # N = 0
+    return released
 
 
 def leg_time(robot: Robot) -> Real:
@@ -826,10 +847,10 @@ def leg_time(robot: Robot) -> Real:
 
 
 def leg_energy(robot: Robot, left: Real) -> Real:
-    """Energy that the leg holds beyond that at rest.
+    """Energy that the leg holds beyond that at y = 0.
 
-    left [m] compression of the leg beyond that at rest.
-    Returns leg_energy [J], energy that the leg holds beyond that at rest.
+    left [m] compression of the leg without load.
+    Returns leg_energy [J], energy that the leg holds beyond that at y = 0.
     """
     k = robot.k
     leg_energy = 0.5*k*left*left  # what carries the contact force at rest
@@ -970,7 +991,7 @@ def flight_energies(robot: Robot, v1: Real, v2: Real, hop_height: Real) -> Energ
 
     v1 [m/s] velocity of the actuator.
     v2 [m/s] velocity of the body.
-    hop_height [m] height of the body, counted from L_0 + c.
+    hop_height [m] height of the body less the length without load.
     """
     m_eff, m_s, L0, c, g = robot.m_eff, robot.m_s, robot.L0, robot.c, robot.g
     body = 0.5*m_s*v2*v2 + g*m_s*(L0 + c + hop_height)  # energy of the body in flight

@@ -92,7 +92,7 @@ STATUSES: dict[int, Status] = {
     -1: "error_null",  # a pointer is NULL
     -2: "error_robot",  # a parameter of the robot is out of its domain, or the plan was not made
     -3: "error_state",  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves
-    -4: "error_extended",  # the spring force at the start is negative
+    -4: "error_extended",  # the leg is extended at the start, its compression negative
     -5: "error_steps",  # the steps of the current are none or too many, do not start at 0 or do not increase
     -6: "error_horizon",  # horizon or max_phases is not positive
     -7: "error_time",  # a time is not finite or outside the stance
@@ -129,7 +129,7 @@ Ending: TypeAlias = Literal[
 """How a stance ended."""
 
 ENDINGS: dict[int, Ending] = {
-    1: "takeoff",  # the spring force returned to zero with the leg extending
+    1: "takeoff",  # the contact force returned to zero with the leg extending
     2: "rest",  # both masses are held and nothing can change
     3: "horizon",  # the longest time was reached
     4: "too_many_phases",  # the cap on phases was reached
@@ -203,7 +203,7 @@ REFUSALS = {
     -1: "a pointer is NULL",
     -2: "a parameter of the robot is out of its domain, or the plan was not made",
     -3: "a state is not finite, x_1 is beyond its stroke, or what is fixed moves",
-    -4: "the spring force at the start is negative",
+    -4: "the leg is extended at the start, its compression negative",
     -5: "the steps of the current are none or too many, do not start at 0 or do not increase",
     -6: "horizon or max_phases is not positive",
     -7: "a time is not finite or outside the stance",
@@ -330,7 +330,7 @@ class Poles(NamedTuple):
 
 
 class LegState(NamedTuple):
-    """The hopper at one instant; x_2 = x_1 - y + L_0 + c."""
+    """The hopper at one instant; x_2 is x_1 - y and the length without load."""
 
     x1: Real
     """[m] displacement of the actuator"""
@@ -339,7 +339,7 @@ class LegState(NamedTuple):
     v2: Real
     """[m/s] velocity of the body"""
     y: Real
-    """[m] compression of the spring, x_1 - x_2 + L_0 + c"""
+    """[m] compression of the leg, from where it carries nothing"""
 
 
 class Drive(NamedTuple):
@@ -473,10 +473,10 @@ class PairNumerator(NamedTuple):
 
 
 class Energy(NamedTuple):
-    """The energy of the body (22), (23) and of the whole robot."""
+    """The energy of the body with its spring, (22), (23), and of the whole robot."""
 
     body: Real
-    """[J] kinetic and potential energy of the body, spring without the actuator's share"""
+    """[J] kinetic + gravitational + k (x_2 - L_0 - c)^2/2; in flight without the latter"""
     total: Real
     """[J] kinetic and potential energy of the whole robot"""
 
@@ -602,7 +602,7 @@ class Speeds(NamedTuple):
     v2_rate: Real
     """[m/s/s] rate of the velocity of the body"""
     y_rate: Real
-    """[m/s] rate of the compression of the spring, x_1 - x_2 + L_0 + c"""
+    """[m/s] rate of the compression of the leg, from where it carries nothing"""
 
 
 class Friction(NamedTuple):
@@ -729,7 +729,7 @@ class At(NamedTuple):
     v2_t: Real
     """[m/s] velocity of the body"""
     y_t: Real
-    """[m] compression of the spring, x_1 - x_2 + L_0 + c"""
+    """[m] compression of the leg, from where it carries nothing"""
 
 
 class Slopes(NamedTuple):
@@ -789,7 +789,7 @@ class RobotChange(NamedTuple):
 
 
 class StateChange(NamedTuple):
-    """Changes: The hopper at one instant; x_2 = x_1 - y + L_0 + c."""
+    """Changes: The hopper at one instant; x_2 is x_1 - y and the length without load."""
 
     d_x1: Real
     """[m] change of the displacement of the actuator"""
@@ -798,7 +798,7 @@ class StateChange(NamedTuple):
     d_v2: Real
     """[m/s] change of the velocity of the body"""
     d_y: Real
-    """[m] change of the compression of the spring, x_1 - x_2 + L_0 + c"""
+    """[m] change of the compression of the leg, from where it carries nothing"""
 
 
 class Gains(NamedTuple):

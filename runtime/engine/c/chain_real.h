@@ -689,8 +689,8 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     show_phase_real(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_real);
     chain->t = passes ? until : chain->t + length;
     if (end->owner == CONTACT_real) {
-        real *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS];
-        *compression = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : *compression;
+        real *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
+        *compression = HOPFORM_CONTACT_IS_COMPRESSION || *compression < 0.0 ? 0.0 : *compression;
         return HOPFORM_ENDING_TAKEOFF;
     }
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }

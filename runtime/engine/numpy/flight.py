@@ -375,9 +375,9 @@ def solve_flight(
     """
     one, given, zero = Robot(*(dtype(each) for each in robot)), LegState(*(dtype(each) for each in start)), dtype(0.0)
     stable_rates_of(one)
-    rest, time = formulas.compression_at_takeoff(one, zero, zero), formulas.leg_time(one) if LEG_HAS_DAMPER else zero
-    left, first, law = dtype(given[COMPRESSION] - rest), np.array(given), Gains(zero, zero)
-    first[COMPRESSION] = left + dtype(ground)
+    time = formulas.leg_time(one) if LEG_HAS_DAMPER else zero
+    left, first, law = given[COMPRESSION], np.array(given), Gains(zero, zero)
+    first[COMPRESSION] += dtype(ground)
     leg, relaxes = (left, dtype(1.0 / time)) if time > FASTEST_LEG[first.dtype] else (zero, zero)
     if (largest := largest_force(one)) > 0.0:
         falls = formulas.time_of_fall(one, first[FALL], first[POSITION])  # NaN where it does not rise that high
@@ -392,7 +392,7 @@ def solve_flight(
     fall, lands = formulas.fall_of(one), ending == "touchdown"
     top = np.clip(first[FALL] / fall, zero, duration)
     return FlightSolution(
-        one, law, given, dtype(ground), duration, LegState(*(end + rest * (np.arange(len(end)) == COMPRESSION))),
+        one, law, given, dtype(ground), duration, LegState(*end),
         formulas.velocity_after_impact(one, end[FALL]) if lands else end[FALL],
         first[POSITION] - first[COMPRESSION] + (first[FALL] - 0.5 * fall * top) * top, top,
         formulas.loss_at_impact(one, end[FALL]) if lands else zero, start_loss,

@@ -184,7 +184,7 @@ def _finish(solution: Solution, lanes: Numbers, change: Array) -> Array:
     at_end, at_start = StateChange(*moved), StateChange(*unit[elements.COLUMN_OF_AXIS, np.newaxis])
     before = formulas.body_energy_change(robot, begin, by, at_start)
     aed = formulas.body_energy_change(robot, end, by, at_end) - before
-    apex, height = formulas.apex_change(robot, end, by, at_end), formulas.height_change(by, at_end)
+    apex, height = formulas.apex_change(robot, end, by, at_end), formulas.height_change(robot, by, at_end)
     return np.stack([late, *moved[:2], height, moved[2], apex, aed], axis=1)
 
 

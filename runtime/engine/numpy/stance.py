@@ -461,8 +461,8 @@ def _run(chain: _Chain, u_times: Array, max_phases: int, log: Log, over: Log) ->
         chain.t[...] = np.where(end.kind == LIMIT, until, chain.t + end.t)
         lifts, failed = end.kind == TAKEOFF, end.kind == UNCERTIFIED
         expired = (end.kind == LIMIT) & ~(until < chain.horizon)
-        if CONTACT_IS_COMPRESSION:
-            chain.state[COMPRESSION, lifts] = 0.0
+        left = chain.state[COMPRESSION, lifts]  # of an extending leg that carries nothing
+        chain.state[COMPRESSION, lifts] = 0.0 if CONTACT_IS_COMPRESSION else np.maximum(left, 0.0)
         for lanes, ending in (lifts, "takeoff"), (failed, "uncertified"), (expired, "horizon"):
             close(lanes, ending)
         end.kind[expired] = TAKEOFF

@@ -27,9 +27,13 @@ class Contact(NamedTuple):
 
 
 def touchdown(detector: Detector, contact: Contact, sample: float) -> tuple[Contact, int]:
-    """What is known after one more sample, and TOUCHDOWN, TAKEOFF or 0: what has been detected by it."""
+    """What is known after one more sample, and TOUCHDOWN, TAKEOFF or 0: what has been detected by it.
+
+    A run that this detector leaves nowhere behind, for instance one of a detector of more samples, counts as 0.
+    """
     above = sample >= (detector.low if contact.above else detector.high)
-    run = contact.run + 1 if above != contact.touches else 0
+    before = contact.run if 0 < contact.run < detector.count else 0
+    run = before + 1 if above != contact.touches else 0
     if run < detector.count:
         return Contact(above, contact.touches, run), 0
     return Contact(above, above, 0), TOUCHDOWN if above else TAKEOFF

@@ -89,8 +89,8 @@ class Draws(NamedTuple):
     def apexes(self, start: Record, height: float | None, datum: float, u: Any, how: Record) -> Bands:
         """Bands of the next apex [m] over the datum under currents [A].
 
-        start: x1, v1, v2, x2 at touchdown. After a drop from a height [m] each robot has its own v2; if x2 is given all
-        are compressed as the model is.
+        start: x1, v1, v2, x2 or compression at touchdown. After a drop from a height [m] each robot has its own v2; if
+        x2 is given all are compressed as the model is.
         """
         names = [field.name for field in Robot.fields()]
         columns: Record = {name: np.array([[getattr(each, name)] for each in self.robots]) for name in names}

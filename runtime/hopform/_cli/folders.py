@@ -5,7 +5,9 @@ build system, and `hopform selftest`.
 
 import json as json_module
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -18,6 +20,7 @@ from hopform._figures import DRAWN, draw
 from hopform._files import Named, check_files, check_folder, csv_of, name_of, read_text, write_folder
 from hopform._progress import progress_bar
 from hopform._robots import robot_file
+from hopform._show import arrays_of
 
 if TYPE_CHECKING:
     from hopform._figures.picture import Picture
@@ -57,7 +60,8 @@ def figures(
     plots.LOOK.set(plots.Look(width_of(width), style_of(style), caption == "image"))
     own = load_robot(robot) if robot else None
     try:
-        files, pictures, left_out = drawn(wanted, own, sources, formats)
+        with one_line(f"--style {name_of(style)}") if style else nullcontext():
+            files, pictures, left_out = drawn(wanted, own, sources, formats)
     finally:
         plots.LOOK.set(plots.Look())
     if pictures:
@@ -104,21 +108,65 @@ def width_of(text: str) -> float:
 
 
 def style_of(path: Path | None) -> dict[str, Any]:
-    """The settings of a style sheet of matplotlib, and text as text; HopformError for a value that it does not take."""
+    """The settings of a style sheet of matplotlib, and text as text; HopformError for one that is not about looks, a
+    value that matplotlib does not take, or fonts of which none is there.
+    """
     import matplotlib as mpl
 
     found: dict[str, Any] = {"svg.fonttype": "none"}
     if path is not None:
         for number, line in enumerate(read_text(path, 2**20).splitlines(), 1):
             key, colon, _ = line.partition(":")
-            if line.strip() and not line.strip().startswith("#") and not (colon and key.strip() in mpl.rcParams):
-                raise HopformError(f"{name_of(path)}, line {number}: no setting of matplotlib, got {shown(line)}")
-        try:
+            at = f"{name_of(path)}, line {number}:"
+            if not line.strip() or line.strip().startswith("#"):
+                continue
+            if not (colon and key.strip() in mpl.rcParams):
+                raise HopformError(f"{at} no setting of matplotlib, got {shown(line)}")
+            if not LOOKS.fullmatch(key.strip()):
+                allowed = (
+                    "a style has settings of looks: axes, figure, font, grid, legend, lines, text, ticks and so on"
+                )
+                raise HopformError(f"{at} {key.strip()} is not allowed; {allowed}")
+        with one_line(name_of(path)):
             settings = mpl.rc_params_from_file(path, True, False)  # pyright: ignore[reportUnknownMemberType]
             found.update(settings.items())
-        except (KeyError, ValueError) as error:
-            raise HopformError(f"{name_of(path)}: {' '.join(str(error).split())[:200]}") from None
+        refuse_absent_fonts(found, name_of(path))
     return found
+
+
+LOOKS = re.compile(
+    r"(axes|boxplot|contour|date|errorbar|grid|hatch|hist|image|legend|lines|markers|mathtext|patch|polaraxes|scatter"
+    r"|[xy]axis|[xy]tick|font)\..+"
+    r"|figure\.(dpi|edgecolor|facecolor|figsize|frameon|label(size|weight)|subplot\..+|title(size|weight))"
+    r"|savefig\.(dpi|edgecolor|facecolor|pad_inches|transparent)"
+    r"|text\.(antialiased|color|hinting|hinting_factor|kerning_factor|parse_math)|(svg|pdf)\.fonttype"
+)
+"""Settings of matplotlib that change looks: others start programs, call functions, or change what is written where."""
+FAILURES = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)
+"""What matplotlib raises of a setting that it takes and cannot draw with."""
+
+
+@contextmanager
+def one_line(name: str) -> Generator[None, None, None]:
+    """What matplotlib raises in this block is said in one line, with the name of the style."""
+    try:
+        yield
+    except HopformError:
+        raise
+    except FAILURES as error:
+        raise HopformError(f"{name}: {' '.join(str(error).split())[:200]}") from None
+
+
+def refuse_absent_fonts(style: Mapping[str, Any], name: str) -> None:
+    """HopformError for a list of fonts of a style of which this machine has none."""
+    from matplotlib import font_manager
+
+    generic = ("serif", "sans-serif", "cursive", "fantasy", "monospace")
+    there = {*generic, "sans", "sans serif", *font_manager.get_font_names()}
+    for setting in ("family", *generic):
+        fonts = style.get(f"font.{setting}", [])
+        if fonts and not there & {*fonts}:
+            raise HopformError(f"{name}: font.{setting}: none of its fonts is installed, got {', '.join(fonts)}")
 
 
 def names_of(what: What, formats: Iterable[str]) -> tuple[str, ...]:
@@ -139,7 +187,7 @@ def drawn(
     from hopform._figures import animation
 
     files, pictures, left_out = dict[str, bytes](), list["Picture"](), list[str]()
-    with progress_bar("drawing") as bar:
+    with progress_bar("drawing") as bar, warnings.catch_warnings(record=True) as said:
         for n, what in enumerate(wanted):
             bar(n, len(wanted), called(what))
             *images, last = names_of(what, formats)
@@ -156,7 +204,7 @@ def drawn(
             pictures.append(picture)
             files |= {name: plots.render(picture.figure, Path(name).suffix) for name in images}
             files[last] = table_of(picture.data).encode()
-    return files, pictures, left_out
+    return files, pictures, [*left_out, *dict.fromkeys(" ".join(str(each.message).split()) for each in said)]
 
 
 def table_of(data: Mapping[str, Any]) -> str:
@@ -167,8 +215,8 @@ def table_of(data: Mapping[str, Any]) -> str:
 def columns_of(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """The columns of a value: of a run its motion and its hops, of a map its currents, of a record its fields."""
     if isinstance(value, (Run, Reachability)):
-        found = value.to_xarray(renderer().run_times(value)) if isinstance(value, Run) else value.to_xarray()
-        value = {str(key): each.values for key, each in found.variables.items()}
+        arrays = arrays_of(value, renderer().run_times(value) if isinstance(value, Run) else None)
+        value = {key: values for key, (_, values, *_) in arrays.items()}
     elif isinstance(value, Robot):
         value = value.parameters
     value = value._asdict() if hasattr(value, "_asdict") else getattr(value, "__dict__", value)

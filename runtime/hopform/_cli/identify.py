@@ -23,7 +23,7 @@ from hopform._identify.motion import Values
 from hopform._identify.nuisances import said
 from hopform._identify.ramp import Threshold
 from hopform._identify.recordings import Recording
-from hopform._identify.simulators import exported
+from hopform._identify.simulators import exported, notes
 from hopform._progress import progress_bar
 from hopform._robots import Provenance, robot_file
 
@@ -156,12 +156,12 @@ def _role(recording: Recording) -> str:
     return "ramp" if 0.02 < share < 0.3 else "step"
 
 
-def model_of(answer: reports.Answer, form: str) -> str:
-    """A fit for a simulator."""
+def model_of(answer: reports.Answer, form: str) -> tuple[str, list[str]]:
+    """A fit for a simulator, and what to know of it."""
     if not isinstance(answer, Fit):
         raise HopformError("--export needs a fit: of a decay, step, air or force recording")
     _refuse_missed(answer)
-    return exported(answer, form)
+    return exported(answer, form), notes(answer)
 
 
 def _refuse_missed(fit: Fit) -> None:
@@ -225,31 +225,34 @@ def identify(
         stages = iter(range(STAGES))
         how["progress"] = lambda _: advance(next(stages, STAGES), STAGES)
         answer = answer_to(kind, files, [*_read(kind, files, masses)], values, spring, force, how)
-        model = model_of(answer, export) if export else ""
+        model, more = model_of(answer, export) if export else ("", [])
         written = files_of(answer, base, out, report, plot, model)
     text = reports.json_of(answer) if json else ""
-    deliver(written, answer.warnings, model if model and not out else text, lambda: reports.tables_of(answer))
+    deliver(written, (*answer.warnings, *more), model if model and not out else text, lambda: reports.tables_of(answer))
 
 
 def record(
-    test: Recordable, robot: str = "hopper_c", duration: float = 2.0, rate: float = 500.0,
-    noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float = 0.2,
-    current: float | None = None, hold: float = 0.2, added_mass: float = 0.0, repeats: int = 1, spring: bool = False,
-    seed: int | None = None, plan: bool = False, known: list[str] | None = None, csv: str | None = "-",
+    test: Recordable, robot: str = "hopper_c", duration: float | None = None, rate: float = 500.0,
+    noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float | None = None,
+    current: float | None = None, hold: float | None = None, added_mass: float = 0.0, repeats: int = 1,
+    spring: bool = False, free_stroke: bool = False, seed: int | None = None, plan: bool = False,
+    known: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     base = load_robot(robot)
     made = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
-        hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
+        hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, free_stroke=free_stroke, seed=seed,
     )  # fmt: skip
     if plan:
         weighed = "m_eff" if test in ("step", "air", "ramp") else "m_s"  # what is taken as known if nothing is given
         given = known_values(known or []) or {weighed: getattr(base, weighed)}
         letters = {field.name: getattr(base, field.name) for field in Robot.fields()} | {"length": base.L0 + base.c}
-        ramp = str(test) == "ramp"
-        plan_of = friction_threshold([made], spring=spring) if ramp else check({str(test): [made]}, given, letters)
-        show(reports.tables_of(plan_of))
+        if str(test) == "ramp":
+            gamma2, k = (given.get(name, letters[name]) if spring else None for name in ("gamma2", "k"))
+            show(reports.tables_of(friction_threshold([made], spring=spring, gamma2=gamma2, k=k)))
+        else:
+            show(reports.tables_of(check({str(test): [made]}, given, letters)))
         return
     emit(list, (), (csv or "-", lambda _: synthetic.to_csv(made)))

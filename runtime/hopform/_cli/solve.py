@@ -60,9 +60,10 @@ def equations(number: str | None = None, json: bool = False) -> None:
 
 def stance(
     robot: str = "hopper_c", height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0,
-    x2: float | None = None, u: float = 0.0, u_steps: Any = None, horizon: float = 2.0, max_phases: int = 4096,
-    backend: BackendName | None = None, dtype: Precision = Precision.float64, samples: int = 500,
-    sensitivities: bool = False, json: bool = False, csv: str | None = None, plot: Path | None = None,
+    x2: float | None = None, compression: float | None = None, u: float = 0.0, u_steps: Any = None,
+    horizon: float = 2.0, max_phases: int = 4096, backend: BackendName | None = None,
+    dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, json: bool = False,
+    csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Solve one stance: its phases, events, ending, apex and energy ledger."""
     check_outputs(json, csv, plot, reads=[("--robot", robot_file(robot))])
@@ -71,7 +72,8 @@ def stance(
     hopper = hopform.load_robot(robot)
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
     velocity = velocity_after_impact(hopper, height, v2)
-    solved = hopform.solve_stance(hopper, v2=velocity, x1=x1, v1=v1, x2=x2, u=u_steps or u, **how)
+    start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
+    solved = hopform.solve_stance(hopper, **start, u=u_steps or u, **how)
     emit(
         lambda: tables.stance(solved, sensitivities), solved.warnings,
         (csv, lambda _: tables.stance_csv(solved, samples)), (plot, lambda path: picture(path, solved)),
@@ -125,13 +127,15 @@ def hop(
 def control(
     h_des: float, robot: str = "hopper_c", from_fit: Path | None = None, draws: int = 200, seed: int = 0,
     height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0, x2: float | None = None,
-    datum: float = 0.0, stop_margin: float = 0.0, horizon: float = 2.0, backend: BackendName | None = None,
-    dtype: Precision = Precision.float64, printed: bool = False, json: bool = False, plot: Path | None = None,
+    compression: float | None = None, datum: float = 0.0, stop_margin: float = 0.0, horizon: float = 2.0,
+    backend: BackendName | None = None, dtype: Precision = Precision.float64, printed: bool = False,
+    json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Choose the current after which the next apex is the desired one, (25)-(27)."""
     check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), ("--from-fit", from_fit)])
     hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, TRIED if plot else 1)
-    start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
+    velocity = velocity_after_impact(hopper, height, v2)
+    start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
     with progress_bar("solving"):
@@ -147,7 +151,8 @@ def control(
     band = drawn.apexes(start, height, datum, found.u, how).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
     emit(
-        lambda: tables.command(hopper, h_des, found, others, drawn, band), drawn.warnings() if drawn else (),
+        lambda: tables.command(hopper, h_des, found, others, drawn, band),
+        [*found.warnings, *(drawn.warnings() if drawn else ())],
         (plot, lambda path: picture(path, found, over)),
         ("-" if json else None, lambda _: tables.command_json(hopper, settings, found, others, drawn, band)),
     )  # fmt: skip

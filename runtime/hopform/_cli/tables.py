@@ -134,10 +134,10 @@ def states(solved: Stance) -> Table:
     rows = list[tuple[str, ...]]()
     for name, t in (("touchdown", 0.0), (solved.status.replace("_", " "), solved.duration)):
         at, energy = solved.at(t), solved.energy(t)
-        force = solved.robot.k * float(solved.compression(t))
+        force = float(solved.contact_force(t))
         numbers = (100.0 * at.x1, at.v1, 100.0 * at.x2, at.v2, force, energy.body, energy.total)
         rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
-    return table("State", ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "F [N]", "E [J]", "H [J]"), rows, ("",))
+    return table("State", ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "N [N]", "E [J]", "H [J]"), rows, ("",))
 
 
 def ledger(solved: Stance) -> Table:
@@ -310,8 +310,8 @@ def reach_json(found: Reachability, drawn: Draws | None, bands: Mapping[str, Ban
 def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
     t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
-    force, energy = solved.robot.k * np.asarray(solved.compression(t)), solved.energy(t).body
-    return csv_of({"t": t, **solved.at(t)._asdict(), "F": force, "E": energy, "AED": aed_at(solved, t)})
+    force, energy = solved.contact_force(t), solved.energy(t).body
+    return csv_of({"t": t, **solved.at(t)._asdict(), "N": force, "E": energy, "AED": aed_at(solved, t)})
 
 
 def run_csv(solved: Run, samples: int) -> str:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from hopform import HopformError, Robot, Run, Stance, TouchdownDetector, delayed_apex, simulate, solve_stance
+from hopform._checks import Role, stream
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, LOOK, MAGENTA, ORANGE, STANCE, shade_stances
 from hopform.controllers import FeedForward
@@ -87,7 +88,7 @@ def friction_threshold(robot: Robot) -> Drawn:
     onset = {name: moves(stance, rate) for name, stance in runs.items()}
     found = onset["spring unloaded"] * abs(robot.gamma2) / robot.m_eff
     looks = {"spring unloaded": (BLUE, "-"), "standing": (GREEN, "--")}
-    draw = np.random.default_rng(9)
+    draw = stream(Role.FIGURE, 9)
     data: dict[str, object] = {"onset": onset, "f1": found}
     figure, (top, bottom) = panels(2, 3.4, sharex=True, height_ratios=[1.0, 0.8])
     for name, stance in runs.items():
@@ -194,7 +195,7 @@ def hall_sensor(robot: Robot) -> Drawn:
     rate = 1.0 / detector.dt
     t = np.arange(int(run.duration * rate) + 1) / rate
     in_contact = np.any([(t >= hop.touchdown_time) & (t < hop.takeoff_time) for hop in run.hops], axis=0)
-    signal = in_contact + NOISE * np.random.default_rng(15).standard_normal(t.size)
+    signal = in_contact + NOISE * stream(Role.FIGURE, 15).standard_normal(t.size)
     detected = np.array([event.time for event in detector.detect(signal.tolist()) if event.kind == "touchdown"])
     true = np.array([hop.touchdown_time for hop in run.hops])
     noise = np.linspace(0.10, 0.40, 31)

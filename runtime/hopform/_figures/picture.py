@@ -128,8 +128,9 @@ def completed(run: Run) -> Run:
 
 
 def rms(values: Array) -> float:
-    """Root mean square of what is a number."""
-    return float(np.sqrt(np.nanmean(values**2)))
+    """Root mean square of what is a number; NaN where nothing is."""
+    found = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(found**2))) if found.size else np.nan
 
 
 def cm(metres: float, digits: int = 1) -> str:

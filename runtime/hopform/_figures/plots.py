@@ -10,9 +10,11 @@ each time. The extra `plot` brings matplotlib.
 # matplotlib's own annotations leave the type of **kwargs open.
 
 import io
+import logging
 import re
+import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from contextvars import ContextVar
 from itertools import groupby
 from pathlib import Path
@@ -30,7 +32,7 @@ from numpy.typing import NDArray
 
 from hopform import Batch, Command, Flight, Hop, HopformError, Phase, Reachability, Run, Sensitivities, Stance
 from hopform._show import UNITS
-from hopform._stance import aed_at
+from hopform._stance import aed_at, rest_of
 from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 SUFFIXES = {
@@ -57,7 +59,9 @@ STYLE: dict[str, Any] = {
     "legend.fontsize": 8, "lines.linewidth": 1.4, "lines.solid_capstyle": "round", "hatch.linewidth": 0.6,
     "svg.hashsalt": "hopform", "svg.fonttype": "path", "pdf.fonttype": 42,
 }  # fmt: skip
-PREDICTED = r"E(0) + AED (24) $-$ impacts $-$ $k\,x_1^2/2$ at take-off"
+BODY_ENERGY, WITH_SPRING = "kinetic + gravitational", "with the spring as in (23) in stance"
+PREDICTED = r"predicted: start, AED (24), impacts, $k\,x_1^2/2$"
+"""The energies of a run. The spring's share at x_1, k x_1^2/2, returns at touchdown and leaves at take-off, (27)."""
 SAMPLES = 400
 """Points along a stance's curves."""
 LEAST_SPAN = 0.5
@@ -81,9 +85,21 @@ LOOK: ContextVar[Look] = ContextVar("look")
 LOOK.set(Look())
 
 
-def house_style() -> AbstractContextManager[None]:
-    """matplotlib's defaults, ours and those of the look, whatever the user's own settings are."""
-    return matplotlib.style.context(["default", STYLE, dict(LOOK.get().style)])
+@contextmanager
+def house_style() -> Generator[None, None, None]:
+    """matplotlib's defaults, ours and those of the look, whatever the user's own settings are; it does not say that a
+    font or a glyph is missing, which it replaces.
+    """
+    log = logging.getLogger("matplotlib.font_manager")
+    before = log.level
+    style: list[str | Path | dict[str, Any]] = ["default", STYLE, dict(LOOK.get().style)]
+    with matplotlib.style.context(style), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph .* missing from", UserWarning)
+        log.setLevel(logging.ERROR)
+        try:
+            yield
+        finally:
+            log.setLevel(before)
 
 
 def check_suffix(path: Path) -> None:
@@ -114,14 +130,14 @@ def framed(figure: Figure, width: float, height: float, title: str) -> Generator
 
 
 def plot_stance(figure: Figure, stance: Stance) -> None:
-    """A stance over time: actuator, body, spring force, and the body's energy with the AED (24) drawn on top.
+    """A stance over time: actuator, body, contact force, and the energy (23) with the AED (24) drawn on top.
 
     >>> import hopform
     >>> robot = hopform.load_robot("hopper_c")
     >>> figure = Figure()
     >>> plot_stance(figure, hopform.solve_stance(robot, v2=-1.93, u=3.0))
     >>> [axes.get_ylabel() for axes in figure.axes]
-    ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'spring force [N]', 'body energy [J]']
+    ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'contact force [N]', 'energy E (23) [J]']
     """
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
@@ -167,22 +183,38 @@ def draw_body(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
 
 
 def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, stance.robot.k * np.asarray(stance.compression(t)), color=BLUE)
-    axes.set_ylabel("spring force [N]")
+    axes.plot(shown, np.asarray(stance.contact_force(t)), color=BLUE)
+    axes.set_ylabel("contact force [N]")
     axes.set_ylim(bottom=0.0)
 
 
 def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     """Two independent computations on top of each other: E from the state, E(0) + AED from the integrals of (24)."""
     energy = np.asarray(stance.energy(t).body)
-    draw_twice(axes, shown, energy, energy[0] + aed_at(stance, t), "E(0) + analytical energy delta (24)")
+    words = ("body, with the spring as in (23)", "predicted: E(0) + analytical energy delta (24)")
+    draw_twice(axes, shown, energy, energy[0] + aed_at(stance, t), words)
+    name_axis(axes, "energy E (23) [J]")
     axes.legend(loc="best")
 
 
-def draw_twice(axes: Axes, shown: Curve, energy: Curve, predicted: Curve, words: str, wide: str = PALE_BLUE) -> None:
-    axes.plot(shown, energy, color=wide, linewidth=4.0, label="kinetic + potential")
-    axes.plot(shown, predicted, color=MAGENTA, linewidth=1.1, label=words)
-    name_axis(axes, "body energy [J]")
+def draw_twice(
+    axes: Axes, shown: Curve, energy: Curve, predicted: Curve, words: tuple[str, str], wide: str = PALE_BLUE
+) -> None:
+    axes.plot(shown, energy, color=wide, linewidth=4.0, label=words[0])
+    axes.plot(shown, predicted, color=MAGENTA, linewidth=1.1, label=words[1])
+
+
+def draw_energies(axes: Axes, run: Run | Hop, t: Curve, wide: str = PALE_BLUE) -> None:
+    """The energy of the body, that with the spring as in (23), and the same as predicted: a line each."""
+    draw_twice(axes, t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), (WITH_SPRING, PREDICTED), wide)
+    axes.plot(t, sum(energies_of_body(run, t)), color=BLACK, linewidth=0.8, linestyle=(0, (3, 1)), label=BODY_ENERGY)
+    name_axis(axes, "energy [J]")
+
+
+def energies_of_body(run: Run | Hop, t: Curve) -> tuple[Curve, Curve]:
+    """Kinetic and gravitational energy [J] of the body, from level 0 on; an impact alone makes their sum jump."""
+    state, robot = run.at(t), run.robot
+    return 0.5 * robot.m_s * np.asarray(state.v2) ** 2, robot.m_s * robot.g * np.asarray(state.x2)
 
 
 def draw_current(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
@@ -246,15 +278,13 @@ def plain(text: str) -> str:
 
 
 def plot_run(figure: Figure, run: Run | Hop) -> None:
-    """A run over time: hop height, actuator, the body's energy with the analytical one on top (Figs. 12 to 14),
-    current.
-    """
+    """A run over time: hop height, actuator, energies with the analytical one on top (Figs. 12 to 14), current."""
     t = run_times(run)
     with framed(figure, 6.4, 6.4, title_of_run(run)):
         rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5, 0.6]))
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t, t)
-        draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), PREDICTED)
+        draw_energies(rows[2], run, t)
         draw_current(rows[3], run, t, t)
         for axes in rows:
             shade_stances(axes, run)
@@ -292,7 +322,7 @@ def title_of_run(run: Run | Hop) -> str:
     if isinstance(run, Hop):
         words = f", hop {run.index}: {current(run.stance.u)}, {ending(run.stance)}"
         return literal(name_of(run.robot)) + plain(words)
-    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c):.4g} cm"
+    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c + rest_of(run.robot)):.4g} cm"
     currents = {hop.stance.u for hop in run.hops}
     words = current(currents.pop()) if len(currents) == 1 else f"{len(run.hops)} hops"
     return literal(name_of(run.robot)) + plain(f" {start}, {words}")
@@ -302,7 +332,7 @@ def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
     """The body over the level at which the leg stands unloaded; of a run apexes, take-offs, ground and set points
     too.
     """
-    base = run.robot.L0 + run.robot.c
+    base = run.robot.L0 + run.robot.c - rest_of(run.robot)
     axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - base), color=BLUE, linewidth=1.0, label="body")
     axes.set_ylabel("hop height [cm]")
     if isinstance(run, Hop):
@@ -314,16 +344,17 @@ def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
     x2 = [100.0 * (float(hop.stance.end.x2) + hop.ground - base) for hop in lifts]
     axes.plot([hop.takeoff_time for hop in lifts], x2, "^", markerfacecolor="none", label="take-off", **marks)
     if run.h_des:
-        stairs(axes, run, run.h_des, color=BLACK, linestyle="--", linewidth=1.0, label="wanted")
+        draw_wanted(axes, run)
     if any(run.terrain):
-        stairs(axes, run, run.terrain, color=GREY, linewidth=1.6, label="ground")
+        axes.plot(t, 100.0 * np.asarray(run.ground(t)), color=GREY, linewidth=1.6, label="ground")
 
 
-def stairs(axes: Axes, run: Run, values: Sequence[float], **how: Any) -> None:
-    """A height [m] per hop of a run, from one touchdown to the next, in cm."""
+def draw_wanted(axes: Axes, run: Run) -> None:
+    """The set point of each hop, from one touchdown to the next."""
     edges = [0.0, *(hop.touchdown_time for hop in run.hops[1:]), run.duration]
     if run.hops:
-        axes.stairs(100.0 * np.array(values[: len(run.hops)]), edges, baseline=None, **how)
+        values = 100.0 * np.array(run.h_des[: len(run.hops)])
+        axes.stairs(values, edges, baseline=None, color=BLACK, linestyle="--", linewidth=1.0, label="wanted")
 
 
 def apexes(run: Run) -> tuple[Curve, Curve]:

@@ -29,14 +29,19 @@ def plot_recording(figure: Figure, recording: Recording) -> None:
     title = plots.literal(Path(recording.source).name)
     with plots.framed(figure, 6.4, 1.6 * len(recording.columns) + 0.8, title):
         rows = figure.subplots(len(recording.columns), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, name in zip(rows, sorted(recording.columns, reverse=True), strict=True):
+        for axes, name in zip(rows, _by_name(recording), strict=True):
             recording_panel(axes, recording, name)
             axes.label_outer()
 
 
+def _by_name(recording: Recording) -> list[str]:
+    """Its columns as they are drawn from the top: x, u, F."""
+    return sorted(recording.columns, reverse=True)
+
+
 def recording_panel(axes: Axes, recording: Recording, name: str | None = None) -> None:
-    """One column of a recording over time."""
-    shown = name or next(iter(recording.columns))
+    """One column of a recording over time; the one that is drawn at the top where none is named."""
+    shown = name or _by_name(recording)[0]
     column = recording.columns[shown]
     scale, unit = (100.0, "cm") if column.quantity == "length" else (1.0, SI[column.quantity])
     axes.plot(recording.time, scale * column.values, lw=0.9, color=plots.BLUE)

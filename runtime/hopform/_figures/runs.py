@@ -16,11 +16,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hopform import Errors, HopformError, Reachability, Robot, Run, choose_current, reachability, simulate
+from hopform._checks import Role, stream
 from hopform._control import home_of
 from hopform._figures import plots
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, movable, panels, rms, scale, volts
 from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, colours_of
-from hopform.controllers import AsPrinted, FeedForward, ReturnMap, Touchdown
+from hopform.controllers import AsPrinted, FeedForward, ReturnMap, Sampled, Touchdown
 from hopform.terrain import Heights, flat, uniform
 
 REFERENCE = (0.16,) * 6 + (0.20,) * 6 + (0.14,) * 6
@@ -89,15 +90,22 @@ def with_errors_of_measurement(robot: Robot) -> Drawn:
     """Fig. 8: the experiment's place is taken by a simulation whose sensors and motor are not perfect."""
     errors = Errors(x1=5e-4, v1=0.02, x2=3e-3, v2=0.05, ground=3e-3, current_scale=0.97, quantum=1e-3, delay=2e-3)
     (Kp, Kd), wanted = law(movable(robot)), references(robot)
-    first = ReturnMap(wanted, Kp=Kp, Kd=Kd)
-    clean = completed(simulate(robot, flat(len(wanted)), first, height=wanted[0]))
-    run = completed(simulate(robot, flat(len(wanted)), first, height=wanted[0], errors=errors, seed=8))
+    first, ground = ReturnMap(wanted, Kp=Kp, Kd=Kd), flat(len(wanted))
+    clean = completed(simulate(robot, ground, first, height=wanted[0]))
+    tracking, seen = first.prepare(robot, ground), list[float]()
+
+    def noting(touchdown: Touchdown) -> Sampled:
+        seen.append(touchdown.apex)
+        return tracking(touchdown)
+
+    run = completed(simulate(robot, ground, noting, height=wanted[0], errors=errors, seed=8))
+    run = replace(run, h_des=clean.h_des)
     miss, before = (each.table["apex"] - np.array(wanted) for each in (run, clean))
-    seen = run.table["apex"] + 3e-3 * np.random.default_rng(8).standard_normal(len(run.hops))
+    known = np.array(seen[1:])  # at the touchdown behind each apex
     figure = tracked(run, {"with errors of measurement": run, "without": clean})
     times, _ = plots.apexes(run)
-    figure.axes[0].plot(times, 100 * seen[: times.size], "s", color=plots.GREEN, markersize=4.0, markerfacecolor="none",
-                        clip_on=False, label="apex as measured")  # fmt: skip
+    figure.axes[0].plot(times[: known.size], 100 * known, "s", color=plots.GREEN, markersize=4.0,
+                        markerfacecolor="none", clip_on=False, label="apex as measured")  # fmt: skip
     legend(figure.axes[0], 4)
     ours = (
         f"a simulation in the experiment's place ({run.status}, {len(run.hops)} hops): noise of {mm(errors.x2)} and "
@@ -105,7 +113,8 @@ def with_errors_of_measurement(robot: Robot) -> Drawn:
         f"touchdown seen at a 1 kHz tick and {1e3 * errors.delay:.0f} ms late. Once settled the apex is off by "
         f"{mm(rms(after_steps(miss)))} rms, against {mm(rms(after_steps(before)))} without these errors"
     )
-    data = {"run": run, "clean": clean, "wanted": wanted, "miss": miss, "miss without errors": before, "errors": errors}
+    data = {"run": run, "clean": clean, "wanted": wanted, "miss": miss, "miss without errors": before, "errors": errors,
+            "apex as measured": known}  # fmt: skip
     return figure, ours, data
 
 
@@ -153,8 +162,10 @@ def worst(values: Array) -> float:
 
 WANTED = (0.14,) * 6 + (0.18,) * 6 + (0.12,) * 6
 SIZE = 0.02  # [m] half width of the uneven ground
-WRONG = 1.05  # what the model has too much of, of every parameter that is identified
 IDENTIFIED = ("m_eff", "k", "b1", "b2", "f1", "f2", "gamma2")
+OFF = 0.05  # share by which a parameter of a model is off
+MODELS = 32  # all of whose parameters are off, each sign drawn
+PERFECT = Errors()
 NOISE = Errors(x1=5e-4, v1=0.02, v2=0.02, ground=2e-3)
 LATE = Errors(quantum=1e-3, delay=2e-3)
 LEAST = 1e-3  # [mm] below which the scale of errors is linear
@@ -174,36 +185,64 @@ def exact_on_uneven_ground(robot: Robot) -> Drawn:
 
 
 def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
-    """Heights, currents and errors of the exact controller, of the one as printed, and of the exact one that errs."""
+    """Heights, currents and errors of the exact controller, of the one as printed, and of the exact one that errs: with
+    a model of which one parameter is off, or with models of which all are.
+    """
     wanted = tuple(scale(movable(robot)) * each for each in WANTED)
-    wrong = replace(robot, **{name: WRONG * getattr(robot, name) for name in IDENTIFIED})
-    asked: dict[str, tuple[Any, Errors]] = {
-        "exact": (FeedForward, Errors()), "printed": (AsPrinted, Errors()),
-        "5 % wrong": (FeedForward, Errors(model=wrong)), "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
-    }  # fmt: skip
-    how: dict[str, Any] = {"height": wanted[0], "seed": seed}
-    runs = {name: simulate(robot, ground, kind(wanted), errors=errors, **how) for name, (kind, errors) in asked.items()}
-    run = completed(runs["exact"])
-    miss = {name: each.table["apex"] - np.array(wanted[: len(each.hops)]) for name, each in runs.items()}
-    figure, bottom = over_hops(run, 5.4, 1.3)
+
+    def hopped(kind: Any = FeedForward, errors: Errors = PERFECT) -> Run:
+        return simulate(robot, ground, kind(wanted), height=wanted[0], errors=errors, seed=seed)
+
+    def missed(run: Run) -> Array:
+        """The errors of its apexes [m], NaN behind its end."""
+        apexes = [*run.table["apex"], *[np.nan] * (len(wanted) - len(run.hops))]
+        found: Array = np.array(apexes) - np.array(wanted)
+        return found
+
+    run = completed(hopped())
+    alone = {
+        (name, share): hopped(errors=believing(robot, {name: share})) for name in IDENTIFIED for share in (-OFF, OFF)
+    }
+    costly, share = max(alone, key=lambda each: np.nan_to_num(rms(missed(alone[each]))))
+    one = f"{costly} off"
+    runs = {"exact": run, "printed": hopped(AsPrinted), one: alone[costly, share], "noise": hopped(errors=NOISE),
+            "late": hopped(errors=LATE)}  # fmt: skip
+    miss = {name: missed(each) for name, each in runs.items()}
+    shares = OFF * stream(Role.FIGURE, seed).choice([-1.0, 1.0], (MODELS, len(IDENTIFIED)))
+    models: list[dict[str, float]] = [dict(zip(IDENTIFIED, each, strict=True)) for each in shares.tolist()]
+    all_off = np.array([missed(hopped(errors=believing(robot, model))) for model in models])
+    figure, bottom = over_hops(run, 5.6, 1.3)
     times, _ = plots.apexes(run)
+    ends = (1e3 * end.reduce(np.abs(all_off))[: times.size] for end in (np.fmin, np.fmax))
+    bottom.fill_between(times, *ends, color=plots.MAGENTA, alpha=0.2, linewidth=0.0, label="all parameters off")
     for (name, each), (marker, colour) in zip(miss.items(), MARKS, strict=True):
         seen = 1e3 * np.abs(each[: times.size])
-        bottom.plot(times[: seen.size], seen, marker, color=colour, markersize=3.5, clip_on=False, label=name)
+        bottom.plot(times, seen, marker, color=colour, markersize=3.5, clip_on=False, label=name)
     bottom.set_yscale("symlog", linthresh=LEAST)
-    legend(bottom, 5)
+    legend(bottom, 6)
     off = {name: f"{mm(rms(each))} rms, {mm(worst(each))} at most" for name, each in miss.items()}
+    each_rms = [rms(each) for each in all_off if np.isfinite(each).any()] or [np.nan]
     ours = (
         f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
         f"apex(u) = h_des solved exactly every apex is within {worst(miss['exact']):.0e} m of the set point, at "
         f"{np.abs(run.table['u']).max():.2f} {volts(robot)} of {robot.u_max:g} {volts(robot)} at most. (26), (27) as "
-        f"printed, J minimised on a grid of 0.01 {volts(robot)}: {off['printed']}. The exact controller whose model "
-        f"has 5 % too much of {', '.join(IDENTIFIED)}: {off['5 % wrong']}; with noise of {mm(NOISE.x1)} and "
+        f"printed, J minimised on a grid of 0.01 {volts(robot)}: {off['printed']}. The exact controller with models "
+        f"of which {', '.join(IDENTIFIED)} are all off by {100 * OFF:.0f} %, each sign drawn for {MODELS} models: "
+        f"{mm(rms(all_off))} rms, {1e3 * min(each_rms):.1f} to {mm(max(each_rms))} rms by the model, "
+        f"{mm(worst(all_off))} at most. Of one parameter alone {costly}, {100 * OFF:.0f} % too "
+        f"{'large' if share > 0.0 else 'small'}, costs most: {off[one]}. With noise of {mm(NOISE.x1)} and "
         f"{NOISE.v1:g} m/s on x1, {NOISE.v2:g} m/s on v2, {mm(NOISE.ground)} on the ground: {off['noise']}; with "
         f"touchdown seen at a tick of 1 kHz and {1e3 * LATE.delay:.0f} ms late: {off['late']}. The scale of the "
         "errors is linear below 1 um"
     )
-    return figure, ours, {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
+    data = {"run": run, "runs": runs, "wanted": wanted, "miss": miss, "shares": shares.T, "all off": all_off.T,
+            "alone": {" ".join(map(str, key)): missed(each) for key, each in alone.items()}}  # fmt: skip
+    return figure, ours, data
+
+
+def believing(robot: Robot, shares: Mapping[str, float]) -> Errors:
+    """The controller's model is the robot, some of its parameters off by shares of their values."""
+    return Errors(model=replace(robot, **{name: (1.0 + each) * getattr(robot, name) for name, each in shares.items()}))
 
 
 # ---- energy over time ----
@@ -252,20 +291,22 @@ def actuated(robot: Robot) -> Drawn:
     heights = run.table["apex"]
     ours = (
         f"the same drop at {u:g} {volts(robot)}, {len(run.hops)} hops: apexes go from {cm(heights[0])} to "
-        f"{cm(heights[-1], 2)} and settle at {cm(steady, 2)}. The minima in stance are the actuator's work on the "
-        "body; the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) leaves out. AED predicted "
-        f"and energy after the fact differ by at most {data['predicted off']:.0e} J"
+        f"{cm(heights[-1], 2)} and settle at {cm(steady, 2)}. With the spring as in (23), the minima in stance are the "
+        "actuator's work on the body, and the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) "
+        "leaves out; the body's kinetic and gravitational energy have no jump there. AED predicted and energy after "
+        f"the fact differ by at most {data['predicted off']:.0e} J"
     )
     data["steady"] = steady
     return figure, ours, data
 
 
 def energies(run: Run) -> tuple[dict[str, Any], Figure]:
-    """Parts and sum of the body's energy over a run, with the sum as (24) predicts it; and these numbers."""
-    t, robot = np.asarray(plots.run_times(run), dtype=float), run.robot
-    state, energy, predicted = run.at(t), np.asarray(run.energy(t).body), np.asarray(run.aed(t))
-    kinetic = 0.5 * robot.m_s * np.asarray(state.v2) ** 2
-    weight = robot.m_s * robot.g * np.asarray(state.x2)
+    """The body's energy over a run, that with the spring as in (23), this as (24) predicts it, and its parts; and these
+    numbers.
+    """
+    t = np.asarray(plots.run_times(run), dtype=float)
+    energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
+    kinetic, weight = plots.energies_of_body(run, t)
     spring = energy - kinetic - weight
     figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
     lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
@@ -273,15 +314,15 @@ def energies(run: Run) -> tuple[dict[str, Any], Figure]:
     for axes in (top, bottom):
         plots.shade_stances(axes, run, "stance")
         axes.plot(lifts, np.zeros(len(lifts)), "^", transform=axes.get_xaxis_transform(), **marks)
-    plots.draw_twice(top, t, energy, predicted, "start + AED (24) and impacts, predicted", plots.SKY)
-    legend(top)
+    plots.draw_energies(top, run, t, plots.SKY)
+    legend(top, 2)
     bottom.plot(t, kinetic, color=plots.BLUE, linewidth=1.0, label="kinetic")
     bottom.plot(t, weight, color=plots.GREEN, linewidth=1.0, linestyle="--", label="gravitational")
-    bottom.plot(t, spring, color=plots.ORANGE, linewidth=1.0, linestyle="-.", label="spring")
-    bottom.set(xlabel="time [s]", ylabel="its parts [J]")
+    bottom.plot(t, spring, color=plots.ORANGE, linewidth=1.0, linestyle="-.", label="spring as in (23)")
+    bottom.set(xlabel="time [s]", ylabel="parts [J]")
     legend(bottom, handles=bottom.get_lines()[1:])
-    data = {"run": run, "t": t, "energy": energy, "predicted": predicted, "kinetic": kinetic, "weight": weight,
-            "spring": spring, "predicted off": float(np.abs(energy - predicted).max())}  # fmt: skip
+    data = {"run": run, "t": t, "body": kinetic + weight, "energy": energy, "predicted": predicted, "kinetic": kinetic,
+            "weight": weight, "spring": spring, "predicted off": float(np.abs(energy - predicted).max())}  # fmt: skip
     return data, figure
 
 
@@ -329,7 +370,7 @@ def bounds_of_map(robot: Robot) -> Drawn:
     margin, noise = 0.015 * scale(movable(robot)), 0.003 * scale(robot)
     heights = scale(robot) * np.linspace(0.02, 0.40, 77)
     reach = reachability(robot, heights, np.array([0.0, robot.u_max]), stop_margin=margin)
-    draw = np.random.default_rng(11)
+    draw = stream(Role.FIGURE, 11)
     drops = np.repeat(scale(robot) * np.linspace(0.04, 0.38, 12), 2)
     least, most = (np.array([measured(robot, each, high, margin) for each in drops]) for high in (False, True))
     seen = drops + noise * draw.standard_normal(drops.size)

@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hopform import Robot, fit_drop_test, fit_step_response, friction_threshold, read_recording, simulate, solve_stance
+from hopform._checks import Role, stream
 from hopform._figures import results
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, rms, scale, standing, volts
 from hopform._figures.plots import BLACK, BLUE, ORANGE
@@ -89,7 +90,7 @@ def tested(robot: Robot, share: float, seed: int) -> tuple[float, Recordings, Ro
     fitted each to the recording that shows it; and how it was tested, in words.
     """
     u = share * movable(robot).u_max
-    draw, clean = np.random.default_rng(seed), recordings(robot, u)
+    draw, clean = stream(Role.FIGURE, seed), recordings(robot, u)
     measured = Recordings(*(each + NOISE * draw.standard_normal(each.size) for each in (clean.x2, clean.x1)))
     smooth = replace(robot, f1=0.0, f2=0.0)
     some = 1e-3 * np.sqrt(robot.k * robot.m_s)  # where there is hardly any to begin with

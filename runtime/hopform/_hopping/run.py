@@ -19,15 +19,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
-from hopform._checks import Array, by, finite, nonnegative, positive, shaped, shown, times_within
+from hopform._checks import Array, Role, by, finite, nonnegative, positive, shaped, shown, times_within
 from hopform._control import home_of
 from hopform._errors import HopformError, noted
 from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, duration_of, name_of, span
-from hopform._solver.package import OURS, formulas, records
-from hopform._stance import DOUBLE, Real, Stance, State, aed_at, solve_stance, steps_of
+from hopform._solver.package import OURS, records
+from hopform._stance import DOUBLE, Real, Stance, State, aed_at, rest_of, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
 
@@ -101,8 +101,9 @@ class _Legs(Motion):
         return state._replace(x2=state.x2 + self._ground(t))
 
     def energy(self, t: ArrayLike) -> records.Energy:
-        """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
-        spring.
+        """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on. That of the body is E of
+        (23): in stance it holds k (x2 - L0 - c)^2/2 of the spring, in flight nothing, so it jumps by k x1^2/2 at
+        take-off and touchdown.
         """
 
         def from_level(leg: _Leg, times: Array) -> tuple[Real, Real]:
@@ -157,7 +158,7 @@ class _Legs(Motion):
         return [shaped(column, t) for column in found]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Hop(_Legs):
     """A hop: the flight that leads to it, the stance, and the apex that follows; heights over level 0, hop heights in
     m.
@@ -192,7 +193,7 @@ class Hop(_Legs):
     def _chain(self) -> list[_Leg]:
         robot = self.robot
         level = float(self.flight.energy(0.0).body) + robot.m_s * robot.g * self.ground
-        after = level + robot.k * float(self.touchdown.x1) ** 2 / 2.0 - self.energy_lost_at_impact
+        after = level + _spring_energy(robot, self.touchdown, self.flight.end_compression) - self.energy_lost_at_impact
         return [_Leg(0.0, self.flight, self.ground, level), _Leg(self.flight.duration, self.stance, self.ground, after)]
 
     def _card(self) -> Card:
@@ -235,7 +236,7 @@ class Hop(_Legs):
         return bool(hits) and any(phase.start in hits and phase.state.x1 == top for phase in self.stance.phases)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Run(_Legs):
     """Hops in a row. Times in s since the start, heights over level 0.
 
@@ -312,14 +313,14 @@ class Run(_Legs):
         """Flight, stance, flight, ...; the energies are those of Figs. 13, 14: start, impact, AED, spring coordinate,
         and again.
         """
-        k, first, ground = self.robot.k, self._first_flight(), self.terrain[0]
-        level = float(first.energy(0.0).body) + self.robot.m_s * self.robot.g * ground
+        robot, first, ground = self.robot, self._first_flight(), self.terrain[0]
+        level = float(first.energy(0.0).body) + robot.m_s * robot.g * ground
         legs = [_Leg(0.0, first, ground, level)]
         flights = [*(hop.flight for hop in self.hops), self.last]
         for hop, after in zip(self.hops, flights[1:], strict=True):
-            level += k * float(hop.touchdown.x1) ** 2 / 2.0 - hop.energy_lost_at_impact
+            level += _spring_energy(robot, hop.touchdown, hop.flight.end_compression) - hop.energy_lost_at_impact
             legs.append(_Leg(hop.touchdown_time, hop.stance, hop.ground, level))
-            level += hop.stance.aed - k * float(hop.stance.end.x1) ** 2 / 2.0
+            level += hop.stance.aed - _spring_energy(robot, hop.stance.end, hop.stance.end_compression)
             if after is not None:
                 ahead = self.terrain[min(hop.index + 1, len(self.terrain) - 1)]
                 legs.append(_Leg(hop.takeoff_time, after, ahead, level, after_takeoff=True))
@@ -338,6 +339,11 @@ class Run(_Legs):
         return {"hop": (("hop",), self.table["index"]), "status": ((), self.status), **table}
 
 
+def _spring_energy(robot: Robot, at: State, compression: float) -> float:
+    """What the energy (23) of the body in stance has beside that in flight [J]: k (x2 - L0 - c)^2/2."""
+    return float(robot.k * (float(at.x1) - compression - rest_of(robot)) ** 2 / 2.0)
+
+
 def _attrs(text: str) -> dict[str, str]:
     """Unit and meaning from the text of a column."""
     unit, _, meaning = text.partition(": ")
@@ -354,6 +360,7 @@ def simulate(
     gains: tuple[SupportsFloat, SupportsFloat] | None = None,
     errors: Errors = NONE,
     seed: int = 0,
+    cell: tuple[int, int] = (0, 0),
     horizon: SupportsFloat = 2.0,
     max_phases: int = 4096,
     backend: str | None = None,
@@ -365,8 +372,10 @@ def simulate(
     terrain [m]: heights of the ground, one per hop (`hopform.terrain` makes some). controller: a current [A], or as
     `hopform.controllers` says. height [m]: hop height of the drop, the actuator at rest at its origin; or start, a
     state in the air; both over level 0. gains (Kp, Kd) of the return in flight as for `solve_flight`. errors: what the
-    controller does not know, drawn with the seed. horizon [s]: longest time of a stance. progress: called after every
-    hop with the number done and that of the terrain's heights; an exception from it, as from Ctrl-C, ends the run.
+    controller does not know, drawn with the seed and the cell: the numbers, from 0, of ground and errors in a
+    `compare`, which draws other errors in each. Controllers of a cell share theirs. horizon [s]: longest time of a
+    stance. progress: called after every hop with the number done and that of the terrain's heights; an exception from
+    it, as from Ctrl-C, ends the run.
     Raises HopformError for a value that is not allowed: an empty terrain, g = 0, a set point below the ground; and for
     what a controller answers that is no current.
 
@@ -377,7 +386,7 @@ def simulate(
     """
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
-    draw = checks.seeded(seed)
+    key = (checks.whole("seed", seed, 0, math.inf), *_cell(cell))
     checks.function("progress", progress)
     checks.instance("errors", errors, Errors, "Errors")
     grounds = heights_of(terrain)
@@ -390,7 +399,7 @@ def simulate(
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     how = {"max_phases": max_phases, "backend": backend}
-    task = _Task(plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest, how, progress)
+    task = _Task(plant, model, grounds, cast(Controller, prepared), gains, errors, key, longest, how, progress)
     return replace(_run(task, first), h_des=_set_points(controller, len(grounds)))
 
 
@@ -399,6 +408,11 @@ def _set_points(controller: object, count: int) -> tuple[float, ...]:
     h_des: Any = getattr(controller, "h_des", ())
     points = cast("tuple[float, ...]", h_des if isinstance(h_des, tuple) else (h_des,))
     return tuple(points[min(n, len(points) - 1)] for n in range(count)) if points else ()
+
+
+def _cell(cell: object) -> tuple[int, int]:
+    ground, errors = checks.pair("cell", cell, "of whole numbers, those of ground and errors")
+    return checks.whole("cell[0]", ground, 0), checks.whole("cell[1]", errors, 0)
 
 
 class _Task(NamedTuple):
@@ -410,10 +424,16 @@ class _Task(NamedTuple):
     controller: Controller
     gains: tuple[SupportsFloat, SupportsFloat] | None
     errors: Errors
-    draw: "np.random.Generator"
+    key: tuple[int, int, int]
     horizon: float
     how: dict[str, Any]
     progress: Progress | None
+
+    def sensors(self, role: Role, index: int) -> "np.random.Generator | None":
+        """The random stream of a hop's errors in a role, None where there are no errors. Each hop has its own, so
+        controllers meet the same errors, however often they measured before.
+        """
+        return None if self.errors is NONE else checks.stream(role, *self.key, index)
 
 
 def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:
@@ -422,7 +442,8 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
         got = f"got height = {shown(height)}, start = {shown(start)}"
         raise HopformError(f"either height or start must be given, {got}")
     if start is None:
-        return State(home_of(robot), 0.0, finite("height", height, "m") + (robot.L0 + robot.c), 0.0)
+        length = robot.L0 + robot.c - rest_of(robot)
+        return State(home_of(robot), 0.0, finite("height", height, "m") + length, 0.0)
     entries = checks.items("start", start, "a State of x1, v1, x2, v2", 4)
     if len(entries) != 4:
         raise HopformError(f"start must be a State of x1, v1, x2, v2, got {shown(start)}")
@@ -431,8 +452,7 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
 
 def _run(task: _Task, start: State) -> Run:
     hops: list[Hop] = []
-    time, state, apex = 0.0, start, math.nan
-    leg = float(task.plant.solver.package.formulas.compression_at_takeoff(task.plant.parameters, 0.0, 0.0))
+    time, state, leg, apex = 0.0, start, 0.0, math.nan
     for index, ground in enumerate(task.grounds):
         step = ground - (task.grounds[index - 1] if index else 0.0)
         flight = _flight(task, state, leg, None if index and step == 0.0 else step)
@@ -474,6 +494,7 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
     if plant is model or (plant.gamma2 == 0.0 or model.gamma2 == 0.0):
         return gains
     if gains is None:
+        formulas = model.solver.package.formulas
         fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if v2 * v2 + 2.0 * model.g * x1 > 0.0 else 0.0
         gains = records.Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))
     ratio = plant.gamma2 / model.gamma2
@@ -486,31 +507,33 @@ def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) ->
     """The controller's answer at a touchdown, and the stance that follows."""
     ground = task.grounds[index]
     with noted(f"hop {index}: "):
-        stance = _stance(task, task.controller(_seen(task, index, time, height, flight)), ground, time, flight)
+        stance = _stance(task, task.controller(_seen(task, index, time, height, flight)), index, time, flight)
     return Hop(index, ground, height, time, flight, stance, stance.apex + ground, -flight.impact_loss)
 
 
 def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -> Touchdown:
     x1, v1, _, v2 = map(float, cast(State, flight.touchdown))
-    seen = _measured(task, x1=x1, v1=v1, v2=v2, ground=task.grounds[index], x2=height)
+    sensors = task.sensors(Role.TOUCHDOWN_SENSORS, index)
+    seen = _measured(task, sensors, x1=x1, v1=v1, v2=v2, ground=task.grounds[index], x2=height)
     place, apex = min(max(seen.pop("x1"), task.model.x1_min), task.model.x1_max), seen.pop("x2")
-    return Touchdown(index, time, place, apex=apex, robot=task.model, **seen)
+    return Touchdown(index, time, place, apex=apex, robot=task.model, compression=flight.end_compression, **seen)
 
 
-def _measured(task: _Task, **values: float) -> dict[str, float]:
+def _measured(task: _Task, sensors: "np.random.Generator | None", **values: float) -> dict[str, float]:
     """Values as sensors have them: with errors that are drawn in this order, 0 where there are none."""
-    drawn = np.zeros(len(values)) if task.errors is NONE else task.draw.standard_normal(len(values))
+    drawn = np.zeros(len(values)) if sensors is None else sensors.standard_normal(len(values))
     errors = [getattr(task.errors, name) * each for name, each in zip(values, drawn.tolist(), strict=True)]
     return {name: value + error for (name, value), error in zip(values.items(), errors, strict=True)}
 
 
-def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Flight) -> Stance:
-    state, wait = cast(State, flight.touchdown), _wait(task.errors, time)
+def _stance(task: _Task, answer: Answer, index: int, time: float, flight: Flight) -> Stance:
+    state, leg, wait = cast(State, flight.touchdown), flight.end_compression, _wait(task.errors, time)
     if isinstance(answer, Sampled):
-        u: Any = _sampled(task, answer, ground, wait, state)
+        u: Any = _sampled(task, answer, index, wait, state, leg)
     else:  # none flows before the touchdown is seen
         u = [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))] if wait else answer
-    return solve_stance(task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u, horizon=task.horizon, **task.how)
+    start = {"x1": state.x1, "v1": state.v1, "v2": state.v2, "compression": leg}
+    return solve_stance(task.plant, **start, u=u, horizon=task.horizon, **task.how)
 
 
 def _wait(errors: Errors, time: float) -> float:
@@ -520,9 +543,12 @@ def _wait(errors: Errors, time: float) -> float:
     return max(tick, 0.0) + errors.delay
 
 
-def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: State) -> list[tuple[float, float]]:
+def _sampled(
+    task: _Task, answer: Sampled, index: int, wait: float, state: State, leg: float
+) -> list[tuple[float, float]]:
     """The steps of the current that a law makes, each from the state that the steps before lead to."""
     at: Any = state
+    ground, sensors = task.grounds[index], task.sensors(Role.TICK_SENSORS, index)
     steps = [(0.0, 0.0)] if wait else list[tuple[float, float]]()
     period, t, begin = answer.period, 0.0, True
     if task.horizon / period > MOST_TICKS:
@@ -530,12 +556,13 @@ def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: St
     while t < task.horizon:
         if t >= wait:
             x1, v1, x2, v2 = map(float, at)
-            seen = State(**_measured(task, x1=x1, v1=v1, x2=x2 + ground, v2=v2))
+            seen = State(**_measured(task, sensors, x1=x1, v1=v1, x2=x2 + ground, v2=v2))
             u = finite("u", answer.law(t - wait, seen), "A")
             if not steps or steps[-1][1] != u:
                 steps.append((t, u))
         length = period if t >= wait else wait
-        start = {"x1": at.x1, "v1": at.v1, "x2": None if begin else at.x2, "v2": at.v2}
+        of_leg = {"compression": leg} if begin else {"x2": at.x2}
+        start: dict[str, Any] = {"x1": at.x1, "v1": at.v1, "v2": at.v2} | of_leg
         piece = solve_stance(task.plant, **start, u=steps[-1][1], horizon=length, **task.how)
         if piece.status != "horizon" and not (piece.status == "rest" and t + length < task.horizon):
             break

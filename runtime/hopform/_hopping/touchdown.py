@@ -11,11 +11,11 @@ the false alarms for a signal of 0, the delay for one of its level.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import SupportsFloat
+from typing import Any, SupportsFloat
 
 import numpy as np
 
-from hopform._checks import MEMORY, Array, Checked, by, count, finite, items, nonnegative, positive, seeded
+from hopform._checks import MEMORY, Array, Checked, Role, by, count, finite, items, nonnegative, positive, stream
 from hopform._errors import HopformError
 from hopform._robots import Robot
 from hopform._solver.package import records
@@ -108,7 +108,7 @@ class TouchdownDetector(Checked):
         samples.
         """
         deviation, height = _noise_and_level(noise, level)
-        number, draw = count("trials", trials, _EACH), seeded(seed)
+        number, draw = count("trials", trials, _EACH), stream(Role.DETECTOR_DELAYS, seed)
         mean = self._samples(deviation, height)
         if mean < math.inf and number * mean > MOST_DRAWN:
             where = f"where a detection takes {mean:.3g} samples on average"
@@ -145,12 +145,13 @@ def delayed_apex(
     u: SupportsFloat,
     x1: SupportsFloat = 0.0,
     v1: SupportsFloat = 0.0,
+    compression: SupportsFloat | None = None,
     before: SupportsFloat = 0.0,
 ) -> tuple[float, float]:
     """Apex [m] where the current u [A] comes a delay [s] after touchdown, and its error: less the apex with u at once.
 
-    before [A]: the current until then. x1, v1, v2: the state at touchdown, after the impact. Exact, one stance each;
-    NaN without take-off.
+    before [A]: the current until then. x1, v1, v2, compression: the state at touchdown, after the impact. Exact, one
+    stance each; NaN without take-off.
 
     >>> from hopform import load_robot
     >>> apex, error = delayed_apex(load_robot("hopper_c"), 0.01, v2=-1.93, u=3.0)
@@ -158,8 +159,9 @@ def delayed_apex(
     (0.2044, -0.0188)
     """
     late, now, early = nonnegative("delay", delay, "s"), finite("u", u, "A"), finite("before", before, "A")
-    apex = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=[(0.0, early), (late, now)] if late > 0.0 else now).apex
-    return apex, apex - solve_stance(robot, v2=v2, x1=x1, v1=v1, u=now).apex
+    start: dict[str, Any] = {"v2": v2, "x1": x1, "v1": v1, "compression": compression}
+    apex = solve_stance(robot, **start, u=[(0.0, early), (late, now)] if late > 0.0 else now).apex
+    return apex, apex - solve_stance(robot, **start, u=now).apex
 
 
 def _noise_and_level(noise: SupportsFloat, level: SupportsFloat) -> tuple[float, float]:

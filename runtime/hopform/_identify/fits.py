@@ -75,7 +75,7 @@ class Trace:
         return quantum_of(self.measured) if self.quantity in ("x1", "x2") else 0.0
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Fit(Shown):
     """A fit. `values` has every parameter, `estimates` their intervals, `traces` a recording each.
 

@@ -28,6 +28,8 @@ Recordings = Sequence[Recording | File] | Recording | File
 """One recording, several, or the files that hold them."""
 MOST_RECORDINGS = 10_000
 """Recordings of a fit at most."""
+MOST_KNOWN = 1000
+"""Known values of a fit at most."""
 
 
 class Cut(NamedTuple):
@@ -187,16 +189,17 @@ def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: 
     gives the scale of step responses against it.
     """
     allowed = tuple(dict.fromkeys(letter for kind in given for letter in (*kind.letters, *kind.defaults)))
+    named = mapping("known", known, MOST_KNOWN)
     some = {kind: several for kind, several in given.items() if several}
     if all(kind.rig == "threshold" for kind in some):
         of = " of a drop, a decay or a step; a ramp alone gives a threshold" if len(given) > 1 else ", got none"
         raise HopformError(f"a fit needs at least one recording{of}")
-    shared = any("k" in kind.letters and kind.position == "x2" for kind in some) or "k" in (known or {})
+    shared = any("k" in kind.letters and kind.position == "x2" for kind in some) or "k" in named
     scaled = shared and any(kind.rig == "held" for kind in some)
     groups = list[Group]()
     for kind, several in some.items():
         units = units_of(several, kind.position, driven=kind.driven)
-        values = checked_known(known, allowed, units)
+        values = checked_known(named, allowed, units)
         own = {name: value for name, value in values.items() if name in (*kind.letters, *kind.defaults)}
         groups.append(kind.check(Group(kind, several, units, {**kind.defaults, **own}, loss=loss), scaled))
     if len({each.units.position for each in groups}) > 1:
@@ -307,7 +310,7 @@ def _missing(names: Iterable[str], known: Values) -> list[str]:
 def checked_known(known: Known, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
     """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
     values = dict[str, float]()
-    for name, value in mapping("known", known).items():
+    for name, value in mapping("known", known, MOST_KNOWN).items():
         if not isinstance(name, str) or name not in allowed:
             message = f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
             raise HopformError(message)

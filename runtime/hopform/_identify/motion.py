@@ -134,6 +134,16 @@ class _Rig(NamedTuple):
     backend: str | None
 
 
+class _Piece(NamedTuple):
+    """A flight or a stance: the motion at the times that lie in it, the run after it if it ends before the last, and
+    the largest compression of the spring [m].
+    """
+
+    motion: Motion
+    after: "_Run | None"
+    deepest: float = 0.0
+
+
 class _Run(NamedTuple):
     """A drop under way: time, state, and the derivatives of both by the columns."""
 
@@ -147,8 +157,15 @@ class _Run(NamedTuple):
 
 
 def drop(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Motion:
-    """The motion of a body that falls, meets the ground and hops on, at times [s] that do not decrease; impacts lose
-    energy.
+    """The motion of a body that falls, as `drop_and_compression` has it."""
+    return drop_and_compression(robot, start, steps, times, backend)[0]
+
+
+def drop_and_compression(
+    robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None
+) -> tuple[Motion, float]:
+    """The motion of a body that falls, meets the ground and hops on, at times [s] that do not decrease, and the largest
+    compression of its spring [m] up to the last of them; impacts lose energy.
 
     start: x1, v1, x2, v2 at t = 0, in the air or compressed. The actuator is free within its stops, locked where these
     are equal. HopformError without gravity, with an offset c, or for more hops than any recording has.
@@ -159,29 +176,29 @@ def drop(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backe
         raise HopformError(f"a drop takes the whole length as L0, c must be 0 m, got {robot.c!r}")
     rig, state, columns = _Rig(robot, steps, backend), np.array(start, dtype=float), len(COLUMNS)
     run = _Run(0.0, np.zeros(columns), state, np.eye(4, columns), bool(state[2] - state[0] > robot.L0), touches=False)
-    pieces, done = list[Motion](), 0
+    pieces, done, deepest = list[Motion](), 0, 0.0
     for _ in range(_MOST_PIECES):
-        moved, run = _piece(rig, run, times[done:])
-        pieces.append(moved)
-        done += moved.states.shape[0]
+        piece = _piece(rig, run, times[done:])
+        pieces.append(piece.motion)
+        deepest, done, run = max(deepest, piece.deepest), done + piece.motion.states.shape[0], piece.after or run
         if done == times.size:
-            return Motion(*map(np.concatenate, zip(*pieces, strict=True)))
+            return Motion(*map(np.concatenate, zip(*pieces, strict=True))), deepest
     message = f"the drop has more than {_MOST_PIECES} flights and stances: give a shorter recording, or more friction"
     raise HopformError(message)
 
 
-def _piece(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run]:
+def _piece(rig: _Rig, run: _Run, times: Array) -> _Piece:
     """The motion up to the next event, or to the step of the current that makes time the clock's again."""
-    move: Callable[[_Rig, _Run, Array], tuple[Motion, _Run | None]] = _flight if run.flies else _stance
+    move: Callable[[_Rig, _Run, Array], _Piece] = _flight if run.flies else _stance
     later = [t for t, _ in rig.steps if t > run.begin] if run.begin_by.any() else []
     if not later or later[0] >= times[-1]:
-        moved, after = move(rig, run, times)
-        return moved, after or run
-    moved, after = move(rig, run, np.append(times[times <= later[0]], later[0]))
-    if after is not None:
-        return moved, after
-    still = _Run(later[0], np.zeros(len(COLUMNS)), moved.states[-1], moved.by[-1], run.flies, touches=False)
-    return Motion(moved.states[:-1], moved.by[:-1]), still
+        return move(rig, run, times)
+    piece = move(rig, run, np.append(times[times <= later[0]], later[0]))
+    if piece.after is not None:
+        return piece
+    (states, by), still = piece.motion, np.zeros(len(COLUMNS))
+    after = _Run(later[0], still, states[-1], by[-1], run.flies, touches=False)
+    return _Piece(Motion(states[:-1], by[:-1]), after, piece.deepest)
 
 
 def delayed(steps: Steps, delay: float) -> Steps:
@@ -216,7 +233,7 @@ def _rates(rig: _Rig, times: Array, states: Array, *, flies: bool) -> Array:
     return np.stack([v1, np.where(v1 != 0.0, a1, 0.0), v2, body], axis=-1)
 
 
-def _stance(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
+def _stance(rig: _Rig, run: _Run, times: Array) -> _Piece:
     """The stance that a run is in: the motion at the times that lie in it, and the take-off if it comes before the
     last.
     """
@@ -225,12 +242,12 @@ def _stance(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     rows = _chain(by, run.state_by, run.begin_by, _rates(rig, times[: states.shape[0]], states, flies=False))
     ending, duration, last, *_ = stance.outcome()
     if ENDINGS[ending] != "takeoff":
-        return Motion(states, rows), None
+        return _Piece(Motion(states, rows), None, stance.compression_max())
     ends = in_height(stance.sensitivities(), y is None)[[ROWS.index(name) for name in (*STATE, "T")]]
     ends = _chain(ends, run.state_by, np.zeros(len(COLUMNS)), np.zeros(5))
     end = np.array([last.x1, last.v1, last.x1 + rig.robot.L0, last.v2])
     lifted = _Run(run.begin + duration, run.begin_by + ends[4], end, ends[:4], flies=True, touches=False)
-    return Motion(states, rows), lifted
+    return _Piece(Motion(states, rows), lifted, stance.compression_max())
 
 
 def _actuator(rig: _Rig, run: _Run, longest: float) -> SolvedStance | None:
@@ -242,7 +259,7 @@ def _actuator(rig: _Rig, run: _Run, longest: float) -> SolvedStance | None:
     return solved(alone, LegState(x1, v1, 0.0, x1 + _FAR), delayed(rig.steps, -run.begin), longest, rig.backend)
 
 
-def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
+def _flight(rig: _Rig, run: _Run, times: Array) -> _Piece:
     """A flight: the motion at the times that lie in it, and the state after the impact if it comes before the last."""
     robot, longest = rig.robot, max(float(times[-1]) - run.begin, 1e-9) * (1.0 + 1e-12)
     actuator = _actuator(rig, run, longest)
@@ -265,7 +282,7 @@ def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     local = _chain(by, run.state_by, np.zeros(len(COLUMNS)), rates)
     rows = local[: t.size] - rates[: t.size, :, np.newaxis] * run.begin_by
     moved = Motion(states[: t.size], rows)
-    return moved, None if airtime is None else _landed(robot, run, airtime, states[-1], local[-1], rates[-1])
+    return _Piece(moved, None if airtime is None else _landed(robot, run, airtime, states[-1], local[-1], rates[-1]))
 
 
 def _landed(robot: Robot, run: _Run, airtime: float, state: Array, by: Array, rates: Array) -> _Run:

@@ -62,7 +62,7 @@ class Rise(NamedTuple):
     u: Array
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Threshold(Shown):
     """The current that friction takes, f1 m_eff/|gamma2| [A], with its 95 % interval, and the load that shifts it.
 
@@ -157,13 +157,13 @@ RAMP = _Ramp("ramp", "threshold", "x1")
 
 
 def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float, tuple[str, ...]]:
-    """Threshold, half its interval, load: from the means of either direction of the current.
+    """Threshold, half its interval, load: from the means of either direction of the motion, which friction opposes.
 
     carried [A/m]: what the spring adds, as a current per way of the actuator.
     """
     means, halves = list[float](), list[float]()
-    for sign in (1.0, -1.0):
-        some = [each for each in onsets if (each.u + carried * each.x1) * sign > 0.0]
+    for direction in (1, -1):
+        some = [each for each in onsets if each.direction == direction]
         if some:
             weight = 1.0 / np.maximum(np.array([0.5 * (each.u_high - each.u_low) for each in some]), 1e-12) ** 2
             values = np.array([each.u + carried * each.x1 for each in some])
@@ -173,7 +173,7 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
             halves.append(max(own, scatter * student(0.5 + 0.5 * LEVEL, max(len(some) - 1, 1))))
     if len(means) == 2:
         half = 0.5 * math.hypot(*halves)
-        return 0.5 * (means[0] - means[1]), half, 0.5 * (means[0] + means[1]), ()
+        return 0.5 * abs(means[0] - means[1]), half, 0.5 * (means[0] + means[1]), ()
     alone = "one direction alone: a constant load (gravity, a preloaded spring) counts as friction"
     return abs(means[0]), halves[0], math.nan, (f"{alone}; record a ramp the other way",)
 

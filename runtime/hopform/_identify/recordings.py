@@ -1,6 +1,7 @@
 """Recordings: a CSV with named columns and units, read into SI units, and what its samples show by themselves.
 
-The first line names the columns, each with its unit: `time_s,x_mm,current_A`. Every fault is one line with file, line,
+The first line names the columns, each with its unit: `time_s,x_mm,current_A`; lines before it that begin with # are
+remarks. Every fault is one line with file, line,
 column. A rotary recording has its position as an angle. Then masses are moments of inertia about its axis [kg m^2],
 forces are torques [N m], lengths are angles [rad]; the equations of motion stay as they are.
 """
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._checks import nonnegative, number_of, shown
-from hopform._errors import HopformError
+from hopform._errors import HopformError, printable
 from hopform._files import name_of, path_of, read_text, rows_of
 from hopform._identify.motion import Array
 from hopform._show import Arrays, Card, Curve, Shown, span
@@ -115,11 +116,12 @@ class Column(NamedTuple):
     values: Array
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Recording(Shown):
     """A recording: times [s] that increase, and columns in SI units by their names without the unit.
 
-    line: that of the first sample in the file. added_mass [kg]: what the body carried beside itself.
+    line: that of the first sample in the file. added_mass [kg]: what the body carried beside itself. remarks: lines
+    before the columns that begin with #.
     """
 
     source: str
@@ -128,6 +130,7 @@ class Recording(Shown):
     line: int = 2
     added_mass: float = 0.0
     notes: tuple[str, ...] = field(default=(), compare=False)
+    remarks: tuple[str, ...] = ()
 
     def _card(self) -> Card:
         rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
@@ -268,6 +271,9 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
     rows = rows_of(text, source)
     if not rows:
         raise HopformError(f"{source}: is empty")
+    remarks = list[str]()
+    while len(rows) > 1 and rows[0][1][0].lstrip().startswith("#"):
+        remarks.append(printable(",".join(rows.pop(0)[1]).strip().lstrip("# ")))
     head_line, head = rows[0]
     titles = [title.strip() for title in head]
     known = [_title(title, source, head_line, n) for n, title in enumerate(titles)]
@@ -287,7 +293,8 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
     rest = {name: each for name, each in columns.items() if name not in TIMES and each.quantity != UNUSED}
     unused = [each.title for each in columns.values() if each.quantity == UNUSED]
     left_out = [f"without a unit that is known, so left out: {', '.join(map(shown, unused))}"] if unused else []
-    return Recording(source, time - time[0], rest, first, mass, (*_notes(time, rest), *left_out))
+    notes = (*remarks, *_notes(time, rest), *left_out)
+    return Recording(source, time - time[0], rest, first, mass, notes, tuple(remarks))
 
 
 def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, float]:

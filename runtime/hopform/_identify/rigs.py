@@ -230,7 +230,9 @@ class Experiment:
             if self.kind == "free":
                 start = (at["x1"], at["v1"], at["x"], at["v"])
                 return motion.drop(_leg_robot(self, unit), start, under, fine, self.backend).states
-            return motion.states(_actuator_robot(self, unit), (at["x"], at["v"], 0.0, 0.0), under, fine, self.backend)
+            return motion.states(
+                actuator_robot(unit, self.preload), (at["x"], at["v"], 0.0, 0.0), under, fine, self.backend
+            )
 
         states = moved(force)
         (x, v, height), leg = states.T[:3], self.kind == "free"
@@ -322,7 +324,7 @@ def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved,
 
 def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
-    robot, offset = _actuator_robot(of, at), at.get("offset", 0.0)
+    robot, offset = actuator_robot(at, of.preload), at.get("offset", 0.0)
     steps = tuple((t, u + offset) for t, u in steps) if offset else steps
     moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time, of.backend)
     states, by = _rows("air", moved, 0, _OF_ACTUATOR)
@@ -331,10 +333,13 @@ def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Mo
     return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}
 
 
-def _actuator_robot(of: Experiment, at: Values) -> Robot:
+def actuator_robot(at: Values, preload: float) -> Robot:
+    """The actuator in the letters of `held` or `air`, its body held at x2 = 0 by friction; preload [m]: of its spring,
+    which so pushes and pulls.
+    """
     own, k = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}, at.get("k", SOFT * at["m_eff"])
-    preload = of.preload + at["m_eff"] * at.get("g", 0.0) / k
-    return _NOTHING._replace(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
+    c = preload + at["m_eff"] * at.get("g", 0.0) / k
+    return _NOTHING._replace(**own, k=k, L0=-at.get("rest", 0.0), c=c, f2=motion.FIRM)
 
 
 def _threshold(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:

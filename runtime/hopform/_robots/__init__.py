@@ -20,7 +20,20 @@ from typing import Any, ClassVar, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import MEMORY, MOST_DIGITS, array_of, flag, instance, items, real, refuse_any, seeded, shown, whole
+from hopform._checks import (
+    MEMORY,
+    MOST_DIGITS,
+    Role,
+    array_of,
+    flag,
+    instance,
+    items,
+    real,
+    refuse_any,
+    shown,
+    stream,
+    whole,
+)
 from hopform._errors import HopformError, noted
 from hopform._files import name_of, path_of, read_text
 from hopform._solver.choice import DEFAULT, Solver
@@ -136,7 +149,7 @@ def _array(name: str, value: object, shape: tuple[int, ...], *, finite: bool = T
     made = array_of(name, found, "SI units") if found.size else found.astype(float)
     allowed = np.isfinite(made) if finite else ~np.isnan(made)
     refuse_any(name, made, allowed, lambda bad: f"must be a number, got {bad!r}")
-    return made.astype(float)
+    return made
 
 
 LARGEST_TOML = 2**20
@@ -201,7 +214,7 @@ class Robot(CheckedRobot):
         if self.fit is None or not self.fit.names:
             raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
         number = whole("count", count, 1, MOST_SAMPLES)
-        draw = np.random.default_rng() if seed is None else seeded(seed)
+        draw = np.random.default_rng() if seed is None else stream(Role.ROBOTS, seed)
         kept = {name for name, own in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == own}
         drawn = [{name: each[name] for name in kept} for each in self.fit.draw(number, draw)]
         return tuple(replace(self, **each, fit=None) for each in drawn)  # type: ignore[arg-type]
@@ -301,8 +314,11 @@ def _line_of(key: str, text: str) -> int:
 
 
 def nearest(word: str, known: list[str]) -> str:
-    """A question about the known word that is nearest to one, nothing where none is near."""
-    close = difflib.get_close_matches(word, known, 1, 0.5)
+    """A question about the known word that is nearest to one, nothing where none is near; one that differs by its case
+    alone is the nearest.
+    """
+    same = [each for each in known if each.casefold() == word.casefold()]
+    close = same or difflib.get_close_matches(word, known, 1, 0.5)
     return f", did you mean {close[0]!r}?" if close else ""
 
 

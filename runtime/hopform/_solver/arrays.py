@@ -132,11 +132,11 @@ class OnArrays:
         return apex.reshape(shape), found.largest_x1.astype(float).reshape(shape)
 
     def solve_columns(
-        self, columns: Columns, results: Columns, readings: package.Readings, max_phases: int, events: bool
+        self, columns: Columns, results: package.Results, readings: package.Readings, max_phases: int, events: bool
     ) -> package.Events:
         """Put the results and readings of stances into arrays; their events."""
         of, real, size = self.package, results[1].dtype, results[0].size
-        inputs = np.array([np.broadcast_to(column, size) for column in columns])
+        inputs = np.array([np.broadcast_to(column, size) for column in columns], real)
         results[0][...] = status = self._refusals(*inputs)
         for into in (*results[1:-1], *readings.values()):
             into[...] = np.nan

@@ -83,6 +83,7 @@ class Types:
         self.stance_at = library.function("stance_at", self)
         self.stance, self.phase = layout(self.Stance), layout(self.Phase)
         self.state = layout(self.State)
+        self.stances_in, self.stances_out = layout(self.StancesIn), layout(self.StancesOut)
         self.pack_state: Callable[..., bytes] = self.state.pack if double else self.pack
         self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else self.pack
         self.one_state = ctypes.c_char * self.state.size
@@ -112,9 +113,10 @@ class Types:
 def layout(structure: Any) -> struct.Struct:
     """The layout of a struct of numbers, as `struct` packs and unpacks it."""
 
-    def letters(structure: Any) -> str:
-        kinds = (kind for _, kind in structure._fields_)
-        return "".join(letters(kind) if issubclass(kind, ctypes.Structure) else kind._type_ for kind in kinds)
+    def letters(kind: Any) -> str:
+        if hasattr(kind, "_fields_"):
+            return "".join(letters(each) for _, each in kind._fields_)
+        return str(letters(kind._type_) * kind._length_ if hasattr(kind, "_length_") else kind._type_)
 
     return struct.Struct(f"{letters(structure)}0{'d' if ctypes.alignment(structure) == 8 else 'f'}")
 
@@ -386,7 +388,7 @@ class C:
     def solve_columns(
         self,
         columns: Columns,
-        results: Columns,
+        results: package.Results,
         readings: package.Readings,
         max_phases: int,
         events: bool,
@@ -401,25 +403,28 @@ class C:
 # ---- many stances, from columns into columns ----
 
 
-def _solve(library: Library, columns: Columns, results: Columns, max_phases: int, room: int, first: int = 0) -> Events:
+def _solve(
+    library: Library, columns: Columns, results: package.Results, max_phases: int, room: int, first: int = 0
+) -> Events:
     """The events of the stances, numbered from `first` on; one that has more than `room` is solved once more."""
     real, count = results[1].dtype, results[0].size
     types = library.types(real)
-    arguments, out = _arguments(types, columns, max_phases), types.StancesOut()
-    for name, result in zip(package.RESULTS, results, strict=True):
-        setattr(out, name, _column(result))
+    arguments, _numbers = _arguments(types, columns, max_phases)
+    into = [number for result in results for number in (_address(result), result.itemsize)]
+    if not room:
+        out = types.stances_out.pack(*into, 0, 0, 0, 0, 0)
+        library.call("solve_stances", types, ctypes.c_int64(count), arguments, out)
+        return []
     times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
     # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
     phases = (types.Phase * (2 * room + 2))()
-    if room:
-        out.phases, out.phase_capacity = ctypes.addressof(phases), len(phases)
-        out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, room
-    library.call("solve_stances", types, ctypes.c_int64(count), ctypes.byref(arguments), ctypes.byref(out))
+    lists = ctypes.addressof(phases), len(phases), _address(times), _address(kinds), room
+    library.call("solve_stances", types, ctypes.c_int64(count), arguments, types.stances_out.pack(*into, *lists))
     short = results[-1] > room
     lanes, place = np.nonzero((kinds != 0) & ~short[:, np.newaxis])
     found = [(first + lanes, times[lanes, place], kinds[lanes, place])]
-    for lane in np.flatnonzero(short).tolist() if room else ():
-        one = [column if column.shape == () else column[lane : lane + 1] for column in columns]
+    for lane in np.flatnonzero(short).tolist():
+        one = [column[lane : lane + 1] if isinstance(column, np.ndarray) else column for column in columns]
         part = [result[lane : lane + 1] for result in results]
         found += _solve(library, one, part, max_phases, int(part[-1][0]), lane)
     return found
@@ -428,20 +433,29 @@ def _solve(library: Library, columns: Columns, results: Columns, max_phases: int
 def _read(library: Library, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:
     """A reading of stances."""
     types, state = library.types(results.dtype), np.empty(len(results), np.int32)
-    asked = ctypes.c_int64(state.size), ctypes.byref(_arguments(types, columns, max_phases))
+    arguments, _numbers = _arguments(types, columns, max_phases)
+    asked = ctypes.c_int64(state.size), arguments
     with_room(types, f"stances_{name}", types.Phase, max_phases + 1, asked, pointer(results), pointer(state))
 
 
-def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:
-    """hopform_stances_in for these columns, which must outlive it."""
-    arguments = types.StancesIn()
-    for name, column in zip(package.STATES, columns, strict=False):
-        setattr(arguments, name, _column(column))
-    for n, column in enumerate(columns[len(package.STATES) :]):
-        arguments.robot[n] = _column(column)
-    arguments.max_phases = max_phases
-    return arguments
+def _arguments(types: Types, columns: Columns, max_phases: int) -> tuple[bytes, Any]:
+    """hopform_stances_in for these columns, and the memory of those that are numbers; both must outlive it."""
+    states = len(package.STATES)
+    ordered = *columns[states:], *columns[:states]
+    numbers = np.array([0.0 if isinstance(column, np.ndarray) else column for column in ordered], types.dtype)
+    own, size, packed = _address(numbers), numbers.itemsize, list[int]()
+    for n, column in enumerate(ordered):
+        if isinstance(column, np.ndarray):
+            packed += _address(column), column.strides[0]
+        else:
+            packed += own + n * size, 0
+    return types.stances_in.pack(*packed, max_phases), numbers
 
 
-def _column(array: NDArray[Any]) -> tuple[int, int]:
-    return array.ctypes.data, array.strides[0] if array.ndim else 0
+def _address(array: NDArray[Any]) -> int:
+    """Where an array's memory begins; `ctypes.data` says it of any array, and takes three times as long."""
+    memory: Any = array
+    try:
+        return ctypes.addressof(_Bytes.from_buffer(memory))
+    except (BufferError, TypeError, ValueError):
+        return array.ctypes.data

@@ -75,8 +75,12 @@ LegState: TypeAlias = records.LegState
 """x1, v1, v2 and the compression y."""
 Precision: TypeAlias = np.dtype[Any]
 Array: TypeAlias = NDArray[np.floating]
-Columns = Sequence[NDArray[Any]]
-"""The states, u, horizon, then the robot's fields: numbers (without a dimension) or arrays of one length."""
+Column: TypeAlias = float | NDArray[Any]
+Columns = Sequence[Column]
+"""The states, u, horizon, then the robot's fields: numbers, or arrays of one dimension, one length and the precision
+in which they are solved."""
+Results = Sequence[NDArray[Any]]
+"""Arrays of one dimension, as `results_like` makes them."""
 Readings = Mapping[str, NDArray[Any]]
 """Arrays for what is asked of stances besides: `sensitivities`, rows times columns, and the largest `compressions`; NaN
 where there are none.

@@ -133,18 +133,23 @@ def damped_leg(robot: Mapping[str, Number], b12: Number, **start: Any) -> Text:
 
 
 def second_spring(robot: Mapping[str, Number], k_2: Number, L_2: Number, **start: Any) -> Text:
-    """(3), (4) and a spring k_2 (x1 - x2 + L_2) beside the leg's: N is the sum, N = k y + k_2 (y + L_2 - L0 - c).
+    """(3), (4) and a spring k_2 (x1 - x2 + L_2) beside the leg's: N = k (x1 - z) + k_2 (x1 - z + L_2 - L0 - c).
 
-    y counts from the free length of the leg's own spring; N vanishes elsewhere where the two lengths differ.
+    It vanishes where the one pulls as the other pushes, at x1 - z = k_2 (L0 + c - L_2)/(k + k_2); y counts from there.
     """
     text = stance({**robot, "k_2": k_2, "L_2": L_2}, **start)
-    slack = "k_2*(L_2 - L0 - c)"
+    slack, rest = "k_2*(L_2 - L0 - c)", "k_2*(L0 + c - L_2)/(k + k_2)"
+    y = {"q": [1, -1], "constant": f"-{rest}"}
+    force = {"q": ["k + k_2", "-(k + k_2)"], "constant": slack}
+    tolerance = f"4*ulp(max(abs(x1), abs(x1 - y - {rest} + L0 + c), abs(L0), abs(c)))"
     return {
         **text,
         "name": "hopper with a second spring in the leg",
         "stiffness": {**text["stiffness"], "second": scaled(LEG, "k_2")},
         "force": {**text["force"], "second": [f"-{slack}", slack]},
-        "contact": {**text["contact"], "force": {"q": ["k + k_2", "-(k + k_2)"], "constant": slack}},
+        "contact": {"force": force, "compression": y, "tolerance": tolerance},
+        "position": ["x1", f"x1 - y - {rest}"],
+        "outputs": {**text["outputs"], "y": y},
     }
 
 

@@ -37,7 +37,7 @@ PROBLEMS: dict[str, dict[str, Any]] = {
     "leg_damper_5_3A": builders.damped_leg(HOPPER_C, "5", v2=DROP, u="3"),
     "leg_damper_20_3A": builders.damped_leg(HOPPER_C, "20", v2=DROP, u="3"),
     "leg_damper_40_3A": builders.damped_leg(HOPPER_C, "40", v2=DROP, u="3"),
-    "second_spring": builders.second_spring(HOPPER_C, "300", "0.42", v2=DROP, u="3"),
+    "second_spring": builders.second_spring(HOPPER_C, "300", "0.41", v2=DROP, u="3"),
     "body_spring": builders.body_spring(HOPPER_C, "60", "0.5", v2=DROP, u="3"),
     "pushed_body": builders.pushed_body(HOPPER_C, "-5", v2=DROP, u="3"),
     "flight": builders.flight(HOPPER_C, Kp="500", Kd="200", u_max="3", x1="0.04", v1="0.39", x2="0.44", v2="1.9"),

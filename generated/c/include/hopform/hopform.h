@@ -4,7 +4,8 @@
  *
  * Pure functions of their arguments: no allocation, no globals, no recursion, bounded loops. SI units; the
  * signs are those of the equations of motion (3), (4): x_1 is the displacement of the actuator, x_2 the height
- * of the body over the ground, y = x_1 - x_2 + L_0 + c the compression of the spring, upward is positive.
+ * of the body over the ground, y the compression of the leg, upward is positive. y counts from where the leg
+ * carries nothing: it is x_1 - x_2 + L_0 + c where the spring alone is in the leg.
  * Every type and function exists in single precision (_f32) and in double precision (_f64).
  *
  * A negative status is a refusal. Every output that is not NULL is then safe: zeros, a current of 0, a plan that
@@ -42,7 +43,7 @@ extern "C" {
 #define HOPFORM_ERROR_NULL (-1)      /**< a pointer is NULL */
 #define HOPFORM_ERROR_ROBOT (-2)     /**< a parameter of the robot is out of its domain, or the plan was not made */
 #define HOPFORM_ERROR_STATE (-3)     /**< a state is not finite, x_1 is beyond its stroke, or what is fixed moves */
-#define HOPFORM_ERROR_EXTENDED (-4)  /**< the spring force at the start is negative */
+#define HOPFORM_ERROR_EXTENDED (-4)  /**< the leg is extended at the start, its compression negative */
 #define HOPFORM_ERROR_STEPS (-5)     /**< the steps of the current are none or too many, do not start at 0 or do not increase */
 #define HOPFORM_ERROR_HORIZON (-6)   /**< horizon or max_phases is not positive */
 #define HOPFORM_ERROR_TIME (-7)      /**< a time is not finite or outside the stance */
@@ -59,7 +60,7 @@ extern "C" {
 #define HOPFORM_COMMAND_NO_TAKEOFF 3 /**< no current is admissible */
 
 /** How a stance ended. */
-#define HOPFORM_ENDING_TAKEOFF 1     /**< the spring force returned to zero with the leg extending */
+#define HOPFORM_ENDING_TAKEOFF 1     /**< the contact force returned to zero with the leg extending */
 #define HOPFORM_ENDING_REST 2        /**< both masses are held and nothing can change */
 #define HOPFORM_ENDING_HORIZON 3     /**< the longest time was reached */
 #define HOPFORM_ENDING_TOO_MANY_PHASES 4 /**< the cap on phases was reached */

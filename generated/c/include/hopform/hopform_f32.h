@@ -67,17 +67,17 @@ typedef struct {
     float s_3;  /**< [1/s^3] their product */
 } hopform_poles_f32;
 
-/** The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+/** The hopper at one instant; x_2 is x_1 - y and the length without load. */
 typedef struct {
     float x1;  /**< [m] displacement of the actuator */
     float v1;  /**< [m/s] velocity of the actuator */
     float v2;  /**< [m/s] velocity of the body */
-    float y;   /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    float y;   /**< [m] compression of the leg, from where it carries nothing */
 } hopform_state_f32;
 
-/** The energy of the body (22), (23) and of the whole robot. */
+/** The energy of the body with its spring, (22), (23), and of the whole robot. */
 typedef struct {
-    float body;   /**< [J] kinetic and potential energy of the body, spring without the actuator's share */
+    float body;   /**< [J] kinetic + gravitational + k (x_2 - L_0 - c)^2/2; in flight without the latter */
     float total;  /**< [J] kinetic and potential energy of the whole robot */
 } hopform_energy_f32;
 
@@ -146,7 +146,7 @@ typedef struct {
     float x1; /**< [m] displacement of the actuator */
     float v1; /**< [m/s] velocity of the actuator */
     float v2; /**< [m/s] velocity of the body */
-    float y; /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    float y; /**< [m] compression of the leg, from where it carries nothing */
     int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held */
     int8_t event; /**< HOPFORM_EVENT_..., what started it */
     uint16_t step; /**< index of the step of the current */
@@ -232,7 +232,7 @@ typedef struct {
     int8_t spare; /**< 0 */
 } hopform_flight_phase_f32;
 
-/** A flight, solved. In its states y is x_1 - x_2 + L_0 + c over the ground ahead. */
+/** A flight, solved. In its states y is that of a leg that stands on the ground ahead. */
 typedef struct {
     hopform_gains_f32 gains; /**< of the law; 0 where the motor has no force */
     hopform_state_f32 start; /**< as given */
@@ -301,7 +301,7 @@ typedef struct {
     hopform_input_f32 x1; /**< [m] displacement of the actuator */
     hopform_input_f32 v1; /**< [m/s] velocity of the actuator */
     hopform_input_f32 v2; /**< [m/s] velocity of the body */
-    hopform_input_f32 y; /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    hopform_input_f32 y; /**< [m] compression of the leg, from where it carries nothing */
     hopform_input_f32 u; /**< [A] current */
     hopform_input_f32 horizon; /**< [s] */
     int32_t max_phases;
@@ -323,7 +323,9 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                   hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance);
 
-/** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. */
+/** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. Here and
+ * in all that is read at a time, t = phases[n].t belongs to phase n: at an event it is the state behind it, which a
+ * stop has left without velocity. */
 int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
                                hopform_state_f32 *state);
@@ -342,7 +344,7 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
                                    const float *times, int32_t count, hopform_energy_f32 *energies,
                                    hopform_ledger_f32 *ledgers, float *stop_losses);
 
-/** The largest compression of the spring in a solved stance [m], to be compared with its travel; 0 if it is refused. */
+/** The largest compression of the leg in a solved stance [m], to be compared with its travel; 0 if it is refused. */
 int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                         const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                         float *compression_max);
@@ -350,8 +352,8 @@ int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopfo
 /** Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
  * numbers, row by row; zeros if there are none (positive status).
  *
- * Column y holds the others' x1, L0, c at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on
- * to them. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
+ * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
+ * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
  * that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later. A
  * matrix that overlaps an input is refused.
  */
@@ -444,8 +446,9 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
  * gives. */
 uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity);
 
-/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A refusal does
- * not change the contact. The detector may lie in it. */
+/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A run in
+ * the contact that is not in 1 .. count - 1 counts as 0. A refusal does not change the contact. The detector may lie in
+ * it. */
 int32_t hopform_touchdown_f32(const hopform_detector_f32 *detector, hopform_contact_f32 *contact, float sample);
 
 /** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the

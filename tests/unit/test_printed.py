@@ -1,0 +1,329 @@
+"""What is printed has an oracle: every cell of every table is parsed, in the unit of its head, and compared with the
+object's own value; so is every number of the lines beside the tables.
+"""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform import _cli as cli
+from hopform._cli import output, report, tables
+from hopform._robots import FIELDS
+from hopform.controllers import FeedForward
+from hopform.terrain import uniform
+
+HOPPER = hopform.load_robot("hopper_c")
+FACTORS = {"cm": 100.0, "mm": 1000.0, "ms": 1000.0, "%": 100.0}
+"""Numbers of a table to one of SI, where they are not the same."""
+CELL = re.compile(r"\S+(?: \S+)*")
+
+
+def tables_of(text):
+    """Tables as rows by their heads, under the line before them; two spaces or more separate columns."""
+    lines, found = ["", *text.splitlines(), ""], {}
+    rules = [n for n, each in enumerate(lines) if each.startswith("───")]
+    for n, following in zip(rules, [*(rule - 2 for rule in rules[1:]), len(lines)], strict=True):
+        heads = list(CELL.finditer(lines[n - 1]))
+        # A head that stands there twice is followed by that before it.
+        names = [
+            h[0] if h[0] not in [e[0] for e in heads[:k]] else f"{h[0]}, {heads[k - 1][0]}" for k, h in enumerate(heads)
+        ]
+        rows = found.setdefault(lines[n - 2].strip(), [])
+        for place in range(n + 1, following):
+            row = dict.fromkeys(names, "")
+            cells = list(CELL.finditer(lines[place]))
+            above = [[name for name, head in zip(names, heads, strict=True) if meet(each, head)] for each in cells]
+            if any(len(each) > 1 for each in above) or not (cells or lines[place + 1].startswith("sum")):
+                break  # a line of words, or the end
+            if cells:
+                rows.append(row | {"".join(name): cell[0] for name, cell in zip(above, cells, strict=True)})
+    return found
+
+
+def meet(one, other):
+    """Whether two cells stand above each other."""
+    return one.start() < other.end() and other.start() < one.end()
+
+
+def near(cell, value, unit):
+    """A cell has at least four digits of a value, those behind the fourth decimal left out; "-" is none."""
+    factor = FACTORS.get(unit, 1.0)
+    if math.isnan(value):
+        assert cell == "-"
+    else:
+        assert float(cell) == pytest.approx(factor * value, rel=5.1e-4, abs=6e-5)
+
+
+def check(rows, columns, objects):
+    """Each row against its object: a number for a head with a unit, in SI, else the words."""
+    assert len(rows) == len(objects) > 0
+    for row, each in zip(rows, objects, strict=True):
+        assert row.keys() == columns.keys()
+        for head, value in columns.items():
+            unit = re.search(r"\[(.*)\]", head)
+            if isinstance(expected := value(each), str):
+                assert row[head] == expected, head
+            else:
+                near(row[head], expected, unit[1] if unit else "")
+
+
+def numbers(text, *values):
+    """The numbers with a unit of a line, against values in SI in their order."""
+    found = re.findall(r"([-+]?\d[\d.e+-]*) (cm|mm|ms|m/s\^2|m/s|s|A|J|N)\b", text)
+    assert len(found) == len(values), text
+    for (number, unit), value in zip(found, values, strict=True):
+        near(number, value, unit)
+
+
+@pytest.fixture
+def printed(capsys):
+    """What a command prints: its tables, and its lines."""
+
+    def call(*arguments):
+        assert cli.main([str(argument) for argument in arguments]) == 0
+        text, errors = capsys.readouterr()
+        assert errors == ""
+        return tables_of(text), text.splitlines()
+
+    return call
+
+
+def line(lines, begin):
+    (found,) = [each for each in lines if each.startswith(begin)]
+    return found
+
+
+# ---- a stance ----
+
+STARTS = {
+    "takes off": (("--height", 0.2, "--u", 3), {"v2": hopform.touchdown_velocity(HOPPER, 0.2), "u": 3.0}),
+    "steps": (
+        ("--height", 0.02, "--u-steps", "0:0,0.05:2,0.1:-3"),
+        {"v2": hopform.touchdown_velocity(HOPPER, 0.02), "u": [(0.0, 0.0), (0.05, 2.0), (0.1, -3.0)]},
+    ),
+    "meets its stop": (
+        ("--v2", -1.9, "--x1", 0.07, "--v1", 0.3, "--u", 2),
+        {"v2": -1.9, "x1": 0.07, "v1": 0.3, "u": 2.0},
+    ),
+}
+SIDES = {1: "slips up", -1: "slips down", 0: "held"}
+
+
+@pytest.fixture(params=STARTS)
+def stance(request, printed):
+    """A stance, and what `hopform stance` prints of it."""
+    options, start = STARTS[request.param]
+    return hopform.solve_stance(HOPPER, **start), *printed("stance", *options, "--sensitivities")
+
+
+def test_the_phases_of_a_stance_are_printed(stance):
+    solved, shown, _ = stance
+    times = f"[{'ms' if solved.duration < 1.0 else 's'}]"
+    words = {event.time: event.kind for event in solved.events}
+    for row, phase in zip(shown["Phases and events"], solved.phases, strict=True):
+        near(row[f"from {times}"], phase.start, times[1:-1])
+        near(row[f"to {times}"], phase.end, times[1:-1])
+        near(row["u [A]"], phase.u, "A")
+        near(row["x1 [cm]"], phase.state.x1, "cm")
+        assert row["body"] == SIDES[phase.mode_2]
+        assert row["actuator"] == SIDES[phase.mode_1] or (phase.mode_1 == 0 and row["actuator"] == "at stop")
+        kind = words.get(phase.start, "")
+        steps = "current steps" if phase.start in [t for t, _ in solved.u] else ""
+        begin = {"x1": "actuator", "x2": "body"}[kind[:2]] if kind else steps if phase.start else "touchdown"
+        assert row["begins with"].split(" ")[0] == begin.split(" ")[0]
+
+
+def test_the_states_of_a_stance_are_printed(stance):
+    solved, shown, _ = stance
+    columns = {
+        "": lambda t: "touchdown" if t == 0.0 else solved.status,
+        "x1 [cm]": lambda t: float(solved.at(t).x1),
+        "v1 [m/s]": lambda t: float(solved.at(t).v1),
+        "x2 [cm]": lambda t: float(solved.at(t).x2),
+        "v2 [m/s]": lambda t: float(solved.at(t).v2),
+        "F [N]": lambda t: HOPPER.k * float(solved.at(t).x1 - solved.at(t).x2 + HOPPER.L0 + HOPPER.c),
+        "E [J]": lambda t: float(solved.energy(t).body),
+        "H [J]": lambda t: float(solved.energy(t).total),
+    }
+    check(shown["State"], columns, [0.0, solved.duration])
+
+
+def test_the_ledger_of_a_stance_is_printed(stance):
+    solved, shown, _ = stance
+    ledger, rows = solved.ledger(solved.duration), {row[""]: row for row in shown["Energy ledger"]}
+    of_body = ("spring_work", "viscous_2", "coulomb_2")
+    for name, words in tables.LEDGER.items():
+        whole, body = rows[words]["whole robot [J]"], rows[words]["body [J]"]
+        value = float(getattr(ledger, name))
+        assert (body != "") == (name in of_body) and (whole != "") == (name != "spring_work")
+        for cell in filter(None, (whole, body)):
+            near(cell, value, "J")
+    before, after = solved.energy(0.0), solved.energy(solved.duration)
+    changes = {"whole robot [J]": after.total - before.total, "body [J]": after.body - before.body}
+    for head, change in changes.items():
+        for words in ("sum", "change of energy H, E"):
+            near(rows[words][head], float(change), "J")
+        assert abs(float(rows["difference"][head])) < 1e-12
+
+
+def test_the_derivatives_of_a_stance_are_printed(stance):
+    solved, shown, _ = stance
+    (rows,) = [each for words, each in shown.items() if words.startswith("Sensitivities")]
+    by = solved.sensitivities
+    for row, name in zip(rows, by.columns, strict=True):
+        assert row.pop("").split(" [")[0] == name
+        for (head, cell), of in zip(row.items(), by.rows, strict=True):
+            value = by[of, name]
+            assert head.split(" [")[0] == of
+            assert cell == "-" if math.isnan(value) else float(cell) == pytest.approx(value, rel=5.1e-5)
+
+
+def test_the_lines_of_a_stance_have_its_numbers(stance):
+    """The largest compression is that of a fine grid of times."""
+    solved, _, lines = stance
+    most = float(np.max(solved.compression(np.linspace(0.0, solved.duration, 20_001))))
+    assert most > 0.01
+    numbers(line(lines, "AED"), solved.aed, most)
+    first = [solved.phases[0].state.v2, max(u for _, u in solved.u)]
+    ends = [solved.duration, *([solved.apex] if solved.takeoff else [])]
+    numbers(lines[0], *first, *ends)
+
+
+# ---- a run, the controller, a map ----
+
+
+def test_the_hops_of_a_run_are_printed(printed):
+    options = ("--terrain", "uniform", "--seed", 3, "--controller", "exact", "--h-des", 0.2, "--hops", 5)
+    shown, lines = printed("hop", "--height", 0.15, *options)
+    run = hopform.simulate(HOPPER, uniform(5, 0.02, seed=3), FeedForward(0.2), height=0.15)
+    columns = {
+        "hop": lambda hop: str(hop.index + 1),
+        "ground [cm]": lambda hop: hop.ground,
+        "from [cm]": lambda hop: hop.height,
+        "at [s]": lambda hop: hop.touchdown_time,
+        "u [A]": lambda hop: hop.u,
+        "stance [ms]": lambda hop: hop.stance.duration,
+        "ending": lambda hop: hop.stance.status,
+        "apex [cm]": lambda hop: float(hop.takeoff_time and run.at(hop.takeoff_time).x2)
+        + float(run.at(hop.takeoff_time).v2) ** 2 / (2.0 * HOPPER.g) - HOPPER.L0 - HOPPER.c,
+        "AED [J]": lambda hop: float(np.diff(hop.stance.energy([0.0, hop.stance.duration]).body)[0]),
+        "impact [J]": lambda hop: -0.05 / 0.95 * HOPPER.m_s * float(hop.touchdown.v2) ** 2 / 2.0,
+        "stops": lambda hop: "hits a stop" if hop.hits_stop else "",
+    }  # fmt: skip
+    check(shown["Hops"], columns, run.hops)
+    gains = [each.gains for each in (*(hop.flight for hop in run.hops[1:]), run.last)]
+    found = re.findall(r"(K[pd]) = (\S+) to (\S+) N", line(lines, "Return in flight"))
+    for name, low, high in found:
+        near(low, min(getattr(each, name) for each in gains), "")
+        near(high, max(getattr(each, name) for each in gains), "")
+    assert [name for name, _, _ in found] == ["Kp", "Kd"]
+
+
+def test_the_currents_of_the_controllers_are_printed(printed):
+    shown, lines = printed("control", "--height", 0.2, "--h-des", 0.21, "--printed")
+    start = {"v2": hopform.touchdown_velocity(HOPPER, 0.2), "h_des": 0.21}
+    found = {"exact": hopform.choose_current(HOPPER, **start)}
+    found |= {
+        words: hopform.choose_current_as_printed(HOPPER, **start, **options)
+        for words, options in tables.PRINTED.items()
+    }
+    apexes = {name: hopform.solve_stance(HOPPER, v2=start["v2"], u=each.u).apex for name, each in found.items()}
+    columns = {
+        "controller": str,
+        "u [A]": lambda name: found[name].u,
+        "apex [cm]": lambda name: apexes[name],
+        "off by [cm]": lambda name: float(f"{100.0 * (apexes[name] - 0.21):.2g}") / 100.0,
+    }
+    check(shown["Currents"], columns, list(found))
+    assert line(lines, f"{found['exact'].solved} stances were solved")
+
+
+def test_a_map_is_printed(printed):
+    shown, lines = printed("reach", "--from", 0.02, "--to", 0.3, "--heights", 5, "--currents", 7)
+    currents = np.linspace(-3.0, 3.0, 7)
+    found = hopform.reachability(HOPPER, np.linspace(0.02, 0.3, 5), currents)
+    gaps = [", ".join(f"{low:g}..{high:g}" for low, high in found.gaps(row)) or "-" for row in range(5)]
+    of_heights = {
+        "height [cm]": lambda row: found.heights[row],
+        "lowest [cm]": lambda row: found.lowest[row],
+        "at [A]": lambda row: found.u_lowest[row],
+        "highest [cm]": lambda row: found.highest[row],
+        "at [A], highest [cm]": lambda row: found.u_highest[row],
+        "held by [A]": lambda row: found.hold[row],
+        "gaps [A]": lambda row: gaps[row],
+        "limited by stroke": lambda row: f"{100.0 * np.mean(found.limited[row]):.0f} %",
+    }
+    check(shown["Next apex"], of_heights, range(5))
+    columns = {
+        "u [A]": lambda point: point.u,
+        "height [cm]": lambda point: point.height,
+        "multiplier": lambda point: point.multiplier,
+        "hop": lambda point: "settles" if abs(point.multiplier) < 1.0 else "leaves",
+    }
+    check(shown["Fixed points"], columns, found.fixed_points)
+    assert line(lines, f"hopper_c: {np.isfinite(found.hold).sum()} of 5 heights can be held")
+
+
+def test_robots_are_printed(printed):
+    shown, _ = printed("robots")
+    (rows,) = shown.values()
+    robots = {name: hopform.load_robot(name) for name in hopform.ROBOTS}
+    for row, field in zip(rows, FIELDS, strict=True):
+        assert (row["parameter"], row["unit"]) == (field.name, "" if field.unit == "1" else field.unit)
+        for name, robot in robots.items():
+            value = getattr(robot, field.name)
+            assert row[name] == "none" if math.isinf(value) else float(row[name]) == pytest.approx(value, rel=1e-6)
+
+
+# ---- what identification prints ----
+
+
+def shown_of(answer, capsys):
+    output.show(report.tables_of(answer))
+    text = capsys.readouterr().out
+    return tables_of(text), text.splitlines()
+
+
+def test_a_fit_is_printed(capsys):
+    recordings = [hopform.record(HOPPER, "decay", height=0.04, duration=1.0, seed=seed) for seed in (3, 4)]
+    fit = hopform.fit_drop_test(recordings, attached=True, known={"m_s": 3.0}, holdout=True)
+    shown, _ = shown_of(fit, capsys)
+    values = {each.name: (each.value, each.low, each.high, each.unit, each.method) for each in fit.estimates}
+    values |= {name: (value, None, None, "", "known") for name, value in fit.known.items()}
+    for row, (name, (value, low, high, unit, by)) in zip(shown["Parameters"], values.items(), strict=True):
+        assert (row["parameter"], row["unit"], row["by"]) == (name, unit, by)
+        assert float(row["value"]) == pytest.approx(value, rel=5.1e-6)
+        ends = [] if low is None else [low, high]
+        assert [float(each) for each in row["95 % interval"].split(" .. ") if each] == pytest.approx(ends, rel=5.1e-6)
+    columns = {
+        "recording": lambda trace: trace.label,
+        "samples": lambda trace: str(trace.time.size),
+        "rms": lambda trace: 1000.0 * float(np.sqrt(np.mean((trace.predicted - trace.measured) ** 2))),
+        "rms, viscous alone": lambda trace: 1000.0 * float(np.sqrt(np.mean((trace.old - trace.measured) ** 2))),
+        "hold-out": lambda trace: 1000.0 * trace.holdout,
+        "quantum": lambda trace: 1000.0 * trace.quantum,
+        "unit": lambda _: "mm",
+        "autocorrelation": lambda trace: round(trace.tests.autocorrelation, 2),
+        "white": lambda trace: "yes" if trace.tests.white else "no",
+    }
+    check(shown["Recordings"], columns, fit.traces)
+
+
+def test_a_threshold_is_printed(capsys):
+    recording = hopform.record(HOPPER, "ramp", duration=4.0, seed=1)
+    found = hopform.friction_threshold(recording, m_eff=HOPPER.m_eff, gamma2=HOPPER.gamma2)
+    shown, lines = shown_of(found, capsys)
+    for row, onset in zip(shown["Onsets of motion"], found.onsets, strict=True):
+        assert int(row["direction of x1"]) == onset.direction and row["recording"] == onset.source
+        near(row["t [s]"], onset.time, "s")
+        near(row["u [A]"], onset.u, "A")
+        ends = [float(each) for each in row["95 % interval"].split(" .. ")]
+        assert ends == pytest.approx([onset.u_low, onset.u_high], rel=5.1e-5)
+    u, low, high = map(float, re.findall(r"-?\d+\.\d+", line(lines, "u* = ")))
+    assert (u, low, high) == pytest.approx((found.u, found.low, found.high), rel=5.1e-5)
+    f1 = [float(each) for each in re.findall(r"-?\d+\.\d+", line(lines, "f1 = "))]
+    assert f1 == pytest.approx([found.f1, found.f1_low, found.f1_high], rel=5.1e-5)
+    numbers(line(lines, "constant load"), found.load)
