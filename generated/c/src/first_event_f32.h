@@ -350,18 +350,22 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
 typedef struct {
     float A, B;
     float R, Rd;
+    float sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f32;
 
-static inline deflated_f32 deflated_at_f32(const event_set_f32 *set, const event_function_f32 *g,
-                                             const propagator_f32 *at) {
-    const hopform_node_f32 *node = set->node;
+static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
+                                             const event_function_f32 *g, const propagator_f32 *at) {
     const bool rings = node->half_period < HOPFORM_NEVER_f32;
-    const float sum = rings ? set->poles->p : node->second + node->third;
-    const float product = rings ? set->poles->q : node->second * node->third;
-    deflated_f32 d = {g->H2 - sum * g->H3, g->H1 - product * g->H3, at->basis.Wd + node->pole * at->basis.W,
-                       at->basis.Wdd + node->pole * at->basis.Wd};
+    const float sum = rings ? poles->p : node->second + node->third;
+    const float product = rings ? poles->q : node->second * node->third;
+    deflated_f32 d = {g->H2 - sum * g->H3,
+                       g->H1 - product * g->H3,
+                       at->basis.Wd + node->pole * at->basis.W,
+                       at->basis.Wdd + node->pole * at->basis.Wd,
+                       sum,
+                       product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const hopform_pair_f32 pair = hopform_pair_at_f32(set->poles, at->t);
+        const hopform_pair_f32 pair = hopform_pair_at_f32(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
     }
@@ -370,7 +374,7 @@ static inline deflated_f32 deflated_at_f32(const event_set_f32 *set, const event
 
 static inline float deflated_derivative_f32(const event_set_f32 *set, const event_function_f32 *g,
                                             const propagator_f32 *at) {
-    const deflated_f32 d = deflated_at_f32(set, g, at);
+    const deflated_f32 d = deflated_at_f32(set->poles, set->node, g, at);
     return d.A * d.Rd + d.B * d.R;
 }
 
@@ -456,7 +460,8 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
         const float step = step_to_root_f32(&falls);
         const float bound = rounding_of_f32(g, &at, 0.0f);
         const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_f32(step * jet.rate) <= bound && bends_f32(g, &at, jet.curvature)) { break; }
+        const bool is_near = !is_far & (jet.curvature > 0.0f) & (fabs_f32(step * jet.rate) <= bound);
+        if (is_near && bends_f32(g, &at, jet.curvature)) { break; }
         falls_by = jet.rate < 0.0f ? -jet.rate : falls_by;
         low = jet.rate < 0.0f ? t : low;
         high = jet.rate < 0.0f ? high : t;
@@ -487,7 +492,7 @@ static inline float quiet_time_of_ringing_f32(const event_set_f32 *set, const ev
     const hopform_poles_f32 *poles = set->poles;
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
-    const deflated_f32 deflated = deflated_at_f32(set, g, start);
+    const deflated_f32 deflated = deflated_at_f32(set->poles, set->node, g, start);
     const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const float D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
     const float r = (poles->a * d - D) / hopform_residue_f32(poles);
@@ -512,7 +517,7 @@ static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const even
     const float l_3 = set->node->third;
     const float product = l_1 * l_2;
     if (!(product > 0.0f)) { return 0.0f; }
-    const deflated_f32 d = deflated_at_f32(set, g, start);
+    const deflated_f32 d = deflated_at_f32(set->poles, set->node, g, start);
     const float slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
     const float first = hopform_lesser_f32(at->rate, 0.0f);
     const float second = hopform_lesser_f32(d.A * d.Rd + d.B * d.R, 0.0f);
@@ -662,7 +667,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
     const jet_f32 *to = &in->to;
     const float h = in->high.t - in->low.t;
     const float d_then = deflated_derivative_f32(set, g, &in->high);
-    if (!(d < 0.0f) && !(d_then < 0.0f) && from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
+    if (from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
         in->to.third = third_of_f32(set->poles, g, &in->high);
         const propagator_f32 lowest = minimum_between_f32(set->poles, g, from, in->low.t, to, in->high.t);
         const jet_f32 least = short_jet_at_f32(g, &lowest);

@@ -350,18 +350,22 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
 typedef struct {
     double A, B;
     double R, Rd;
+    double sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f64;
 
-static inline deflated_f64 deflated_at_f64(const event_set_f64 *set, const event_function_f64 *g,
-                                             const propagator_f64 *at) {
-    const hopform_node_f64 *node = set->node;
+static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
+                                             const event_function_f64 *g, const propagator_f64 *at) {
     const bool rings = node->half_period < HOPFORM_NEVER_f64;
-    const double sum = rings ? set->poles->p : node->second + node->third;
-    const double product = rings ? set->poles->q : node->second * node->third;
-    deflated_f64 d = {g->H2 - sum * g->H3, g->H1 - product * g->H3, at->basis.Wd + node->pole * at->basis.W,
-                       at->basis.Wdd + node->pole * at->basis.Wd};
+    const double sum = rings ? poles->p : node->second + node->third;
+    const double product = rings ? poles->q : node->second * node->third;
+    deflated_f64 d = {g->H2 - sum * g->H3,
+                       g->H1 - product * g->H3,
+                       at->basis.Wd + node->pole * at->basis.W,
+                       at->basis.Wdd + node->pole * at->basis.Wd,
+                       sum,
+                       product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const hopform_pair_f64 pair = hopform_pair_at_f64(set->poles, at->t);
+        const hopform_pair_f64 pair = hopform_pair_at_f64(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
     }
@@ -370,7 +374,7 @@ static inline deflated_f64 deflated_at_f64(const event_set_f64 *set, const event
 
 static inline double deflated_derivative_f64(const event_set_f64 *set, const event_function_f64 *g,
                                             const propagator_f64 *at) {
-    const deflated_f64 d = deflated_at_f64(set, g, at);
+    const deflated_f64 d = deflated_at_f64(set->poles, set->node, g, at);
     return d.A * d.Rd + d.B * d.R;
 }
 
@@ -456,7 +460,8 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
         const double step = step_to_root_f64(&falls);
         const double bound = rounding_of_f64(g, &at, 0.0);
         const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_f64(step * jet.rate) <= bound && bends_f64(g, &at, jet.curvature)) { break; }
+        const bool is_near = !is_far & (jet.curvature > 0.0) & (fabs_f64(step * jet.rate) <= bound);
+        if (is_near && bends_f64(g, &at, jet.curvature)) { break; }
         falls_by = jet.rate < 0.0 ? -jet.rate : falls_by;
         low = jet.rate < 0.0 ? t : low;
         high = jet.rate < 0.0 ? high : t;
@@ -487,7 +492,7 @@ static inline double quiet_time_of_ringing_f64(const event_set_f64 *set, const e
     const hopform_poles_f64 *poles = set->poles;
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
-    const deflated_f64 deflated = deflated_at_f64(set, g, start);
+    const deflated_f64 deflated = deflated_at_f64(set->poles, set->node, g, start);
     const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const double D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
     const double r = (poles->a * d - D) / hopform_residue_f64(poles);
@@ -512,7 +517,7 @@ static inline double quiet_time_of_decay_f64(const event_set_f64 *set, const eve
     const double l_3 = set->node->third;
     const double product = l_1 * l_2;
     if (!(product > 0.0)) { return 0.0; }
-    const deflated_f64 d = deflated_at_f64(set, g, start);
+    const deflated_f64 d = deflated_at_f64(set->poles, set->node, g, start);
     const double slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
     const double first = hopform_lesser_f64(at->rate, 0.0);
     const double second = hopform_lesser_f64(d.A * d.Rd + d.B * d.R, 0.0);
@@ -662,7 +667,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
     const jet_f64 *to = &in->to;
     const double h = in->high.t - in->low.t;
     const double d_then = deflated_derivative_f64(set, g, &in->high);
-    if (!(d < 0.0) && !(d_then < 0.0) && from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
+    if (from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         in->to.third = third_of_f64(set->poles, g, &in->high);
         const propagator_f64 lowest = minimum_between_f64(set->poles, g, from, in->low.t, to, in->high.t);
         const jet_f64 least = short_jet_at_f64(g, &lowest);

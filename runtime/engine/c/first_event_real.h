@@ -350,18 +350,22 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
 typedef struct {
     real A, B;
     real R, Rd;
+    real sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_real;
 
-static inline deflated_real deflated_at_real(const event_set_real *set, const event_function_real *g,
-                                             const propagator_real *at) {
-    const hopform_node_real *node = set->node;
+static inline deflated_real deflated_at_real(const hopform_poles_real *poles, const hopform_node_real *node,
+                                             const event_function_real *g, const propagator_real *at) {
     const bool rings = node->half_period < HOPFORM_NEVER_real;
-    const real sum = rings ? set->poles->p : node->second + node->third;
-    const real product = rings ? set->poles->q : node->second * node->third;
-    deflated_real d = {g->H2 - sum * g->H3, g->H1 - product * g->H3, at->basis.Wd + node->pole * at->basis.W,
-                       at->basis.Wdd + node->pole * at->basis.Wd};
+    const real sum = rings ? poles->p : node->second + node->third;
+    const real product = rings ? poles->q : node->second * node->third;
+    deflated_real d = {g->H2 - sum * g->H3,
+                       g->H1 - product * g->H3,
+                       at->basis.Wd + node->pole * at->basis.W,
+                       at->basis.Wdd + node->pole * at->basis.Wd,
+                       sum,
+                       product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const hopform_pair_real pair = hopform_pair_at_real(set->poles, at->t);
+        const hopform_pair_real pair = hopform_pair_at_real(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
     }
@@ -370,7 +374,7 @@ static inline deflated_real deflated_at_real(const event_set_real *set, const ev
 
 static inline real deflated_derivative_real(const event_set_real *set, const event_function_real *g,
                                             const propagator_real *at) {
-    const deflated_real d = deflated_at_real(set, g, at);
+    const deflated_real d = deflated_at_real(set->poles, set->node, g, at);
     return d.A * d.Rd + d.B * d.R;
 }
 
@@ -456,7 +460,8 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
         const real step = step_to_root_real(&falls);
         const real bound = rounding_of_real(g, &at, 0.0);
         const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_real(step * jet.rate) <= bound && bends_real(g, &at, jet.curvature)) { break; }
+        const bool is_near = !is_far & (jet.curvature > 0.0) & (fabs_real(step * jet.rate) <= bound);
+        if (is_near && bends_real(g, &at, jet.curvature)) { break; }
         falls_by = jet.rate < 0.0 ? -jet.rate : falls_by;
         low = jet.rate < 0.0 ? t : low;
         high = jet.rate < 0.0 ? high : t;
@@ -487,7 +492,7 @@ static inline real quiet_time_of_ringing_real(const event_set_real *set, const e
     const hopform_poles_real *poles = set->poles;
     const real mu = 0.5 * poles->p;
     const real ww = poles->q - mu * mu;
-    const deflated_real deflated = deflated_at_real(set, g, start);
+    const deflated_real deflated = deflated_at_real(set->poles, set->node, g, start);
     const real d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const real D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
     const real r = (poles->a * d - D) / hopform_residue_real(poles);
@@ -512,7 +517,7 @@ static inline real quiet_time_of_decay_real(const event_set_real *set, const eve
     const real l_3 = set->node->third;
     const real product = l_1 * l_2;
     if (!(product > 0.0)) { return 0.0; }
-    const deflated_real d = deflated_at_real(set, g, start);
+    const deflated_real d = deflated_at_real(set->poles, set->node, g, start);
     const real slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
     const real first = hopform_lesser_real(at->rate, 0.0);
     const real second = hopform_lesser_real(d.A * d.Rd + d.B * d.R, 0.0);
@@ -662,7 +667,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
     const jet_real *to = &in->to;
     const real h = in->high.t - in->low.t;
     const real d_then = deflated_derivative_real(set, g, &in->high);
-    if (!(d < 0.0) && !(d_then < 0.0) && from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
+    if (from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         in->to.third = third_of_real(set->poles, g, &in->high);
         const propagator_real lowest = minimum_between_real(set->poles, g, from, in->low.t, to, in->high.t);
         const jet_real least = short_jet_at_real(g, &lowest);
