@@ -122,7 +122,8 @@ def intervals(kind: str, eps: float, late: bool) -> Column:
     cases["length"] = np.where(draw.some(0.4), 1.0, draw.over(0.02, 1.0))
     behind = draw.some(0.3)  # the interval
     cases["place"] = np.where(behind, draw.rng.uniform(1.05, 4.0, COUNT), draw.rng.uniform(0.02, 0.98, COUNT))
-    cases["depth"] = np.where(draw.some(0.5), draw.sign() * draw.over(1.0, 1e4), draw.over(1e-3, 10.0) / eps)
+    grazes, above, below = draw.sign() * draw.over(1.0, 1e4), draw.over(1e-3, 10.0), -draw.over(1e-4, 0.1)
+    cases["depth"] = np.where(draw.some(0.4), grazes, np.where(draw.some(0.6), above, below) / eps)
     cases["reach"] = np.where(draw.some(0.1), 20.0, 4.0)
     cases["from_zero"] = draw.some(0.15) & (a > 0.0) & (not late)
     return cases
@@ -167,15 +168,15 @@ def test_a_function_of_which_a_rule_says_that_it_has_no_zero_has_none(rule: str,
 
 
 LEAST = {
-    "signs": (0.287, 0.290),
-    "slope": (0.301, 0.284),
-    "bernstein": (0.372, 0.283),
-    "quiet": (0.349, 0.332),
-    "still": (0.353, 0.335),
+    "signs": (0.288, 0.289),
+    "slope": (0.294, 0.272),
+    "bernstein": (0.373, 0.300),
+    "quiet": (0.318, 0.304),
+    "still": (0.324, 0.306),
 }
 """Shares of the intervals about which a rule is asked, of which it says yes, in single and double precision: 0.002 less
 than measured, which is room for the last digit of a draw."""
-MOST = (1.54, 1.62)
+MOST = (1.58, 1.64)
 """Intervals that the search takes where it is asked for one: 0.002 more than measured."""
 
 
@@ -193,7 +194,7 @@ def test_a_search_is_as_short_as_it_was(precision: str, verdicts: Verdicts) -> N
 def test_few_functions_are_left_out(precision: str, verdicts: Verdicts) -> None:
     """Those that end below zero, and those whose signs at the end mean nothing."""
     asked = np.concatenate([answers["of"][:, RULES.index("signs")]["asked"] for answers in verdicts.values()])
-    assert asked.size >= 0.8 * 2 * COUNT * len(KINDS)
+    assert asked.size >= 0.75 * 2 * COUNT * len(KINDS)
     assert asked.sum() >= 0.85 * asked.size
 
 
