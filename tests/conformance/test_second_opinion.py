@@ -85,7 +85,7 @@ def test_a_stance_is_that_of_the_oracle(name: str, legs: Legs) -> None:
 
 
 def assert_works(leg: Leg, solved: Any, verdict: Any, n: int) -> None:
-    """The ledger at the end, within the tolerance of the judge, in units of the largest work or of the energy before."""
+    """The ledger at the end, within the tolerance of the judge, in units of the largest work or the energy before."""
     exact = verdict.exact
     works = exact.ledger(exact.duration)
     ledger = {
