@@ -20,7 +20,7 @@ from tests.conformance.firmware.targets import ROOT
 from tests.objects import shared_library
 
 ROUNDING = 21.0
-"""[eps of its terms] What the page claims: a dip by less may pass for a touch."""
+"""[eps of its terms] What the page claims: a minimum that is less below zero may pass for a touch."""
 SIGNS = 16.0
 """[eps of their terms] What the page claims: rule 2 rests on the signs of g' and d, which say nothing below."""
 STIFFEST = 1.0 / 256.0
@@ -198,7 +198,7 @@ def test_few_functions_are_left_out(precision: str, verdicts: Verdicts) -> None:
     assert asked.sum() >= 0.85 * asked.size
 
 
-def test_the_judge_sees_a_dip_of_the_size_of_rounding(rules: Any, precision: str) -> None:
+def test_the_judge_sees_a_minimum_below_zero_by_rounding(rules: Any, precision: str) -> None:
     """It can fail: without a rounding bound the touches that the rules let pass are zeros."""
     said = np.concatenate([answers["of"] for answers in judged(rules, precision, rounding=0.0).values()])
     wrong = dict(zip(RULES, said["wrong"].sum(axis=0), strict=True))
