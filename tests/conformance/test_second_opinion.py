@@ -57,6 +57,28 @@ def stances(name: str) -> Iterator[Stance]:
     yield from islice(found, COUNT)
 
 
+REST = "k_2*(L0 + c - L_2)/(k + k_2)"
+"""Compression of the first of two springs where the leg carries nothing: there y is 0."""
+
+
+def of_unlike_springs() -> Iterator[Stance]:
+    """Parameters, start, horizon and problem of legs whose springs have two free lengths."""
+    for parameters, start, problem in drawn("second_spring", 15, 4 * COUNT):
+        if parameters[-1] != parameters[LENGTH] + parameters[OFFSET]:
+            row = {"q": [1, -1], "constant": f"-{REST}"}
+            yield (
+                parameters,
+                start,
+                2.0,
+                {
+                    **problem,
+                    "position": ["x1", f"x1 - y - {REST}"],
+                    "outputs": {**problem["outputs"], "y": row},
+                    "contact": {**problem["contact"], "compression": row},
+                },
+            )
+
+
 def said(name: str, leg: Leg, solved: Any) -> Answer:
     """What the library says, in the oracle's words."""
     answer = leg.answer(solved)
@@ -86,13 +108,13 @@ def test_a_stance_is_that_of_the_oracle(name: str, legs: Legs) -> None:
 
 def assert_works(leg: Leg, solved: Any, verdict: Any, n: int) -> None:
     """The ledger at the end, within the tolerance of the judge, in units of the largest work or the energy before."""
-    exact = verdict.exact
-    works = exact.ledger(exact.duration)
+    truth = verdict.exact
+    works = truth.ledger(truth.duration)
     ledger = {
         entry: float(values[-1])
         for entry, values in solved.ledger_at(np.array([0.0, solved.outcome()[1]]))._asdict().items()
     }
-    unit = max(float(exact.given_kinetic), *(abs(float(work)) for work in works.values()))
+    unit = max(float(truth.given_kinetic), *(abs(float(work)) for work in works.values()))
     condition = max(1.0, *verdict.condition.values(), 1.0)
     found = {entry: works[theirs] for entry, theirs in (JOINT if leg.name == "joint" else HOPPER).items()}
     if leg.name == "damper":
@@ -100,3 +122,13 @@ def assert_works(leg: Leg, solved: Any, verdict: Any, n: int) -> None:
         found["damper"] = works["damper viscous_12"]
     for entry, work in found.items():
         assert abs(ledger[entry] - float(work)) <= LIMITS[53] * condition * unit, (n, entry)
+
+
+def test_a_leg_of_two_springs_of_unlike_lengths_begins_where_it_carries_nothing(legs: Legs) -> None:
+    leg, takeoffs = legs["second_spring"], 0
+    for n, (parameters, start, horizon, problem) in enumerate(islice(of_unlike_springs(), COUNT)):
+        answer = leg.answer(leg.solve("c", parameters, start, start["u"], horizon))
+        verdict = compare(problem, dataclasses.replace(answer, gains={}))
+        assert verdict.outcome != WRONG, (n, verdict.errors, verdict.exact.kinds)
+        takeoffs += verdict.exact.status == "takeoff"
+    assert takeoffs >= COUNT // 4
