@@ -14,8 +14,8 @@ collect_ignore = ["repository/manifests.py"]  # `make test-manifests`, in an env
 LONG = (
     "c_programs", "house", "export", "selftest", "identification", "package", "model_file", "checker",
     "plots", "stance", "sensitivities", "generator", "outside_commands", "outliers", "leg", "files", "cube_root",
-    "certificate", "cli", "batch", "switchovers", "derivation", "flight", "body_height", "recordings", "estimation",
-    "stability", "figures", "run_object", "hopping",
+    "formulas", "rules", "second_opinion", "cli", "batch", "switchovers", "derivation", "flight", "body_height",
+    "recordings", "estimation", "stability", "figures", "run_object", "hopping",
 )  # fmt: skip
 """Files of many seconds, longest first: they are begun first, so that no worker is left alone with one at the end."""
 

@@ -36,6 +36,7 @@ from hopform_solver import records
 from tests.conformance.errors import TOLERANCE, plain_errors, rounded
 from tests.conformance.flights import condition, outcome, random_flight
 from tests.conformance.random_stances import random_robot
+from tests.derived import MODELS, Derived, derived
 from tests.oracle import integrator, reference
 from tests.oracle.differences import differences, scaled_error, size_of
 from tests.oracle.reference.flight import FlightReference
@@ -43,7 +44,6 @@ from tests.oracle.reference.flight import solve_flight as reference_flight
 from tests.oracle.reference.records import mp
 from tools.build_library import compile_sources
 
-MODELS = Path(__file__).resolve().parents[1] / "models"
 WARNINGS = (
     "-Wall",
     "-Wextra",
@@ -59,29 +59,21 @@ EVERY_MODE = {(one, other) for one in (-1, 0, 1) for other in (-1, 0, 1)}
 
 
 @pytest.fixture(scope="module")
-def driven(tmp_path_factory) -> Path:
-    """The folder that the command writes."""
-    out = tmp_path_factory.mktemp("driven")
-    assert main(["--model", str(MODELS / "back_emf.py"), "--out", str(out), "--prefix", "driven"]) == 0
-    return out
+def driven(store: Path) -> Derived:
+    """The hopper with a back-EMF, as the command writes it."""
+    return derived(store, "back_emf", "driven")
 
 
 @pytest.fixture(scope="module")
-def package(driven):
+def package(driven: Derived) -> Any:
     """Its package, imported from there."""
-    sys.path.insert(0, str(driven / "python"))
-    try:
-        yield importlib.import_module("driven_solver")
-    finally:
-        sys.path.remove(str(driven / "python"))
+    return driven.package
 
 
 @pytest.fixture(scope="module")
-def library(driven, package) -> native.Library:
+def library(driven: Derived) -> native.Library:
     """Its library, compiled there."""
-    path = driven / "libdriven.so"
-    compile_sources(driven / "c", path, "-O0")
-    return native.Library(path, "driven", Package("driven_solver"))
+    return driven.library
 
 
 @dataclass(frozen=True)
@@ -393,11 +385,9 @@ def test_hops_with_a_back_emf_are_those_of_an_integrator(package, library, hoppe
             x1, v1, v2, level = stance.end.x1, stance.end.v1, stance.end.v2, height
 
 
-def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(tmp_path, monkeypatch, hopper_c):
+def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(store, hopper_c):
     """More viscous friction is a larger b1, a constant pull a larger c at the same L0 + c: within 1e-13 relative."""
-    assert main(["--model", str(MODELS / "bearing.py"), "--out", str(tmp_path), "--prefix", "bearing"]) == 0
-    monkeypatch.syspath_prepend(tmp_path / "python")
-    bearing = importlib.import_module("bearing_solver")
+    bearing = derived(store, "bearing", "bearing").package
     u, pull = np.array([0.0, 2.0, 3.0]), 6.0
     start = records.LegState(0.0, 0.0, -1.93, 0.0)
     more = pull / hopper_c.k
@@ -788,10 +778,9 @@ def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
 # ---- names and texts of the package ----
 
 
-def test_the_examples_of_a_package_with_a_further_parameter_run(tmp_path):
+def test_the_examples_of_a_package_with_a_further_parameter_run(driven):
     """Its robot has a value for every parameter, and what is printed does not depend on it."""
-    assert main(["--model", str(MODELS / "back_emf.py"), "--out", str(tmp_path), "--prefix", "shown"]) == 0
-    code = "import doctest, shown_solver; print(doctest.testmod(shown_solver))"
-    environment = os.environ | {"PYTHONPATH": str(tmp_path / "python")}
+    code = "import doctest, driven_solver; print(doctest.testmod(driven_solver))"
+    environment = os.environ | {"PYTHONPATH": str(driven.folder / "python")}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout == "TestResults(failed=0, attempted=5)\n", done.stdout

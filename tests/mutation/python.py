@@ -85,7 +85,7 @@ NEAREST = {
     "hopform_solver/events.py": MOTION,
     "hopform_solver/extrema.py": ("tests/conformance/test_compression.py", *CONTROL),
     "hopform_solver/flight.py": ("tests/conformance/test_flight.py",),
-    "hopform_solver/kernels.py": ("tests/unit/test_certificate.py", *MOTION),
+    "hopform_solver/kernels.py": ("tests/unit/test_formulas.py", *MOTION),
     "hopform_solver/phases.py": MOTION,
     "hopform_solver/sensitivity.py": ("tests/conformance/test_sensitivities.py",),
     "hopform_solver/stance.py": MOTION,

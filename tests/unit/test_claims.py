@@ -15,9 +15,9 @@ from derive.maths import control, energy, flight, laplace, partial_fractions, ti
 from derive.model import quantities as Q
 from derive.model.equations import Model
 from hopform_solver import formulas
-from tests.unit import test_certificate as certificate
 from tests.unit import test_derivation as derivation
 from tests.unit import test_equations as equations
+from tests.unit import test_formulas as accuracy
 
 Proof = Callable[[], None]
 
@@ -186,7 +186,7 @@ def test_a_friction_of_the_body_in_newtons_is_noticed(monkeypatch):
 
 def test_a_taylor_step_without_its_fourth_order_is_noticed(monkeypatch):
     def proof() -> None:
-        certificate.test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near("real", 1.0)
+        accuracy.test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near("real", 1.0)
 
     assert not fails(proof)
     rest = sp.Symbol("rest", real=True)

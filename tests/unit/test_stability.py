@@ -7,7 +7,6 @@ tests/models/feedforward.py has a damping of either sign: with k_fed > b1 the ac
 import ctypes
 import importlib
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.__main__ import main
 from derive.emit.folder import GENERATED
 from derive.emit.ir import Quantity, unfold
 from derive.maths import flight, laplace
@@ -27,10 +25,8 @@ from derive.models.hopper import HOPPER
 from hopform import HopformError
 from hopform._solver import c as native
 from hopform._solver.c import C
-from hopform._solver.package import Package
-from tools.build_library import compile_sources
+from tests.derived import MODELS, Derived, derived
 
-MODELS = Path(__file__).resolve().parents[1] / "models"
 UNSTABLE = -13
 D = Quantity("d", "d", "N s/m", "damping of either sign")
 FED = Model((Term("fed", D.symbol * Q.v1, sp.S.Zero),), (D,))
@@ -119,26 +115,18 @@ def test_the_flight_is_stable_where_the_actuator_alone_is():
 
 
 @pytest.fixture(scope="module")
-def fed(tmp_path_factory) -> Path:
-    out = tmp_path_factory.mktemp("fed")
-    assert main(["--model", str(MODELS / "feedforward.py"), "--out", str(out), "--prefix", "fed"]) == 0
-    return out
+def fed(store: Path) -> Derived:
+    return derived(store, "feedforward", "fed")
 
 
 @pytest.fixture(scope="module")
-def package(fed) -> Any:
-    sys.path.insert(0, str(fed / "python"))
-    try:
-        yield importlib.import_module("fed_solver")
-    finally:
-        sys.path.remove(str(fed / "python"))
+def package(fed: Derived) -> Any:
+    return fed.package
 
 
 @pytest.fixture(scope="module")
-def library(fed, package) -> native.Library:
-    path = fed / "libfed.so"
-    compile_sources(fed / "c", path, "-O0")
-    return native.Library(path, "fed", Package("fed_solver"))
+def library(fed: Derived) -> native.Library:
+    return fed.library
 
 
 def status_of(library: native.Library, dtype: Any, parameters: Any) -> tuple[int, bool]:
@@ -186,7 +174,7 @@ def test_one_unstable_robot_among_many_is_refused(package, hopper_c):
 
 def test_the_hopper_of_the_paper_is_asked_nothing(fed):
     """The domains of its parameters prove all of the conditions."""
-    for folder, asked, prefix in ((GENERATED, False, "HOPFORM"), (fed, True, "FED")):
+    for folder, asked, prefix in ((GENERATED, False, "HOPFORM"), (fed.folder, True, "FED")):
         facts = (folder / "c" / "src" / "facts.h").read_text("utf-8")
         (asks,) = re.findall(rf"^#define {prefix}_STABILITY\(X\)(.*)$", facts, re.MULTILINE)
         assert bool(asks) == asked

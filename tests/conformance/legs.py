@@ -1,0 +1,137 @@
+"""Hoppers with something else in the leg, and joints: the derived solvers, and random problems for them.
+
+The problem of a draw is that of tests/oracle/mechanism, which knows the equations of motion alone.
+"""
+
+import math
+import random
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hopform._solver import arrays
+from hopform._solver import c as native
+from hopform._solver.c import C
+from hopform._solver.package import Package
+from hopform_solver.records import Robot
+from tests.conformance.random_stances import draw_stances
+from tests.derived import derived
+from tests.oracle.mechanism import builders
+from tests.oracle.mechanism.compare import Answer
+
+PARAMETERS = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max")
+MOST = 200  # phases
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A model as a package and as a library."""
+
+    name: str
+    package: Any
+    library: native.Library
+
+    def solve(
+        self, back_end: str, parameters: tuple[float, ...], start: Mapping[str, float], u: float, horizon: float = 2.0
+    ) -> Any:
+        """What either back end says, in one form."""
+        state = self.package.LegState(*(start[name] for name in ("x1", "v1", "v2", "y")))
+        if back_end == "c":
+            return C(self.library).solve_stance(parameters, state, ((0.0, u),), horizon, MOST, np.dtype(np.float64))
+        with np.errstate(all="ignore"):
+            solution = self.package.solve(self.package.Robot(*parameters), state, u, (0.0,), horizon, MOST)
+        return arrays.Solved(Package(self.package.__name__), solution)
+
+    def events(self, solved: Any) -> list[tuple[float, str]]:
+        words = self.package.records.EVENTS
+        return [(float(row[0]), words[row[3]]) for row in solved.phase_rows() if row[3]]
+
+    def answer(self, solved: Any) -> Answer:
+        """Up to the ending; x2 counts from the length of the leg without load."""
+        ending, duration, end, _, aed = solved.outcome()
+        final = {"x1": end.x1, "v1": end.v1, "v2": end.v2, "y": end.y}
+        status = self.package.records.ENDINGS[ending]
+        return Answer(status, float(duration), self.events(solved), final, {"body": aed})
+
+
+class Legs:
+    """The models by name, each derived when it is asked for."""
+
+    def __init__(self, store: Path) -> None:
+        self._store, self._made = store, dict[str, Leg]()
+
+    def __getitem__(self, name: str) -> Leg:
+        if name not in self._made:
+            made = derived(self._store, name, f"with_{name}", "--float64")
+            self._made[name] = Leg(name, made.package, made.library)
+        return self._made[name]
+
+
+def drawn(name: str, seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str, Any], dict[str, Any]]]:
+    """Parameters, start and problem of random robots, degenerate ones among them."""
+    choose = random.Random(seed)
+    for row in draw_stances(seed, count):
+        robot = {key: float(row[key]) for key in PARAMETERS}
+        start = {key: float(row[key]) for key in ("x1", "v1", "v2", "y")}
+        u = float(row["u"])
+        further: tuple[float, ...]
+        if name == "damper":
+            scale = 2.0 * math.sqrt(robot["k"] * robot["m_s"])
+            further = (choose.choice([0.0, scale * 10.0 ** choose.uniform(-3.0, 0.5)]),)
+            problem = builders.damped_leg(robot, further[0], **start, u=u, max_phases=MOST)
+        elif name == "second_spring":
+            longer = choose.choice([0.0, choose.uniform(-0.01, 0.01)])
+            further = (robot["k"] * 10.0 ** choose.uniform(-3.0, 0.0), robot["L0"] + robot["c"] + longer)
+            problem = builders.second_spring(robot, *further, **start, u=u, max_phases=MOST)
+        else:
+            further = (robot["m_s"] * robot["g"] * choose.uniform(-0.5, 0.9),)
+            problem = builders.pushed_body(robot, further[0], **start, u=u, max_phases=MOST)
+        known = set(row.dtype.names)
+        yield (
+            (*(float(row[key]) if key in known else 0.0 for key in Robot._fields), *further),
+            start | {"u": u},
+            problem,
+        )
+
+
+def rigs(seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str, float], float, dict[str, Any]]]:
+    """Parameters, start, horizon and problem of random hoppers whose leg may pull, for some of their periods."""
+    choose = random.Random(seed)
+    for row in draw_stances(seed, count):
+        robot, u = {key: float(row[key]) for key in PARAMETERS}, float(row["u"])
+        start = {key: float(row[key]) for key in ("x1", "v1", "v2")}
+        start["y"] = float(row["y"]) * choose.choice([-1.0, 1.0])
+        horizon = 12.0 / math.sqrt(robot["k"] / robot["m_eff"] + robot["k"] / robot["m_s"])
+        problem = builders.stance(robot, **start, u=u, horizon=horizon, max_phases=MOST)
+        del problem["contact"]
+        yield tuple(robot.get(key, 0.0) for key in Robot._fields), start | {"u": u}, horizon, problem
+
+
+def joints(seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str, float], float, dict[str, Any]]]:
+    """Parameters, start, horizon and problem of random joints: without spring or friction, with one stop or two."""
+    choose = random.Random(seed)
+
+    def over(low: float, high: float, zero: float = 0.0) -> float:
+        return 0.0 if choose.random() < zero else math.exp(choose.uniform(math.log(low), math.log(high)))
+
+    for _ in range(count):
+        m, k, q = over(1e-3, 50.0), over(1.0, 1e5, 0.2), choose.uniform(-0.05, 0.05)
+        b = 2.0 * math.sqrt(max(k, 10.0) * m) * over(1e-3, 3.0, 0.2)
+        stops = choose.choice([(-math.inf, math.inf), (-0.06, 0.06), (q, 0.06), (-math.inf, q + 0.01)])
+        force = max(k, 10.0) * 0.05
+        problem = {
+            "m": m, "k": k, "b": b, "q_0": choose.uniform(-0.02, 0.02), "gamma": choose.choice([-1.0, 1.0]) * force,
+            "load": force * over(0.01, 1.0, 0.5), "q_min": stops[0], "q_max": stops[1],
+        }  # fmt: skip
+        f1, f1_minus = (force / m * over(0.01, 1.0, 0.2) for _ in range(2))
+        at = {"q": q, "v": choose.uniform(-1.0, 1.0) * math.sqrt(max(k, 10.0) / m) * 0.05}
+        u = choose.uniform(-1.0, 1.0)
+        parameters = (m, 1.0, k, -problem["q_0"], 0.0, b, 0.0, f1, 0.0, -problem["gamma"], 0.0, *stops, 3.0, 0.0,
+                      f1_minus, problem["load"])  # fmt: skip
+        start = {"x1": at["q"], "v1": at["v"], "v2": 0.0, "y": at["q"] - problem["q_0"], "u": u}
+        friction, horizon = {"F_plus": m * f1, "F_minus": m * f1_minus}, 20.0 * math.sqrt(m / max(k, 10.0))
+        asked = builders.joint(**problem, **friction, **at, u=u, horizon=horizon, max_phases=MOST)
+        yield parameters, start, horizon, asked

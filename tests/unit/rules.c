@@ -1,0 +1,350 @@
+/* The rules of the certificate, each asked alone about intervals in which an event function comes near zero, and judged
+ * in 113 bits: the propagator is one of its own, that a function stays above a value is proven by tests/oracle/checker.
+ * In double precision with -DDOUBLE. */
+#include <float.h>
+#include <stdint.h>
+
+#include "../oracle/checker/checker.h"
+
+#ifdef DOUBLE
+#include "extrema_f64.h"
+#include "plan_f64.h"
+typedef double real;
+#define OF(name) name##_f64
+static const quad EPS = DBL_EPSILON;
+#else
+#include "extrema_f32.h"
+#include "plan_f32.h"
+typedef float real;
+#define OF(name) name##_f32
+static const quad EPS = FLT_EPSILON;
+#endif
+
+/* ---- the exact function: g = start + H3 W' + H2 W + H1 int W, of poles and numerators as they are rounded ---- */
+
+typedef struct {
+    quad s1, s2, s3, start, H3, H2, H1;
+} exact;
+
+typedef struct {
+    quad Wdd, Wd, W, W1;
+} response;
+
+/* W is what P(D) W = 0 and W'' = 1 at 0 make it: its power series over a time that is short for all poles, which is
+ * doubled by the formulas of addition, W(t + s) = W(t) W''(s) + (W'(t) + s1 W(t)) W'(s) + (...) W(s). */
+static response response_at(const exact *g, quad t)
+{
+    const quad s1 = g->s1, s2 = g->s2, s3 = g->s3, rate = s1 + checker_sqrt(s2);
+    int doublings = 0;
+    for (; t * rate > (quad)0.5; t /= 2) {
+        doublings++;
+    }
+    quad d[4] = {1, -s1, s1 * s1 - s2, 0}; /* derivatives 2, 3, 4 and so on of W at 0 */
+    response at = {0, 0, 0, 0};
+    for (int n = 0; n < 30; n++) {
+        quad power = d[0]; /* times t^n/n!, and of the integrals */
+        for (int i = 1; i <= n; i++) {
+            power *= t / i;
+        }
+        at.Wdd += power;
+        at.Wd += power * t / (n + 1);
+        at.W += power * t * t / ((n + 1) * (n + 2));
+        at.W1 += power * t * t * t / ((n + 1) * (n + 2) * (n + 3));
+        d[3] = -(s1 * d[2] + s2 * d[1] + s3 * d[0]);
+        d[0] = d[1];
+        d[1] = d[2];
+        d[2] = d[3];
+    }
+    for (; doublings > 0; doublings--) {
+        const response w = at;
+        at.Wdd = w.Wdd * w.Wdd - s2 * w.Wd * w.Wd - 2 * s3 * w.W * w.Wd;
+        at.Wd = 2 * w.Wd * w.Wdd + s1 * w.Wd * w.Wd - s3 * w.W * w.W;
+        at.W = 2 * w.W * w.Wdd + w.Wd * w.Wd + 2 * s1 * w.W * w.Wd + s2 * w.W * w.W;
+        at.W1 = w.W1 + w.W1 * w.Wdd + (w.W + s1 * w.W1) * w.Wd + (w.Wd + s1 * w.W + s2 * w.W1) * w.W;
+    }
+    return at;
+}
+
+/* W'', W', W and its integral of three poles, each as two numbers that add up to it. */
+void propagator(double a, double p, double q, double t, double parts[4][2])
+{
+    const exact g = {(quad)a + p, q + (quad)a * p, (quad)a * q, 0, 0, 0, 0};
+    const response w = response_at(&g, t);
+    const quad values[4] = {w.Wdd, w.Wd, w.W, w.W1};
+    for (int i = 0; i < 4; i++) {
+        parts[i][0] = (double)values[i];
+        parts[i][1] = (double)(values[i] - parts[i][0]);
+    }
+}
+
+static quad value_at(const exact *g, const response *w)
+{
+    return g->start + g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1;
+}
+
+static quad rate_at(const exact *g, const response *w)
+{
+    return g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W;
+}
+
+/* The sum of the magnitudes of its terms and of t g', of which the page's rounding bound is so many eps. */
+static quad size_at(const exact *g, const response *w, quad t)
+{
+    return absolute(g->start) + absolute(g->H3 * w->Wd) + absolute(g->H2 * w->W) + absolute(g->H1 * w->W1)
+         + t * absolute(rate_at(g, w));
+}
+
+/* Whether g is proven to stay above a value from one time to another. */
+static int stays_above(const exact *g, quad floor, quad low, quad high)
+{
+    const response w = response_at(g, low), end = response_at(g, high);
+    const quad third = -(g->s1 * w.Wdd + g->s2 * w.Wd + g->s3 * w.W);
+    const quad fourth = -(g->s1 * third + g->s2 * w.Wdd + g->s3 * w.Wd);
+    watched f;
+    f.d[0] = value_at(g, &w) - floor;
+    f.d[1] = rate_at(g, &w);
+    f.d[2] = g->H3 * third + g->H2 * w.Wdd + g->H1 * w.Wd;
+    f.d[3] = g->H3 * fourth + g->H2 * third + g->H1 * w.Wdd;
+    f.end[0] = value_at(g, &end) - floor;
+    f.end[1] = rate_at(g, &end);
+    f.end_scale = size_at(g, &end, 0);
+    f.scale[0] = size_at(g, &w, 0);
+    for (int n = 1; n < 4; n++) {
+        f.scale[n] = absolute(f.d[n]);
+    }
+    spectrum poles = {0, {0, 0, 0}, 0, 0, 0, 0, 0, 0, 0, 0};
+    int32_t windows = 0;
+    if (!(g->s3 > 0)) {
+        checker_spectrum_of_two(g->s1, g->s2, &poles);
+    } else if (!checker_spectrum_of_three(g->s1, g->s2, g->s3, &poles)) {
+        return 0;
+    }
+    return high > low ? checker_stays_positive(&poles, &f, high - low, &windows) == CERTIFIED : f.d[0] > 0;
+}
+
+/* ---- an interval in which a function comes near zero ---- */
+
+typedef struct {
+    double a, p, q;      /* poles; a = 0: one mass is held */
+    double H3, H2;       /* of the numerator; H1 and the start are chosen such that g comes near zero */
+    double low, length;  /* of the interval: in nodes, and as a share of the longest that the solver takes from there */
+    double place, depth; /* the share of it at which g' is 0, and g there in eps of its terms */
+    double reach;        /* lengths for which a quiet time is followed */
+    double from_zero;    /* 1: g begins at 0; H2 and H1 are chosen */
+} drawn;
+
+typedef struct {
+    OF(hopform_poles) poles;
+    OF(hopform_node) node;
+    OF(event_set) set;
+    OF(interval) in;
+    exact g;
+    real high;
+} asked;
+
+/* The poles as the solver gets them: the pair of the mass that moves, or the factors of the cubic. */
+static void take_poles(const drawn *it, asked *at)
+{
+    const double a = it->a, p = it->p, q = it->q;
+    at->poles = a > 0.0 ? OF(hopform_factor_cubic)((real)(a + p), (real)(q + a * p), (real)(a * q))
+                        : OF(pair_alone)((real)p, (real)q);
+    at->node = OF(node_of_poles)(&at->poles, 1);
+    at->g.s1 = (quad)at->poles.a + at->poles.p;
+    at->g.s2 = at->poles.q + (quad)at->poles.a * at->poles.p;
+    at->g.s3 = (quad)at->poles.a * at->poles.q;
+}
+
+/* An interval that the solver may take: up to the node, or four times as far as before, less than half a period. */
+static void take_interval(const drawn *it, asked *at)
+{
+    const double node = at->node.t, low = it->low * node, far = 3.0 * low > node ? 3.0 * low : node;
+    const double half = 0.95 * at->node.half_period;
+    at->in.low = (real)low;
+    at->in.found = -1;
+    at->in.count = 0;
+    at->high = (real)(low + it->length * (far < half ? far : half));
+    at->in.high = OF(propagator_at)(&at->poles, at->high);
+}
+
+/* The function that comes near zero where it is told to, rounded. */
+static void take_function(const drawn *it, asked *at)
+{
+    exact *g = &at->g;
+    const quad t = at->in.low + (quad)it->place * ((quad)at->high - at->in.low);
+    const response w = response_at(g, t);
+    g->start = 0;
+    g->H3 = it->H3;
+    g->H2 = it->H2;
+    g->H1 = -(g->H3 * w.Wdd + g->H2 * w.Wd) / w.W;
+    if (!(g->s3 > 0)) { /* of one mass alone there is no H1 */
+        g->H2 = -g->H3 * w.Wdd / w.Wd;
+        g->H1 = 0;
+    } else if (it->from_zero > 0.0) {
+        const quad other = w.Wd * w.W1 - w.W * w.W;
+        g->H3 = absolute(g->H3);
+        g->H2 = g->H3 * (w.Wd * w.W - w.Wdd * w.W1) / other;
+        g->H1 = g->H3 * (w.Wdd * w.W - w.Wd * w.Wd) / other;
+    }
+    const quad start = it->from_zero > 0.0 ? 0 : -value_at(g, &w);
+    const int sign = start < 0 ? -1 : 1;
+    g->H3 = (real)(sign * g->H3);
+    g->H2 = (real)(sign * g->H2);
+    g->H1 = (real)(sign * g->H1);
+    g->start = sign * start;
+    g->start = (real)(it->from_zero > 0.0 ? 0 : g->start + (quad)it->depth * EPS * size_at(g, &w, t));
+    const OF(event_function) function = {(real)g->H3, (real)g->H2, (real)g->H1, 0, (real)g->start, 1, 0,
+                                         OF(MAY_TURN)};
+    at->set.poles = &at->poles;
+    at->set.node = &at->node;
+    at->set.count = 1;
+    at->set.function[0] = function;
+}
+
+/* The jets at both ends; 0 if g is not above zero there, or begins to rise from it, which all rules rest on. */
+static int take_ends(asked *at)
+{
+    const OF(event_function) *g = &at->set.function[0];
+    const OF(propagator) begins = OF(propagator_at)(&at->poles, at->in.low);
+    OF(jet) *from = &at->in.from[0], *to = &at->in.to;
+    *from = at->in.low > 0 ? OF(jet_at)(&at->poles, g, &begins) : OF(jet_at_start)(&at->poles, g);
+    *to = OF(jet_at)(&at->poles, g, &at->in.high);
+    return at->high > at->in.low && (from->value > 0 || (!(from->value < 0) && from->rate > 0))
+        && !(to->value < -OF(rounding_of)(g, &at->in.high, to->rate));
+}
+
+enum { SIGNS, SLOPE, BERNSTEIN, QUIET, STILL, MINIMUM, SEARCH, RULES };
+
+/* Whether a rule is asked, whether it says yes, and whether that is wrong. */
+typedef struct {
+    int32_t asked, says, wrong;
+} said;
+
+typedef struct {
+    int32_t asked, intervals; /* that the search takes */
+    said of[RULES];
+} verdict;
+
+/* What the page claims: so many eps of its terms g may lie below zero, and so many its rate and d are at least at the
+ * end of an interval, where their signs count. */
+typedef struct {
+    double rounding, signs;
+} claim;
+
+/* How many eps of their terms g' and d = g'' + l g' are, the lesser of them. */
+static quad decided_at(const asked *at, quad t)
+{
+    const exact *g = &at->g;
+    const quad l = at->node.pole;
+    const response w = response_at(g, t);
+    const quad Wddd = -(g->s1 * w.Wdd + g->s2 * w.Wd + g->s3 * w.W), rate = rate_at(g, &w);
+    const quad d = g->H3 * Wddd + g->H2 * w.Wdd + g->H1 * w.Wd + l * rate;
+    const quad of_rate = absolute(g->H3 * w.Wdd) + absolute(g->H2 * w.Wd) + absolute(g->H1 * w.W);
+    const quad of_d = absolute(g->H3 * Wddd) + absolute(g->H2 * w.Wdd) + absolute(g->H1 * w.Wd) + l * of_rate;
+    const quad one = absolute(rate) / (EPS * of_rate), other = absolute(d) / (EPS * of_d);
+    return one < other ? one : other;
+}
+
+/* A rule that says of the time up to `high` that there is no zero: it is wrong if g falls below what the bound allows,
+ * of terms of this size. */
+static said no_zero(const asked *at, const claim *is, int may, int says, quad high, quad size)
+{
+    const int yes = may && says;
+    const said it = {may, yes, yes && !stays_above(&at->g, -is->rounding * EPS * size, at->in.low, high)};
+    return it;
+}
+
+static quad size_then(const asked *at, quad t)
+{
+    const response w = response_at(&at->g, t);
+    return size_at(&at->g, &w, t);
+}
+
+/* Rule 4: g is nowhere less than where its minimum is located, by what the bound allows there. */
+static said minimum(const asked *at, const claim *is, real d, real d_then)
+{
+    const OF(jet) *from = &at->in.from[0], *to = &at->in.to;
+    const OF(event_function) *f = &at->set.function[0];
+    said it = {!(d < 0) && !(d_then < 0) && from->rate < 0 && !(to->rate < 0), 0, 0};
+    if (it.asked) {
+        const OF(propagator) least = OF(minimum_between)(&at->poles, f, from, at->in.low, to, at->high);
+        const response w = response_at(&at->g, least.t);
+        const quad floor = value_at(&at->g, &w) - is->rounding * EPS * size_at(&at->g, &w, least.t);
+        it.says = 1;
+        it.wrong = !stays_above(&at->g, floor, at->in.low, at->high);
+    }
+    return it;
+}
+
+static void judge_one(const drawn *it, asked *at, const claim *is, verdict *out)
+{
+    const OF(event_function) *f = &at->set.function[0];
+    const OF(jet) *from = &at->in.from[0], *to = &at->in.to;
+    const real low = at->in.low, h = at->high - low, bound = OF(rounding_of)(f, &at->in.high, to->rate);
+    const real d = OF(deflated)(&at->set, f, from, low), d_then = OF(deflated)(&at->set, f, to, at->high);
+    const quad size = size_then(at, at->high), high = at->high, last = low + (quad)it->reach * h;
+    const int rings = at->node.half_period < OF(HOPFORM_NEVER);
+
+    const int has = decided_at(at, high) >= is->signs;
+    out->of[SIGNS] = no_zero(at, is, has, OF(has_no_root)(from, d, to, d_then), high, size);
+    const int held_up = OF(is_held_up_by_slope)(at->node.pole, from, to, h, bound);
+    out->of[SLOPE] = no_zero(at, is, !(d < 0), held_up, high, size);
+    const int above = rings && OF(is_held_up_by_bernstein)(&at->poles, f, from, to, h, 0, bound);
+    out->of[BERNSTEIN] = no_zero(at, is, rings, above, high, size);
+    const quad until = (quad)low + OF(quiet_time)(&at->set, from, bound);
+    out->of[QUIET] = no_zero(at, is, 1, until > high, until < last ? until : last, size);
+    const quad still = OF(quiet_until)(&at->set, &at->in);
+    out->of[STILL] = no_zero(at, is, 1, still > high, still < last ? still : last, absolute(at->g.start));
+    out->of[MINIMUM] = minimum(at, is, d, d_then);
+
+    const int found = OF(find_first_root)(&at->set, &at->in);
+    const quad end = at->in.high.t;
+    out->intervals = at->in.count;
+    out->of[SEARCH] = no_zero(at, is, decided_at(at, end) >= is->signs, found, end, size_then(at, end));
+}
+
+void judge(const drawn *cases, int32_t count, const claim *is, verdict *verdicts)
+{
+    for (int32_t i = 0; i < count; i++) {
+        asked at;
+        take_poles(&cases[i], &at);
+        take_interval(&cases[i], &at);
+        take_function(&cases[i], &at);
+        verdicts[i].asked = take_ends(&at);
+        if (verdicts[i].asked) {
+            judge_one(&cases[i], &at, is, &verdicts[i]);
+        }
+    }
+}
+
+/* ---- rule 3: when a mass that slips alone comes to rest ---- */
+
+typedef struct {
+    double p, q, v, acceleration;
+} slipping;
+
+/* v'' + p v' + q v = 0 from v and v'. */
+static exact velocity(quad p, quad q, quad v, quad acceleration)
+{
+    const exact it = {p, q, 0, v, acceleration, -q * v, 0};
+    return it;
+}
+
+/* The time is that of numbers within `eps` eps: with more v, v' and p and less q the mass comes to rest no sooner, with
+ * less and more no later. A mass that never does is followed for a few time constants. */
+void judge_rest(const slipping *cases, int32_t count, double eps, said *verdicts)
+{
+    for (int32_t i = 0; i < count; i++) {
+        const real p = (real)cases[i].p, q = (real)cases[i].q, v = (real)cases[i].v, acc = (real)cases[i].acceleration;
+        const OF(hopform_poles) poles = OF(pair_alone)(p, q);
+        const real time = OF(time_to_rest)(&poles, v, acc);
+        const quad k = eps * EPS, more = k * absolute(acc);
+        const exact late = velocity(p * (1 + k), q * (1 - k), v * (1 + k), acc + more);
+        const exact early = velocity(p * (1 - k), q * (1 + k), v * (1 - k), acc - more);
+        const int rests = time < OF(HOPFORM_NEVER);
+        const quad until = rests ? time : 3 * (p / (quad)q + 1 / checker_sqrt(q));
+        const response then = response_at(&early, until);
+        const int too_late = rests && value_at(&early, &then) > 0;
+        const said it = {1, rests, too_late || !stays_above(&late, 0, 0, until)};
+        verdicts[i] = it;
+    }
+}
