@@ -372,28 +372,37 @@ static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const
     return d;
 }
 
-static inline double deflated_derivative_f64(const event_set_f64 *set, const event_function_f64 *g,
-                                            const propagator_f64 *at) {
-    const deflated_f64 d = deflated_at_f64(set->poles, set->node, g, at);
-    return d.A * d.Rd + d.B * d.R;
+/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
+static inline double decided_f64(double value, double terms) {
+    return fabs_f64(value) > 16.0 * HOPFORM_EPS_f64 * terms ? value : 0.0;
 }
 
-/* Whether a rate is negative by more than rounding: the sign of a g' that has faded says nothing of what it was. */
+/* The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative at
+ * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
+static inline double deflated_derivative_f64(const event_set_f64 *set, const event_function_f64 *g,
+                                            const propagator_f64 *at, double side) {
+    const deflated_f64 d = deflated_at_f64(set->poles, set->node, g, at);
+    const double of_A = d.A * d.Rd, of_B = d.B * d.R;
+    const double value = decided_f64(of_A + of_B, fabs_f64(of_A) + fabs_f64(of_B));
+    if (fabs_f64(value) > 0.0) { return value; }
+    const double of_Rd = (d.B - d.sum * d.A) * d.Rd, of_R = d.product * (d.A * d.R);
+    return side * decided_f64(of_Rd - of_R, fabs_f64(of_Rd) + fabs_f64(of_R));
+}
+
+/* Whether a rate is negative by more than rounding. */
 static inline bool falls_for_certain_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
     const hopform_basis_f64 *w = &at->basis;
-    return rate < -16.0 * HOPFORM_EPS_f64
-                      * (fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W));
+    const double terms = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
+    return decided_f64(rate, terms) < 0.0;
 }
 
-/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1, 2
- * for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its
- * sign, is 0 or less. `falls_then`: g' is negative at the end, for certain. */
+/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g', or 0 where its sign is
+ * rounding, and `falls_then` whether g' is negative at the end for certain. With V = 0, 1, 1, 2 for the signs (+, +),
+ * (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its sign, is 0 or less. */
 static inline bool has_no_root_f64(const jet_f64 *from, double d, bool falls_then, double d_then) {
-    const bool faded = !(fabs_f64(d_then) > 0.0) & (d > 0.0); /* no sign is left of it: the worse one */
-    const bool negative_then = (d_then < 0.0) | faded;
-    const bool after_negative = falls_then | negative_then;
-    const bool after_positive = (!(from->rate < 0.0)) | (falls_then & !negative_then);
-    return d < 0.0 ? after_negative : after_positive;
+    const bool after_negative = falls_then | (d_then < 0.0);
+    const bool after_positive = (!(from->rate < 0.0)) | (falls_then & (d_then > 0.0));
+    return (after_negative | (d > 0.0)) & (after_positive | (d < 0.0));
 }
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
@@ -649,7 +658,7 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
     if (to->value < 0.0 && n != in->found && to->value < -rounding_of_f64(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
-    const double d_then = deflated_derivative_f64(set, g, &in->high);
+    const double d_then = deflated_derivative_f64(set, g, &in->high, -1.0);
     if (has_no_root_f64(from, d, falls_for_certain_f64(g, &in->high, to->rate), d_then)) { return true; }
     const double h = in->high.t - in->low.t;
     const double rounding = rounding_of_f64(g, &in->high, to->rate);
@@ -666,7 +675,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
     const jet_f64 *from = &in->from[n];
     const jet_f64 *to = &in->to;
     const double h = in->high.t - in->low.t;
-    const double d_then = deflated_derivative_f64(set, g, &in->high);
+    const double d_then = deflated_derivative_f64(set, g, &in->high, -1.0);
     if (from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         in->to.third = third_of_f64(set->poles, g, &in->high);
         const propagator_f64 lowest = minimum_between_f64(set->poles, g, from, in->low.t, to, in->high.t);
@@ -688,9 +697,9 @@ static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
         const event_function_f64 *g = &set->function[n];
         if (g->shape != MAY_TURN_f64) { continue; }
         /* what is cheap of rule 2 comes first */
-        const double d = deflated_derivative_f64(set, g, &in->low);
-        const bool soon =
-            d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high)) : !(in->from[n].rate < 0.0);
+        const double d = deflated_derivative_f64(set, g, &in->low, 1.0);
+        const bool soon = d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high))
+                                  : (d > 0.0) & !(in->from[n].rate < 0.0);
         if (!soon && !is_certified_f64(set, in, n, d) && !is_certified_inside_f64(set, in, n, d)) { return false; }
     }
     if (in->found > 0) { settle_ties_f64(set, in); }
