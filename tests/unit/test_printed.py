@@ -145,7 +145,7 @@ def test_the_states_of_a_stance_are_printed(stance):
         "v1 [m/s]": lambda t: float(solved.at(t).v1),
         "x2 [cm]": lambda t: float(solved.at(t).x2),
         "v2 [m/s]": lambda t: float(solved.at(t).v2),
-        "F [N]": lambda t: HOPPER.k * float(solved.at(t).x1 - solved.at(t).x2 + HOPPER.L0 + HOPPER.c),
+        "N [N]": lambda t: HOPPER.k * float(solved.at(t).x1 - solved.at(t).x2 + HOPPER.L0 + HOPPER.c),
         "E [J]": lambda t: float(solved.energy(t).body),
         "H [J]": lambda t: float(solved.energy(t).total),
     }
