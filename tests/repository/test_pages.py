@@ -59,7 +59,7 @@ def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_
         assert printed.err == "" or "identification" in page, printed.err
         for name in target:
             Path(name).write_text(printed.out, "utf-8")
-        named = {word for word in arguments if re.search(r"\.(svg|csv|npz|html)$", word)}
+        named = {word.rpartition(":")[2] for word in arguments if re.search(r"\.(svg|csv|npz|html)$", word)}
         assert all(Path(name).stat().st_size > 0 for name in named), arguments
 
 
