@@ -25,7 +25,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 project, author, release = "hopform", "hopform contributors", hopform.__version__
 copyright = "hopform contributors, MIT"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "breathe"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.viewcode", "breathe"]
+autosummary_generate = False
 root_doc = "README"
 include_patterns = [
     "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "docs/**", "generated/*.md", "generated/c/README.md",
@@ -69,7 +70,7 @@ NAVIGATION = {
     "Tutorials": ["docs/tutorials/*"],
     "How-to": ["docs/how-to/*"],
     "Reference": [
-        "docs/site/python", "docs/site/c", "generated/c/README", "docs/site/help",
+        *(f"docs/site/python/{page}" for page in ("solve", "many", "control", "identify", "model")), "docs/site/c", "generated/c/README", "docs/site/help",
         "docs/reference/*", "generated/EQUATIONS",
     ],
     "Explanation": [
@@ -136,6 +137,14 @@ def with_figures(name: str, text: str) -> str:
     return re.sub(r"<!-- figure (\w+) -->\n", rf"![Figure: \1]({up}out/explanation/\1.svg)\n\n", text)
 
 
+def api(names: list[str]) -> str:
+    """A table of public names of hopform, and what each is."""
+    table = "\n   ".join([".. autosummary::", ":nosignatures:", "", *names])
+    kinds = {name: "class" if isinstance(getattr(hopform, name), type) else "function" for name in names}
+    each = (f".. auto{kind}:: {name}" + ("\n   :members:" if kind == "class" else "") for name, kind in kinds.items())
+    return "\n\n".join([".. currentmodule:: hopform", table, *each])
+
+
 def with_downloads(name: str, text: str) -> str:
     """A page whose links to pages that the site leaves out are downloads."""
 
@@ -155,6 +164,7 @@ def on_read(app: Any, name: str, source: list[str]) -> None:
     for mark, made in (("{{commands}}", commands), ("{{gallery}}", gallery)):
         if mark in text and name.startswith("docs/site/"):
             text = text.replace(mark, made())
+    text = re.sub(r"\{\{api:([^}]+)\}\}", lambda found: api(found[1].split()), text)
     text = with_downloads(name, with_figures(name, text))
     source[0] = text + ("\n" + navigation() if name == root_doc else "")
 
