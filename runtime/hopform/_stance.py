@@ -62,7 +62,8 @@ class Event(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """A part of a stance in which the mode stays: each mass slips up (+1), down (-1) or is held (0)."""
+    """A part of a stance in which the mode stays: mode_1 is +1 where the actuator extends, -1 where it retracts, mode_2
+    +1 where the body slips up, -1 where it slips down; 0 is held."""
 
     start: float
     """[s] since touchdown"""

@@ -241,7 +241,7 @@ def test_one_equation_is_shown_in_full(answer):
 def test_a_stance_is_printed_in_words_and_units(answer):
     output = answer(*DROP)
     assert "takes off after 188.13 ms, apex 22.33 cm" in output
-    assert "84.3887  188.128  body reverses  slips up  slips up" in output
+    assert "84.3887  188.128  body reverses  extends   slips up" in output
     assert "AED +1.92158 J" in output
 
 
