@@ -69,7 +69,7 @@ class _Module(Setting):
                 bare = each.decl.name.removesuffix(f"_{self.suffix}")
                 name = bare.removeprefix("hopform_")
                 if name in taken or (bare == name and self._is_public(name)):
-                    name += f"_in_{re.split(r'[/_.]', each.coord.file)[1]}"
+                    name += f"_in_{each.coord.file.rpartition('/')[2].partition('_')[0]}"
                 taken.add(name)
                 names[each.decl.name] = name
         return names

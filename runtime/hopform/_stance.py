@@ -291,7 +291,7 @@ def solve_stance(
     """The stance that follows from a state at touchdown, by (3), (4), exactly: every mode, every event, every ending.
 
     v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, from F = 0 if left out. u [A]: a
-    current, or steps [(t, u), ...] from t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the
+    current, or steps [(t, u), ...] from t = 0 on. horizon [s]: longest time. backend: "c", "python", or None for the
     best there is. dtype: float64 or float32. Raises HopformError (a ValueError) for a value that is not allowed.
 
     >>> from hopform import load_robot

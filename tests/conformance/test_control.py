@@ -66,7 +66,7 @@ def test_single_precision_reaches_the_apex_in_the_double_precision_model(robot):
 def test_both_back_ends_choose_alike():
     drops = [(0.2, 0.2), (0.2, 0.1162), (0.2, 0.3), (0.1, 0.15), (0.3, 0.1), (0.05, 0.02)]
     for height, h_des in drops:
-        first, second = (drop(HOPPER, height, h_des, backend=name) for name in ("c", "numpy"))
+        first, second = (drop(HOPPER, height, h_des, backend=name) for name in ("c", "python"))
         assert first.status == second.status
         assert first.apex == pytest.approx(second.apex, abs=1e-9)
         if first.status == "reached":  # at a fold the current is known to half the digits
@@ -187,7 +187,7 @@ def test_a_held_actuator_is_proven_to_be_held_between_two_currents():
         ({"h_des": 0.1, "x2": 1.0}, "x2 must be <="),
         ({"h_des": 0.1, "horizon": 0.0}, "horizon must be > 0 s"),
         ({"h_des": "high"}, "h_des must be a number in m"),
-        ({"h_des": 0.1, "backend": "gpu"}, "backend must be 'c' or 'numpy'"),
+        ({"h_des": 0.1, "backend": "gpu"}, "backend must be 'c' or 'python'"),
         ({"h_des": 0.1, "dtype": "int32"}, "dtype must be"),
     ],
 )

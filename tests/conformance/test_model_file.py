@@ -429,8 +429,8 @@ import hopform
 from hopform._figures import results
 from hopform._cli import tables
 robot = dataclasses.replace(hopform.load_robot("hopper_c"), d2=20.0)
-stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="numpy")
-run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="numpy")
+stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="python")
+run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="python")
 (header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
 column = {name: np.array(values, float) for name, *values in zip(header, *rows)}
 t = run.times(50)

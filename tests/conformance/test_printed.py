@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import hopform
+from hopform._cli import main
 from tests.conformance.printed import ENGINES, Both, drawn, found
 
 FOUND = sorted((Path(__file__).resolve().parents[1] / "fuzz" / "found").iterdir())
@@ -22,6 +24,14 @@ def test_the_selftest_gives_the_digest_of_c(suffix):
         digest = engine.selftest(engine.Search(), [engine.Phase() for _ in range(32)], 32)
     assert digest == DIGESTS[suffix]
     assert engine.selftest(engine.Search(), [], 0) == 0
+
+
+def test_the_command_prints_the_digests_of_both_back_ends(capsys):
+    expected = "".join(f"hopform_selftest_{suffix} {digest:08x}\n" for suffix, digest in DIGESTS.items())
+    for backend in hopform.backends():
+        assert main(["selftest", "--backend", backend]) == 0
+        assert capsys.readouterr().out == expected
+    assert len(hopform.backends()) == 2
 
 
 def compare(count: int, suffix: str, seed: int) -> list[tuple[int, list[str]]]:

@@ -15,7 +15,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "eb30ade5aedf0387"
+SOURCE = "bc9e22baca4dad25"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"

@@ -6529,7 +6529,7 @@ def rate_of_height(chain: FlightChain, sign: Real) -> EventFunction:
     return rate
 
 
-def fall_of_in_src(chain: FlightChain, g: EventFunction, is_rate: bool, sign: Real) -> Fall:
+def fall_of_in_flight(chain: FlightChain, g: EventFunction, is_rate: bool, sign: Real) -> Fall:
     """The search for a root of one of the two, of the height itself or of its rate, with a sign: three derivatives of
     the height remove what falls freely, (D + l) what fades.
     """
@@ -6784,7 +6784,7 @@ def end_at_touchdown(chain: FlightChain, end: int) -> int:
     sign = -1.0 if begins_to_fall(first) else 1.0
     while not chain.airborne and low.t < chain.last.t:
         onward = rate_of_height(chain, sign)
-        fall = fall_of_in_src(chain, onward, True, sign)
+        fall = fall_of_in_flight(chain, onward, True, sign)
         turn = chain.last.copy()
         has_root_in_flight(chain, fall.set, fall, low, turn)
         low = turn.copy()
@@ -6792,7 +6792,7 @@ def end_at_touchdown(chain: FlightChain, end: int) -> int:
         look_at_foot(chain, low)
     if not chain.airborne:
         return end
-    fall = fall_of_in_src(chain, chain.height, False, 1.0)
+    fall = fall_of_in_flight(chain, chain.height, False, 1.0)
     return FLIGHT_TOUCHDOWN_HERE if has_root_in_flight(chain, fall.set, fall, low, chain.last) else end
 
 
@@ -7035,7 +7035,7 @@ def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real,
     return PHASES_NOT_KEPT if flight.phases_kept < flight.phase_count else OK
 
 
-def reading_status_in_src(plan: Any, phases: Any, flight: Any, times: Any, count: int, in_order: bool, arrays: Any,
+def reading_status_in_flight(plan: Any, phases: Any, flight: Any, times: Any, count: int, in_order: bool, arrays: Any,
         array_count: int) -> int:
     """Status of a call that reads a solved flight, at times, into arrays: OK if it can; else the arrays are zeros."""
     given = plan is not None and phases is not None and flight is not None and (times is not None or count <= 0)
@@ -7069,7 +7069,7 @@ def rates_of_flight(plan: Plan, flight: Flight) -> FlightRates:
 
 def flight_at(plan: Plan, phases: Any, flight: Flight, times: Any, count: int, states: Any) -> int:
     array_ = array(states, count, State.SIZE)
-    status = reading_status_in_src(plan, phases, flight, times, count, False, [array_], 1)
+    status = reading_status_in_flight(plan, phases, flight, times, count, False, [array_], 1)
     if status < 0:
         return status
     rates = rates_of_flight(plan, flight)
@@ -7129,7 +7129,7 @@ def flight_energy(plan: Plan, phases: Any, flight: Flight, times: Any, count: in
         stop_losses: Any) -> int:
     arrays = [array(energies, count, Energy.SIZE), array(ledgers, count, FlightLedger.SIZE),
         array(stop_losses, count, REAL_SIZE)]
-    status = reading_status_in_src(plan, phases, flight, times, count, True, arrays, 3)
+    status = reading_status_in_flight(plan, phases, flight, times, count, True, arrays, 3)
     if status < 0:
         return status
     rates = rates_of_flight(plan, flight)
@@ -7559,7 +7559,7 @@ def travel(way: Variation, t: Real) -> None:
     way.at.put(state_in_phase(plan, phase, u, t - phase.t))
 
 
-def cross_in_src(way: Variation) -> None:
+def cross_in_sensitivity(way: Variation) -> None:
     """Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
     belongs to it; nothing jumps where a mass slips or the current steps.
     """
@@ -7612,7 +7612,7 @@ def follow_to(way: Variation, last: int, t: Real) -> None:
     """Follow a stance up to a time; `last` is the index of its last phase."""
     while way.index < last and way.phases[way.index + 1].t <= t:
         travel(way, way.phases[way.index + 1].t)
-        cross_in_src(way)
+        cross_in_sensitivity(way)
     travel(way, t)
 
 
