@@ -135,7 +135,24 @@ def leaves(kind: Type, path: str) -> Iterator[str]:
 
 
 RESERVED = frozenset(
-    ("from", "in", "is", "pass", "lambda", "not", "and", "or", "del", "abs", "range", "int", "float", "real", "l")
+    (
+        "from",
+        "in",
+        "is",
+        "pass",
+        "lambda",
+        "not",
+        "and",
+        "or",
+        "del",
+        "abs",
+        "range",
+        "int",
+        "float",
+        "real",
+        "l",
+        "self",
+    )
 )
 """Names of C that Python has another use for."""
 

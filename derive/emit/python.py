@@ -302,7 +302,8 @@ class _Module(Setting):
         yield f"def {function.name}({takes}) -> {returns}:"
         yield from docstring(function.meaning)
         for name, symbols in unpacked(function, 5):
-            yield f"    {', '.join(map(str, symbols))} = {', '.join(f'{name}.{symbol}' for symbol in symbols)}"
+            members = ", ".join(f"{name}.{attribute(str(symbol))}" for symbol in symbols)
+            yield f"    {', '.join(map(str, symbols))} = {members}"
         for step in function.steps:
             value = spelled(step.value)
             value = value if step.value.free_symbols else self.literal(value)

@@ -150,8 +150,7 @@ def _rendered(made: Program, options: Options) -> dict[Path, str]:
 
 
 INSTANCES = {
-    "c": "c/src", "c/workstation": "c/src", "numpy": "python/hopform_solver", "python": "python/hopform_solver",
-    "packages": "packages",
+    "c": "c/src", "c/workstation": "c/src", "python": "python/hopform_solver", "packages": "packages",
 }  # fmt: skip
 """Where the instances of the engine's sources stand, by their folder; firmware does without a workstation's."""
 

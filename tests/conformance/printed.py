@@ -234,12 +234,12 @@ class Source:
         return [x1, v1, v2, 0.0 if self.sensible and self.kind & 4 else self.real(self.sensible, self.sensible)]
 
 
-def bounded(horizon: float, robot: Sequence[float], half_turns: float) -> float:
-    """At most so many half turns of the stiffest oscillation."""
+def bounded(horizon: float, robot: Sequence[float], half_periods: float) -> float:
+    """At most so many half periods of the stiffest oscillation."""
     m_eff, m_s, k = robot[:3]
     with np.errstate(all="ignore"):
         rate = math.sqrt(max(float(np.float64(k) / m_eff + np.float64(k) / m_s), 0.0))
-    most = half_turns * math.pi / rate if rate > 0 else 1e30
+    most = half_periods * math.pi / rate if rate > 0 else 1e30
     return most if math.isfinite(horizon) and horizon > most > 0 else horizon
 
 

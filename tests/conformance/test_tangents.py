@@ -11,8 +11,8 @@ import pytest
 
 import hopform
 from hopform._solver.choice import DEFAULT
+from hopform_solver.elements import COLUMNS
 from hopform_solver.records import LegState
-from hopform_solver.sensitivity import COLUMNS
 
 FREE = {"x1_min": -math.inf, "x1_max": math.inf}
 STEPS = ((0.0, 0.0), (0.03, 2.5), (0.08, -1.0), (0.15, 1.5))

@@ -183,7 +183,7 @@ class Solved(NamedTuple):
 
     @property
     def _columns(self) -> int:
-        return len(self.engine.package.sensitivity.COLUMNS)
+        return len(self.engine.package.elements.COLUMNS)
 
 
 class SolvedFlight(NamedTuple):
@@ -278,8 +278,12 @@ class Python:
         _with_room(engine, "Phase", max_phases, solve)
         return float(command.u), float(command.apex), command.status, search.trials
 
-    def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
-        """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
+    def try_currents(
+        self, parameters: Any, starts: list[LegState], currents: Array, horizon: float, max_phases: int
+    ) -> NDArray[Any]:
+        """The stance of each current from each state, (states, currents), a structured array with the fields of
+        hopform_trial.
+        """
         engine = Engine(self.package, np.dtype(np.float64))
         shape = len(starts), currents.size
         trials = engine.many("Trial", shape[0] * shape[1])
@@ -289,10 +293,18 @@ class Python:
         def solve(phases: list[Any], capacity: int) -> int:
             return engine.call("try_currents", *asked, float(horizon), phases, capacity, trials)
 
-        _with_room(engine, "Phase", package.MAX_PHASES, solve)
-        takes_off = np.array([trial.takes_off for trial in trials], bool)
-        apex, largest = (engine.array(getattr(trial, name) for trial in trials) for name in ("apex", "largest_x1"))
-        return np.where(takes_off, apex, np.nan).reshape(shape), largest.reshape(shape)
+        _with_room(engine, "Phase", max_phases, solve)
+        fields = {name: [getattr(trial, name) for trial in trials] for name in engine.module.Trial.__slots__}
+        columns = {name: np.array(values) for name, values in fields.items()}
+        made = np.zeros(len(trials), [(name, column.dtype) for name, column in columns.items()])
+        for name, column in columns.items():
+            made[name] = column
+        return made.reshape(shape)
+
+    def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
+        """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
+        made = self.try_currents(parameters, starts, currents, horizon, package.MAX_PHASES)
+        return np.where(made["takes_off"], made["apex"], np.nan), made["largest_x1"]
 
     def solve_columns(
         self, columns: Columns, results: Columns, readings: package.Readings, max_phases: int, events: bool
