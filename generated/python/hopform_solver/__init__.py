@@ -22,7 +22,7 @@ bits. `solve` calls them for arrays:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "580155b68870bc74"
+SOURCE = "7ec3457228f7848e"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"

@@ -5,7 +5,10 @@ others are held, and what stances are differentiated by.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from numpy import intp
+from numpy.typing import NDArray
 
 from hopform_solver import formulas
 from hopform_solver.records import Drive, LegState, Motion, Rates
@@ -20,6 +23,20 @@ class Mode(NamedTuple):
     slips: tuple[bool, ...]
     polynomial: tuple[int, ...]
     motion: Callable[[Rates, Drive, LegState], Motion]
+
+
+class Phases(NamedTuple):
+    """Phases of all stances, one after the other, and by `lane` whose they are."""
+
+    lane: NDArray[intp]
+    t: NDArray[Any]
+    x1: NDArray[Any]
+    v1: NDArray[Any]
+    v2: NDArray[Any]
+    y: NDArray[Any]
+    mode: NDArray[Any]
+    event: NDArray[Any]
+    step: NDArray[Any]
 
 
 MODES = (

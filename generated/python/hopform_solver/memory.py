@@ -44,9 +44,7 @@ def overlap(written: Sequence[Any] | None, written_count: int, read: Sequence[An
 
 def _is_array_of_others(memory: Any, kinds: set[type]) -> bool:
     """Whether memory is a list of objects without parts, of another kind than these."""
-    if not (isinstance(memory, list) and memory):
-        return False
-    first: Any = memory[0]
+    first: Any = next(iter(memory), None) if hasattr(memory, "append") else None
     return getattr(first, "PARTS", None) == () and type(first) not in kinds
 
 
@@ -100,8 +98,7 @@ def _numbers(memory: Any) -> Iterator[Any]:
         slots = (name for kind in reversed(type(memory).__mro__) for name in getattr(kind, "__slots__", ()))
         for name in slots:
             yield from _numbers(getattr(memory, name))
-    elif isinstance(memory, (list, tuple)):
-        each: Any
+    elif type(memory) in (list, tuple):
         for each in memory:
             yield from _numbers(each)
     else:

@@ -7,31 +7,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import engine_f32, engine_f64
+from hopform_solver.elements import Phases
 from hopform_solver.lanes import Array
 from hopform_solver.phases import stable_rates_of
 from hopform_solver.records import REFUSALS, LegState, Robot
+from hopform_solver.structs import STRUCTS
 
 ENGINES: dict[str, Any] = {"f": engine_f32, "d": engine_f64}
 
 
-class Phases(NamedTuple):
-    """The phases of all stances, those of each in their order: whose they are, when they begin, from which state, in
-    which mode, with which event, at which step of the current.
-    """
-
-    lane: NDArray[np.intp]
-    t: Array
-    x1: Array
-    v1: Array
-    v2: Array
-    y: Array
-    mode: NDArray[np.int8]
-    event: NDArray[np.int8]
-    step: NDArray[np.intp]
-
-
 class Solution(NamedTuple):
-    """Solved stances in the shape of their inputs; in `phases` by their number in that.
+    """Solved stances in the shape of their inputs; in `phases` those of each one in their order.
 
     duration [s], end: the state there, apex [m]: NaN without a take-off, aed [J]: the analytical energy delta,
     start_loss [J], ending: one of ENDINGS, phase_count: how many phases.
@@ -81,21 +67,22 @@ def solve(
 
     ends = [[getattr(stance.end, name) for stance in stances] for name in LegState._fields]
     rows = [(lane, *phase) for lane, (_, phases) in enumerate(solved) for phase in phases]
-    kinds = (np.intp, *[dtype] * 5, np.int8, np.int8, np.intp)
-    columns = zip(*rows, strict=True) if rows else [()] * len(kinds)
+    kinds: list[Any] = [np.intp, *(dtype if kind == "real" else kind for _, kind, _ in STRUCTS["Phase"])]
+    columns: Any = zip(*rows, strict=True) if rows else [()] * len(kinds)
+    listed: list[Any] = [np.array(values, kind) for values, kind in zip(columns, kinds, strict=True)]
     return Solution(
         column("duration"), LegState(*(np.array(end, dtype).reshape(shape) for end in ends)),
         np.where(_flies(engine, stances, flat, shape), column("apex"), np.nan).astype(dtype), column("aed"),
         column("start_loss"), column("ending", np.int32), column("phase_count", np.int32),
-        Phases(*(np.array(values, kind) for values, kind in zip(columns, kinds, strict=True))),
+        Phases(*listed),
     )  # fmt: skip
 
 
 def _flies(engine: Any, stances: list[Any], flat: Array, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Whether there is an apex."""
-    gravity = flat[Robot._fields.index("g")]
-    takes_off = [stance.ending == engine.ENDING_TAKEOFF for stance in stances]
-    return (np.array(takes_off, bool) & (gravity > 0.0)).reshape(shape)
+    gravity = flat[Robot._fields.index("g")].tolist()
+    flies = [stance.ending == engine.ENDING_TAKEOFF and g > 0.0 for stance, g in zip(stances, gravity, strict=True)]
+    return np.array(flies, np.bool_).reshape(shape)
 
 
 def _solved(engine: Any, row: Array, times: Array, currents: Array, max_phases: int) -> tuple[Any, list[Any]]:
@@ -112,7 +99,8 @@ def _solved(engine: Any, row: Array, times: Array, currents: Array, max_phases: 
         if status != engine.PHASES_NOT_KEPT:
             break
         capacity = stance.phase_count
-    return stance, [(p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step) for p in phases[: stance.phases_kept]]
+    members = [name for name, _, _ in STRUCTS["Phase"]]
+    return stance, [tuple(getattr(phase, name) for name in members) for phase in phases[: stance.phases_kept]]
 
 
 def _reals(numbers: Array) -> list[Any]:
