@@ -4,12 +4,12 @@
 
 An exact solver by itself, generated from the derivation; it needs NumPy alone. It has two rooms.
 
-`formulas` has a function of arrays for each formula of the derivation, (6) to (24). With it belong the kernels (`lanes`,
-`kernels`, `phases`, `linear`, `ledgers`) by which the closed form of a phase is evaluated for many robots and times at
-once. They decide nothing.
+`formulas` has a function of arrays for each formula of the derivation, (6) to (24). With it belong the kernels
+(`lanes`, `kernels`, `phases`, `linear`, `ledgers`) by which the closed form of a phase is evaluated for many robots and
+times at once. They decide nothing.
 
-`engine_f64` and `engine_f32` search for the events, one stance after the other: printed from the engine's C, to the same
-bits. `solve` calls them for arrays:
+`engine_f64` and `engine_f32` search for the events, one stance after the other: printed from the engine's C, to the
+same bits. `solve` calls them for arrays:
 
     >>> import numpy as np
     >>> from hopform_solver import ENDINGS, LegState, Robot, solve
@@ -22,7 +22,7 @@ bits. `solve` calls them for arrays:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "7ec3457228f7848e"
+SOURCE = "1733b41d00e24df3"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"
