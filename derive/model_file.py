@@ -23,8 +23,8 @@ from sympy.printing import cxx as in_cpp
 
 from .emit.c import ELEMENTARY
 from .emit.expressions import snake
-from .emit.ir import DOMAINS, Quantity
 from .emit.program import program
+from .ir import DOMAINS, Quantity
 from .maths import energy, flight
 from .model.equations import Model, ModelError, Term
 from .model.quantities import ROBOT, side_1, side_2, u, v1, v2, x1, x2

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from .ir import Function, Quantity, Record
+from ..ir import Function, Quantity, Record
 
 Line = tuple[str, str]
 LARGEST_PART = 10**36

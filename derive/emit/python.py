@@ -14,8 +14,8 @@ from typing import Any
 
 from pycparser import c_ast
 
+from ..ir import Function, Program, Record
 from .expressions import Expressions, argument_name, unpacked
-from .ir import Function, Program, Record
 from .layout import VOID, Array, Callee, Pointer, Struct, Type, attribute, is_flat, leaves, plain, size_of
 from .lines import docstring, wrapped
 from .parse import Unit, read

@@ -17,7 +17,8 @@ from typing import Any
 
 import jinja2
 
-from .. import VERSION
+from .. import VERSION, ir
+from ..ir import Program, Quantity
 from ..maths import contact, elements, energy, flight, kernels, linear, modes, stability
 from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
@@ -25,9 +26,8 @@ from ..model.equations import FIXED, Model
 from ..model.precisions import F64, PRECISIONS, Precision
 from ..models.hopper import HOPPER
 from ..paper import register
-from . import c, ir, numpy, python
+from . import c, numpy, python
 from .instantiate import instantiate, with_prefix
-from .ir import Program, Quantity
 from .program import program
 
 DERIVE = Path(__file__).resolve().parent.parent

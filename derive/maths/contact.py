@@ -6,7 +6,7 @@ spring. It is taken over k, so that it is the compression y itself for the paper
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Step, Steps, function, scalar
+from ..ir import Quantity, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from . import sensitivity

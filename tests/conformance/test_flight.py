@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 import hopform
-from derive.emit.ir import unfold
+from derive.ir import unfold
 from derive.maths import flight as derivation
 from derive.model import quantities as Q
 from derive.models.hopper import HOPPER

@@ -22,9 +22,9 @@ import hopform
 import hopform_solver
 from derive.__main__ import main
 from derive.emit.folder import write
-from derive.emit.ir import Quantity
 from derive.emit.program import program as derived_program
 from derive.emit.render import Options, render
+from derive.ir import Quantity
 from derive.model.equations import Model, Term
 from derive.model.quantities import v2
 from hopform._solver import c as native

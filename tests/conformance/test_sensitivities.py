@@ -11,8 +11,8 @@ import pytest
 import sympy as sp
 
 import hopform
-from derive.emit.ir import unfold
 from derive.emit.program import program
+from derive.ir import unfold
 from derive.maths import control, energy, sensitivity
 from derive.model import quantities as Q
 from derive.models.hopper import HOPPER

@@ -22,9 +22,9 @@ from jinja2 import nodes
 
 import hopform
 from derive.emit.folder import GENERATED, check
-from derive.emit.ir import Function
 from derive.emit.program import program
 from derive.emit.render import MANIFEST, instance, render
+from derive.ir import Function
 from derive.model import quantities
 from hopform_solver import records
 from tests.needs import the_first

@@ -17,7 +17,7 @@ import sympy as sp
 
 from derive.__main__ import main
 from derive.emit.folder import GENERATED
-from derive.emit.ir import Quantity, unfold
+from derive.ir import Quantity, unfold
 from derive.maths import flight, laplace
 from derive.maths.stability import open_conditions
 from derive.model import quantities as Q
