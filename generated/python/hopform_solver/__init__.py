@@ -22,7 +22,7 @@ same bits. `solve` calls them for arrays:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "1733b41d00e24df3"
+SOURCE = "f20b81ff6ea2b03f"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"
