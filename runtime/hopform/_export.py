@@ -18,7 +18,9 @@ from hopform._checks import shown
 from hopform._errors import HopformError
 from hopform._files import check_folder, name_of, write_folder
 from hopform._solver import c as native
-from hopform._solver.package import records
+from hopform._solver.choice import DEFAULT
+from hopform._solver.package import OURS, records
+from hopform._solver.printed import Engine, Python
 
 System = Literal["plain", "cmake", "arduino", "platformio", "zephyr", "esp-idf", "cmsis-pack"]
 SYSTEMS: tuple[System, ...] = get_args(System)
@@ -152,9 +154,9 @@ def with_included(name: str, texts: dict[str, str]) -> Iterator[str]:
 PHASES = 32
 
 
-def selftest(dtype: DTypeLike = np.float32) -> int:
-    """The 32-bit digest of all that `hopform_selftest` solves, by the library that Python loads: that of a board must
-    be the same.
+def selftest(dtype: DTypeLike = np.float32, backend: str = "c") -> int:
+    """The 32-bit digest of all that `hopform_selftest` solves, by the library that Python loads or, backend "python",
+    by the printed engine: that of a board must be the same.
 
     dtype: float32 or float64. Raises BackendError without a library.
 
@@ -164,6 +166,10 @@ def selftest(dtype: DTypeLike = np.float32) -> int:
     wanted = np.dtype(dtype)
     if wanted not in (np.dtype(np.float32), np.dtype(np.float64)):
         raise HopformError(f"dtype must be float32 or float64, got {shown(dtype)}")
+    if isinstance(DEFAULT.back_end(backend), Python):
+        engine = Engine(OURS, wanted)
+        with np.errstate(all="ignore"):
+            return int(engine.module.selftest(engine.made("Search"), engine.many("Phase", PHASES), PHASES))
     library = native.library()
     types = library.types(wanted)
     search, phases = types.Search(), (types.Phase * PHASES)()

@@ -311,7 +311,7 @@ def solve_stance(
 
     v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, or in its place compression [m] of
     the leg, as a flight has left it; that is 0 if both are left out. u [A]: a current, or steps [(t, u), ...] from
-    t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the best there is. dtype: float64 or
+    t = 0 on. horizon [s]: longest time. backend: "c", "python", or None for the best there is. dtype: float64 or
     float32. Raises HopformError (a ValueError) for a value that is not allowed.
 
     >>> from hopform import load_robot

@@ -21,7 +21,7 @@ MOST_DRAWS = 100_000
 """Robots that are drawn from a fit."""
 
 
-BackendName = StrEnum("BackendName", ["c", "numpy"])
+BackendName = StrEnum("BackendName", ["c", "python", "numpy"])
 ControllerName = StrEnum(
     "ControllerName", {"constant": "constant", "exact": "exact", "printed": "printed", "return_map": "return-map"}
 )
@@ -259,7 +259,7 @@ EXAMPLES = {
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),
     "figures": ("figures pictures --only 12", "figures pictures --only 9,15 --json"),
     "export": ("export firmware --for cmake", "export single --f32 --prefix leg"),
-    "selftest": ("selftest", "selftest --json"),
+    "selftest": ("selftest", "selftest --backend python"),
 }  # fmt: skip
 """Two command lines each; a test runs them, those of `record` before those of `identify`."""
 

@@ -9,17 +9,15 @@ Within a phase z' = M z, so the integral of z z^T obeys
 and which knows no pole configuration. It starts from a time in which little moves.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from hopform_solver import formulas
+from hopform_solver.elements import AXES_OF_MOMENTS
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, take
-from hopform_solver.limits import AXES_OF_MOMENTS
 from hopform_solver.linear import GAUSS, columns_of, doublings_of, mode_of, response_in, transition
 from hopform_solver.phases import Phase, arrive, drive_of, motion_under, poles_of
-from hopform_solver.records import Drive, LegState, Moments, Poles, Rates, Real, Work
+from hopform_solver.records import Drive, LegState, Moments, Poles, Rates, Work
 
 
 def moments_of(rates: Rates, poles: Poles, drive: Drive, start: LegState, side: Array, t: Array) -> Moments:
@@ -45,11 +43,3 @@ def ledger_over(phase: Phase, t: Array) -> Work:
     plan, start, u, side = phase
     moments = moments_of(plan.rates, poles_of(plan, side), drive_of(phase), start, side, t)
     return formulas.ledger_of(plan.robot, moments, u, side[0], side[1], start[0])
-
-
-def sums_before(entries: Sequence[Array], first: Real) -> Array:
-    """Of entries (rows, phases), what has come together before each phase begins; the last row begins with a value."""
-    sums = np.zeros_like(entries)
-    sums[-1, 0] = first
-    sums[:, 1:] = np.array(entries)[:, :-1]
-    return np.cumsum(sums, axis=1, dtype=sums.dtype)

@@ -9,8 +9,10 @@ import numpy as np
 
 from hopform_solver import formulas
 from hopform_solver.lanes import Array, by_case, choose, put, take
-from hopform_solver.limits import TERMS
 from hopform_solver.records import Basis, Decay, Pair, PairCore, Poles, Response, Series, ShiftedSeries
+
+TERMS = {np.dtype(np.float32): 24, np.dtype(np.float64): 40}
+"""Terms of the power series of W at most."""
 
 # What is left of a series when its terms are below this adds nothing to sums above 1e-4, whichever lanes go together.
 LOST = {np.dtype(np.float32): 1e-13, np.dtype(np.float64): 1e-22}
