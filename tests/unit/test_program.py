@@ -140,12 +140,23 @@ def test_the_sketch_hops(tmp_path, libraries):
 
 
 @needs.library
+@pytest.mark.parametrize("system", [each for each in SYSTEMS if each != "plain"])
+def test_the_readme_has_a_section_for_each_build_system_and_names_folders_that_are_there(system):
+    texts = package(Wanted(system, robot=hopform.load_robot("hopper_c")))
+    readme = texts[Path("README.md")]
+    assert {*re.findall(r"^### .*`--for ([\w-]+)`$", readme, re.MULTILINE)} == {*SYSTEMS} - {"plain"}
+    (section,) = re.findall(rf"^### .*`--for {system}`$(.*?)^##", readme, re.MULTILINE | re.DOTALL)
+    named = re.findall(r"DIR/(\S+/\w+)", section)
+    assert all(any(path.is_relative_to(each) for path in texts) for each in named)
+
+
+@needs.library
 @pytest.mark.parametrize(
     ("system", "files"),
     [
         ("platformio", {"platformio.ini", "src/main.c", "src/plant.c", "src/hardware.h", "src/robot.h", "src/print.c"}),
         ("zephyr", {"CMakeLists.txt", "prj.conf", "sample.yaml", "src/main.c", "src/robot.h"}),
-        ("esp-idf", {"CMakeLists.txt", "main/CMakeLists.txt", "main/idf_component.yml", "main/main.c", "main/robot.h"}),
+        ("esp-idf", {"CMakeLists.txt", "main/CMakeLists.txt", "main/main.c", "main/robot.h"}),
     ],
 )
 def test_the_program_lies_where_its_build_system_looks(system, files):
@@ -157,6 +168,15 @@ def test_the_program_lies_where_its_build_system_looks(system, files):
         folder = Path(place, name).parent
         for source in re.findall(r"\S+\.c\b", texts.get(f"{place}/{name}", "")):
             assert (folder / source).as_posix() in texts
+
+
+@needs.library
+@pytest.mark.sliced
+def test_the_line_of_the_readme_for_any_compiler_makes_the_program(tmp_path):
+    root = exported(tmp_path / "package", "plain", precisions=("f32",))
+    (line,) = re.findall(r"^cc (.* -o hopper)$", (root / "README.md").read_text("utf-8"), re.MULTILINE)
+    run("sh", "-c", f"{shlex.join(CC)} {line}", cwd=root)
+    assert hops_near_what_is_wanted(run(root / "hopper", cwd=root), root)
 
 
 # ---- CMake's presets ----
