@@ -174,7 +174,7 @@ def in_precision(text: str, precision: str) -> str:
 
 def heights_kept(robot: Robot) -> list[float]:
     """Those of HEIGHTS that a robot can keep for HOPS hops, the first a drop from there with the actuator at x1 = 0."""
-    kept = []
+    kept: list[float] = []
     for h in HEIGHTS:
         run = simulate(robot, [0.0] * HOPS, FeedForward(h), height=h)
         if len(run.hops) == HOPS and all(math.isclose(hop.apex, h, rel_tol=1e-6) for hop in run.hops):

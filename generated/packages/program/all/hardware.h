@@ -3,6 +3,8 @@
 #ifndef HOPPER_HARDWARE_H
 #define HOPPER_HARDWARE_H
 
+#include "hopform/hopform.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -10,14 +12,10 @@
 extern "C" {
 #endif
 
-/* What the sensors say at a tick; signs as in hopform/hopform.h. */
+/* What the sensors say at a tick. */
 typedef struct {
-    float
-        contact; /* [m] of the sensor that detects the touchdown: compression of the leg, 0 in flight, with its noise */
-    float x1;    /* [m] displacement of the actuator */
-    float v1;    /* [m/s] velocity of the actuator */
-    float x2;    /* [m] height of the body over the ground */
-    float v2;    /* [m/s] velocity of the body */
+    float contact;           /* [m] for the detector: compression of the leg with its noise, about 0 in flight */
+    hopform_state_f32 state; /* its compression is below 0 in flight: so far is the foot above the ground */
 } hardware_reading;
 
 /* Waits for the next tick, a millisecond after the last, and reads the sensors; false ends the program. */
