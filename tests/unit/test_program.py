@@ -179,7 +179,54 @@ def test_the_line_of_the_readme_for_any_compiler_makes_the_program(tmp_path):
     assert hops_near_what_is_wanted(run(root / "hopper", cwd=root), root)
 
 
-# ---- CMake's presets ----
+# ---- CMake: build systems that stand on it, over stand-ins for their commands, and the presets ----
+
+ESP_IDF = """macro(idf_component_register)
+  cmake_parse_arguments(GIVEN "" "" "SRCS;INCLUDE_DIRS" ${ARGN})
+  get_filename_component(COMPONENT_LIB ${CMAKE_CURRENT_SOURCE_DIR} NAME)
+  add_library(${COMPONENT_LIB} STATIC ${GIVEN_SRCS})
+  target_include_directories(${COMPONENT_LIB} PUBLIC ${GIVEN_INCLUDE_DIRS})
+  target_compile_definitions(${COMPONENT_LIB} PRIVATE ESP_PLATFORM)
+endmacro()
+macro(project name)
+  _project(${name} LANGUAGES C)
+  add_subdirectory(${EXTRA_COMPONENT_DIRS} component)
+  add_subdirectory(main)
+  file(WRITE ${CMAKE_BINARY_DIR}/starts.c "void app_main(void); int main(void) { app_main(); return 0; }")
+  target_link_libraries(main PUBLIC package m)
+  add_executable(app ${CMAKE_BINARY_DIR}/starts.c)
+  target_link_libraries(app PRIVATE main)
+endmacro()
+"""
+ZEPHYR = """enable_language(C)
+get_filename_component(PACKAGE ${CMAKE_CURRENT_SOURCE_DIR}/../.. ABSOLUTE)
+file(GLOB LIBRARY ${PACKAGE}/src/*.c)
+file(WRITE ${CMAKE_BINARY_DIR}/empty.c "")
+add_executable(app ${CMAKE_BINARY_DIR}/empty.c ${LIBRARY})
+target_include_directories(app PRIVATE ${PACKAGE}/include)
+target_link_libraries(app PRIVATE m)
+"""
+STAND_INS = {
+    "esp-idf": ("IDF_PATH", "tools/cmake/project.cmake", ESP_IDF),
+    "zephyr": ("ZEPHYR_BASE", "share/zephyr-package/cmake/ZephyrConfig.cmake", ZEPHYR),
+}
+"""The variable that says where a build system is, the file that is read there, and what stands in for it."""
+
+
+@needs.library
+@pytest.mark.sliced
+@pytest.mark.parametrize("system", STAND_INS)
+def test_the_program_hops_by_the_build_files_of(tmp_path, monkeypatch, system):
+    root, (variable, name, text) = exported(tmp_path / "package", system, precisions=("f32",)), STAND_INS[system]
+    (tmp_path / name).parent.mkdir(parents=True)
+    (tmp_path / name).write_text(text, "utf-8")
+    monkeypatch.setenv(variable, str(tmp_path))
+    cmake = shutil.which("cmake")
+    assert cmake is not None, "cmake is not installed"
+    (project,) = (root / "samples" if system == "zephyr" else root / "examples").glob("hopper")
+    run(cmake, "-S", project, "-B", "build", f"-DZephyr_DIR={(tmp_path / name).parent}", cwd=tmp_path)
+    run(cmake, "--build", "build", cwd=tmp_path)
+    assert hops_near_what_is_wanted(run(tmp_path / "build" / "app", cwd=tmp_path), root)
 
 
 @needs.library
