@@ -16,11 +16,9 @@ try:
     from .model_file import read_model
     from .models.hopper import HOPPER
 except ModuleNotFoundError as error:
-    if error.name not in ("sympy", "jinja2"):
+    if error.name not in ("sympy", "jinja2", "pcpp", "pycparser"):
         raise
-    from hopform import MissingExtra
-
-    print(f"derive: {MissingExtra(f'python -m {__package__}', 'derive')}", file=sys.stderr)
+    print(f"derive: {error.name} is not installed: pip install 'hopform[derive]'", file=sys.stderr)
     raise SystemExit(2) from None
 
 

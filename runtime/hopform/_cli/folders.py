@@ -261,12 +261,16 @@ def tex(text: str) -> str:
 
 
 def export(
-    folder: Path, system: str = "plain", prefix: str = "hopform", f32: bool = False, f64: bool = False,
-    json: bool = False,
+    folder: Path, system: str = "plain", robot: str | None = None, prefix: str = "hopform", f32: bool = False,
+    f64: bool = False, json: bool = False,
 ) -> None:  # fmt: skip
-    """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest."""
+    """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest; with
+    --robot also a program that makes this robot hop, on a board or simulated.
+    """
     chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
-    files = _export.export(folder, _export.Wanted(cast(Any, system), prefix, chosen))
+    files = _export.export(
+        folder, _export.Wanted(cast(Any, system), prefix, chosen, load_robot(robot) if robot else None)
+    )
     if json:
         print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
     else:
