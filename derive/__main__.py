@@ -18,7 +18,8 @@ try:
 except ModuleNotFoundError as error:
     if error.name not in ("sympy", "jinja2", "pcpp", "pycparser"):
         raise
-    print(f"derive: {error.name} is not installed: pip install 'hopform[derive]'", file=sys.stderr)
+    needs = f"python -m {__package__} needs the extra `derive`: {sys.executable} -m pip install 'hopform[derive]'"
+    print(f"derive: {needs}", file=sys.stderr)
     raise SystemExit(2) from None
 
 
