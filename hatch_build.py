@@ -21,7 +21,7 @@ SHIPPED = {
 
 
 class LibraryBuildHook(BuildHookInterface):
-    """With a compiler the wheel is for one platform and any Python 3; without, it is pure and NumPy does the work."""
+    """With a compiler the wheel is for one platform and any Python 3; without, it is pure Python, printed."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         tool = runpy.run_path(str(Path(self.root, "tools", "build_library.py")))
@@ -30,7 +30,7 @@ class LibraryBuildHook(BuildHookInterface):
         except tool["LibraryNotBuilt"] as error:
             if os.environ.get("HOPFORM_REQUIRE_C", "0") not in ("", "0"):
                 self.app.abort(f"hopform: HOPFORM_REQUIRE_C is set, but {error.args[0]}")
-            self.app.display_warning(f"hopform: NumPy only, without the C library: {error.args[0]}")
+            self.app.display_warning(f"hopform: Python only, without the C library: {error.args[0]}")
         else:
             build_data["pure_python"] = False
             build_data["tag"] = f"py3-none-{platform()}"

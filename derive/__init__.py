@@ -2,14 +2,15 @@
 
 Read in this order, which is also the order of the imports:
 
-    emit/ir           domains, quantities, records, structs, named steps, functions
+    ir                domains, quantities, records, structs, named steps, functions
     model/            quantities, the equations of motion (1)-(4), structs of the C interface, words, precisions,
                       selftest's cases
     models/           the mechanisms that ship
     maths/            laplace (6)-(15), partial_fractions (11), (16)-(18), time_domain (18)-(21), modes,
                       energy (22)-(24), control (5), (25)-(27), sensitivity, flight, contact, stability, kernels
     paper/            the register: as printed, as derived, verdict, reason
-    emit/             program, expressions, numpy, c, instantiate, render, folder
+    emit/             program, expressions, numpy, c, instantiate; parse, layout, values, statements, python; render,
+                      folder
     model_file        a model of further terms from a file
 """
 

@@ -16,11 +16,10 @@ try:
     from .model_file import read_model
     from .models.hopper import HOPPER
 except ModuleNotFoundError as error:
-    if error.name not in ("sympy", "jinja2"):
+    if error.name not in ("sympy", "jinja2", "pcpp", "pycparser"):
         raise
-    from hopform import MissingExtra
-
-    print(f"derive: {MissingExtra(f'python -m {__package__}', 'derive')}", file=sys.stderr)
+    needs = f"python -m {__package__} needs the extra `derive`: {sys.executable} -m pip install 'hopform[derive]'"
+    print(f"derive: {needs}", file=sys.stderr)
     raise SystemExit(2) from None
 
 

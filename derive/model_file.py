@@ -24,8 +24,8 @@ from sympy.printing import cxx as in_cpp
 
 from .emit.c import ELEMENTARY
 from .emit.expressions import snake
-from .emit.ir import DOMAINS, Quantity
 from .emit.program import program
+from .ir import DOMAINS, Quantity
 from .maths import energy, flight
 from .model.equations import FIXED, MASSES, Model, ModelError, Term
 from .model.quantities import ROBOT, side_1, side_2, t, u, v1, v2, x1, x2
@@ -48,9 +48,11 @@ KEYWORDS_OF_C = FURTHER_WORDS.union(in_c.reserved_words, in_c.reserved_words_c99
 
 NAMES_OF_THE_PACKAGE = (
     "Field Number Parameters Real cached_property description fields formulas math name parameters real result solver "
-    "to_toml I U V1 V2 X1"
+    "to_toml I U V1 V2 X1 copy div put"
 )
-"""Names of the class of the robot and of the modules of formulas; the imaginary unit of C, enumerators of columns."""
+"""Names of the class of the robot, of the modules of formulas and of the printed engine; the imaginary unit of C,
+enumerators of columns.
+"""
 
 
 def read_model(path: Path, prefix: str = "hopform") -> Model:

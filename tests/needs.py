@@ -16,6 +16,11 @@ cpp = pytest.mark.skipif(
     shutil.which("c++") is None,
     reason="a C++ compiler is absent, and headers cannot be tried in C++ (on Debian: apt install g++)",
 )
+cortex_m = pytest.mark.skipif(
+    not (shutil.which("arm-none-eabi-gcc") and shutil.which("qemu-system-arm")),
+    reason="no Cortex-M can be emulated (on Debian: apt install gcc-arm-none-eabi libnewlib-arm-none-eabi "
+    "qemu-system-arm)",
+)
 
 
 def the_first(values: Sequence[str]) -> list:

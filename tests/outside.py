@@ -68,7 +68,7 @@ HOSTILE: tuple[Callable[[], Any], ...] = (
 PLAIN: tuple[Any, ...] = (
     None, True, False, 0, 1, -1, 2, 3, 2**31 - 1, 2**31, 10**14, 10**400, -(10**5000), 0.0, -0.0, 1e-320, 5e-324,
     1e300, -1e300, 1.7e308, float("nan"), float("inf"), -float("inf"), 0.1, -1.9, 1j, complex("nan"), "", "c",
-    "numpy", "drop", "1.0", "hopper_c", "\0", "\udc80", "x" * 5000, "\N{ARABIC-INDIC DIGIT ONE}", b"1",
+    "python", "drop", "1.0", "hopper_c", "\0", "\udc80", "x" * 5000, "\N{ARABIC-INDIC DIGIT ONE}", b"1",
     bytearray(b"1"), (), [], {}, set(), (0.0, 1.0), [0.0, 1.0], [[0.0, 1.0]], [(0.0, 1.0), (0.1, 2.0)], [(0.0, "x")],
     [[1.0], [1.0, 2.0]], [None], ["x"], {"k": 1.0}, {"k": "x"}, {1: 2}, {"q": float("nan")}, range(3), slice(None),
     Ellipsis, NotImplemented, float, np.float32, np.int64, object, object(), print, len, lambda *_: 0.0,

@@ -9,10 +9,10 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from ..ir import SCALARS, Domain, Function, Member, Record, Struct
 from ..model.kinds import Kind, Word
 from ..model.precisions import F32, Precision
 from .expressions import Expressions, aligned, argument_name, snake, unpacked
-from .ir import SCALARS, Domain, Function, Member, Record, Struct
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 """Functions of the C library that the engine or a formula may call."""

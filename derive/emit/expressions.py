@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from .ir import Function, Quantity, Record
+from ..ir import Function, Quantity, Record
 
 Line = tuple[str, str]
 LARGEST_PART = 10**36
@@ -21,10 +21,13 @@ number.
 
 @dataclass(frozen=True)
 class Expressions:
-    """Expressions in the punctuation that Python and C share: + - * / and calls of two functions by their names."""
+    """Expressions in the punctuation that Python and C share: + - * / and calls of functions by their names; `divide`
+    takes a number and what it is divided by, where / would raise an error for 0.
+    """
 
     root: str = "sqrt"
     absolute: str = "fabs"
+    divide: str = ""
 
     def __call__(self, value: sp.Expr) -> str:
         """A sum: positive terms first, then numbers, then the shorter names."""
@@ -65,6 +68,8 @@ class Expressions:
         top = "*".join(above) or "1.0"
         if not below:
             return top
+        if self.divide and not below[0][0].isdigit():
+            return f"{self.divide}({top}, {'*'.join(below)})"
         return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({'*'.join(below)})"
 
     def _factor(self, base: sp.Expr) -> str:

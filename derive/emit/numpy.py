@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 
 import sympy as sp
 
+from ..ir import Function, Program, Quantity, Record
 from ..model.kinds import Word
 from .expressions import Expressions, aligned, argument_name, unpacked
-from .ir import Function, Program, Quantity, Record
 
 SPELLED = Expressions()
 

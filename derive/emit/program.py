@@ -4,6 +4,7 @@ Straight-line formulas only. What loops or branches (roots of the cubic, choice 
 events, the chain of phases) stands once per language in runtime/engine and calls these.
 """
 
+from ..ir import Definition, Program, Record
 from ..maths import (
     contact,
     control,
@@ -19,7 +20,6 @@ from ..maths import (
 from ..model import quantities
 from ..model.equations import Model
 from ..models.hopper import HOPPER
-from .ir import Definition, Program, Record
 
 MODULES = (laplace, linear, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight)
 

@@ -11,13 +11,14 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import jinja2
 
-from .. import VERSION
+from .. import VERSION, ir
+from ..ir import Program, Quantity
 from ..maths import contact, elements, energy, flight, kernels, linear, modes, stability
 from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
@@ -25,9 +26,8 @@ from ..model.equations import FIXED, Model
 from ..model.precisions import F64, PRECISIONS, Precision
 from ..models.hopper import HOPPER
 from ..paper import register
-from . import c, ir, numpy
+from . import c, numpy, python
 from .instantiate import instantiate, with_prefix
-from .ir import Program, Quantity
 from .program import program
 
 DERIVE = Path(__file__).resolve().parent.parent
@@ -120,6 +120,25 @@ def _hash(text: str) -> str:
 
 
 def _texts(options: Options) -> dict[Path, str]:
+    made = program(options.model)
+    texts = _rendered(made, options)
+    return texts | _printed(made, options, texts)
+
+
+def _printed(made: Program, options: Options, texts: dict[Path, str]) -> dict[Path, str]:
+    """The engine as Python in each precision, printed from its C under its own names."""
+    plain = replace(options, prefix="hopform", precisions=PRECISIONS)
+    texts = texts if plain == options else _rendered(made, plain)
+    of_c = {path.as_posix(): text for path, text in texts.items() if path.parts[0] == "c"}
+    header = "# " + HEADER.format("derive/emit/python.py").replace(f" {LICENCE_LINE}", f"\n# {LICENCE_LINE}\n")
+    printed = {}
+    for suffix, text in python.engines(of_c, made, (precision.name for precision in PRECISIONS)):
+        target = f"python/hopform_solver/engine_{suffix}.py"
+        printed[Path(with_prefix(target, options.prefix))] = _spelled(target, header + text, options, None)
+    return printed
+
+
+def _rendered(made: Program, options: Options) -> dict[Path, str]:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(SOURCES["templates"]),
         undefined=jinja2.StrictUndefined,
@@ -127,7 +146,7 @@ def _texts(options: Options) -> dict[Path, str]:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    context = _context(program(options.model), options)
+    context = _context(made, options)
     texts: dict[Path, str] = {}
     for name, _ in _files(SOURCES["templates"]):
         target = name.removesuffix(".j2")
@@ -143,7 +162,9 @@ def _texts(options: Options) -> dict[Path, str]:
     return texts | _instances(options)
 
 
-INSTANCES = {"c": "c/src", "c/workstation": "c/src", "numpy": "python/hopform_solver", "packages": "packages"}
+INSTANCES = {
+    "c": "c/src", "c/workstation": "c/src", "python": "python/hopform_solver", "packages": "packages",
+}  # fmt: skip
 """Where the instances of the engine's sources stand, by their folder; firmware does without a workstation's."""
 
 

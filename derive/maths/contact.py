@@ -7,7 +7,7 @@ over the leg's stiffness dN/dy, so that it is y itself without a damper.
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Step, Steps, function, scalar
+from ..ir import Quantity, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from . import sensitivity

@@ -9,7 +9,7 @@ Hop heights count from L_0 + c above the ground under the foot. At take-off y = 
 
 import sympy as sp
 
-from ..emit.ir import Step, Steps, function, scalar
+from ..ir import Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 

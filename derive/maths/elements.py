@@ -10,7 +10,6 @@ rest in closed form.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
 
 import sympy as sp
 
@@ -93,9 +92,9 @@ def stops(model: Model) -> tuple[int, ...]:
     return tuple(map(model.robot.symbols.index, STOPPED.stops))
 
 
-def numbers_of(element: Element, model: Model) -> tuple[object, ...]:
-    """The axis of the velocity, whether it is fixed, and its events."""
-    return AXES.index(element.velocity), element.name in model.fixed, *element.events.values()
+def columns(model: Model) -> tuple[sp.Symbol, ...]:
+    """What stances are differentiated by."""
+    return (*INPUTS, *model.robot.symbols)
 
 
 def follows_of(axis: sp.Symbol) -> tuple[int, ...]:
@@ -108,11 +107,6 @@ def follows_of(axis: sp.Symbol) -> tuple[int, ...]:
 def follows() -> tuple[tuple[int, ...], ...]:
     """The same of each axis."""
     return tuple(map(follows_of, AXES))
-
-
-def numerators() -> tuple[int, ...]:
-    """Of each axis the first of its terms in Motion."""
-    return tuple(MOTION.symbols.index(NUMERATORS[axis][0]) for axis in AXES)
 
 
 def axis_of_event() -> tuple[int, ...]:
@@ -138,17 +132,14 @@ def column_of_stop(model: Model) -> tuple[int, ...]:
 
 def modes() -> Iterator[dict[str, object]]:
     """Of each mode in which something slips: its name, the sides of the elements that are held; and by numbers which
-    slip, the coefficients of its denominator in Rates, and its event functions, of each its element, and to which side
-    of its friction the free acceleration goes, 0 for a velocity.
+    slip, and the coefficients of its denominator in Rates.
     """
     for moving in MODES:
         slips = tuple(element.number in moving for element in ELEMENTS)
-        velocities = [(number, 0) for number, each in enumerate(slips) if each and len(moving) > 1]
         held = [number for number, each in enumerate(slips) if not each]
         name = "both" if all(slips) else ELEMENTS[moving[0] - 1].name
         polynomial = tuple(map(RATES.symbols.index, POLYNOMIALS[moving]))
-        numbers = slips, polynomial, (*velocities, *product(held, (-1, 1)))
-        yield {"name": name, "held": [SIDES[each] for each in held], "numbers": numbers}
+        yield {"name": name, "held": [SIDES[each] for each in held], "numbers": (slips, polynomial)}
 
 
 def modes_of_one() -> list[tuple[object, ...]]:

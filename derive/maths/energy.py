@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
+from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model, kinetic, potential
 from ..model.quantities import *
 from .laplace import REST, rest_of_spring

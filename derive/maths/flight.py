@@ -22,7 +22,7 @@ the actuator, constant or linear in v_1, and a constant force on the body: for g
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
+from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model, ModelError, Term
 from ..model.quantities import *
 from .laplace import rest_of_spring

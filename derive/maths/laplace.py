@@ -11,7 +11,7 @@ counted from x_2(0) and v_2(0): no large numbers are subtracted, and b_1 = b_2 =
 
 import sympy as sp
 
-from ..emit.ir import Step, Steps, function, scalar
+from ..ir import Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 

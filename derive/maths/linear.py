@@ -6,7 +6,7 @@ which (s - M)^-1 is adj(s - M)/P. A mass that is held has a row of zeros.
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, Steps, function
+from ..ir import Quantity, Record, Step, Steps, function
 from ..model.quantities import *
 
 CORE = STATE.quantities[1:]

@@ -16,7 +16,7 @@ small, W comes from its power series, around s = 0 or around the mean of the thr
 
 import sympy as sp
 
-from ..emit.ir import Record, Step, Steps, function, scalar
+from ..ir import Record, Step, Steps, function, scalar
 from ..model.quantities import *
 from .laplace import s
 

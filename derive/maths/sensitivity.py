@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
+from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from . import control, energy, laplace

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..emit.ir import unfold
+from ..ir import unfold
 from ..model.equations import Model
 from ..model.quantities import *
 from . import laplace

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record, Step, Steps, function, scalar
+from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.quantities import *
 
 RESIDUAL = scalar("residual", "1", "the final value less the function")

@@ -3,7 +3,7 @@
 A model file takes from here `Quantity`, `Term` and the symbols of the robot and its state.
 """
 
-from ..emit.ir import Quantity as Quantity
+from ..ir import Quantity as Quantity
 from .equations import Model as Model
 from .equations import ModelError as ModelError
 from .equations import Term as Term

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..emit.ir import DOMAINS, Quantity, Record
+from ..ir import DOMAINS, Quantity, Record
 from .kinds import KINDS
 from .quantities import TRAVEL
 

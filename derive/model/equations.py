@@ -15,7 +15,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from ..emit.ir import Quantity, Record
+from ..ir import Quantity, Record
 from .quantities import *
 
 

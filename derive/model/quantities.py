@@ -3,7 +3,7 @@
 Robot fields, C structs, input checks, docstrings and the test of units all read these tables.
 """
 
-from ..emit.ir import Quantity, Record
+from ..ir import Quantity, Record
 
 ROBOT = Record("Robot", "What the hopper is made of.").of(
     Quantity("m_eff", r"m_{eff}", "kg", "effective mass of the actuator", "positive"),

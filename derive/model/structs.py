@@ -6,7 +6,7 @@ hold other structs.
 
 from collections.abc import Iterable, Iterator
 
-from ..emit.ir import Member, Quantity, Record, Struct
+from ..ir import Member, Quantity, Record, Struct
 from .quantities import BASIS, BODY_HEIGHT, CURRENT, ROBOT, STATE, TIME
 
 

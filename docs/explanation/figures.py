@@ -18,8 +18,8 @@ from hopform._figures.plots import BLUE, GREEN, GREY, MAGENTA, ORANGE, house_sty
 from hopform._solver.c import plan_of
 from hopform._solver.package import MAX_PHASES, records
 from hopform_solver import formulas, kernels, phases
-from hopform_solver.limits import NEVER
-from hopform_solver.sensitivity import COLUMNS
+from hopform_solver.elements import COLUMNS
+from hopform_solver.engine_f64 import NEVER
 
 BODY = hopform.load_robot("hopper_c")
 
@@ -190,7 +190,7 @@ def search(v2: float, h_des: float) -> tuple[list[float], list[float], list[list
         )
         ends = [candidate.u for candidate in found.candidates[: found.count]]
         bounds = zip(ends, ends[1:], found.lower_bound, strict=False)
-        waiting.append([each for each in bounds if each[2] < NEVER[np.dtype(np.float64)]])
+        waiting.append([each for each in bounds if each[2] < NEVER])
     apexes = [hopform.solve_stance(BODY, v2=v2, u=u).apex for u in tried]
     return tried, apexes, waiting
 

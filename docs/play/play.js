@@ -328,8 +328,8 @@ function drawHop() {
   const begin = run.hops[hop]?.touchdown_time, end = begin + run.hops[hop]?.duration;
   table("events-table", ["time since touchdown [s]", "event", "actuator", "body"], run.events
     .filter(({ time, side_2 }) => side_2 !== 2 && time >= begin && time <= end)
-    .map(({ time, kind, side_1, side_2 }) => [time - begin, eventName(kind), ...[side_1, side_2].map((side) =>
-      ["slips down", "held", "slips up"][side + 1])]));
+    .map(({ time, kind, side_1, side_2 }) => [time - begin, eventName(kind),
+      ["retracts", "held", "extends"][side_1 + 1], ["slips down", "held", "slips up"][side_2 + 1]]));
   [...id("hops-table").tBodies[0].rows].forEach((row, n) => row.classList.toggle("here", n === hop));
   return true;
 }

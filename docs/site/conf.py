@@ -25,17 +25,32 @@ ROOT = Path(__file__).resolve().parents[2]
 
 project, author, release = "hopform", "hopform contributors", hopform.__version__
 copyright = "hopform contributors, MIT"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "breathe"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.viewcode", "breathe"]
+autosummary_generate = False
 root_doc = "README"
 include_patterns = [
     "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "docs/**", "generated/*.md", "generated/c/README.md",
 ]  # fmt: skip
-exclude_patterns = [".*", "build", "dist", "runtime", "tests", "derive", "templates", "tools", "generated/packages"]
+LEFT_OUT = {
+    (ROOT / "docs" / page).resolve()
+    for page in re.findall(
+        r"\]\(([^)]+\.md)\)",
+        (ROOT / "docs" / "README.md")
+        .read_text("utf-8")
+        .partition("\n## In the checkout only\n")[2]
+        .partition("\n## ")[0],
+    )
+}
+"""The pages that docs/README.md lists under "In the checkout only"; a link to one is a download."""
+exclude_patterns = [
+    ".*", "build", "dist", "runtime", "tests", "derive", "templates", "tools", "generated/packages",
+    *sorted(page.relative_to(ROOT).as_posix() for page in LEFT_OUT),
+]  # fmt: skip
 suppress_warnings = ["myst.header"]  # a heading may skip a level
 highlight_language = "text"
 smartquotes = False  # a prime is a derivative
 
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["dollarmath", "html_image"]
 myst_fence_as_directive = ["math"]
 myst_heading_anchors = 4
 breathe_projects = {"c": str(ROOT / "out" / "doxygen" / "xml")}
@@ -55,7 +70,7 @@ NAVIGATION = {
     "Tutorials": ["docs/tutorials/*"],
     "How-to": ["docs/how-to/*"],
     "Reference": [
-        "docs/site/python", "docs/site/c", "generated/c/README", "docs/site/help", "generated/JSON",
+        *(f"docs/site/python/{page}" for page in ("solve", "many", "control", "identify", "model")), "docs/site/c", "generated/c/README", "docs/site/help",
         "docs/reference/*", "generated/EQUATIONS",
     ],
     "Explanation": [
@@ -81,7 +96,8 @@ def navigation() -> str:
 def names(page: str) -> list[str]:
     if "*" not in page:
         return [page]
-    return [path.relative_to(ROOT).with_suffix("").as_posix() for path in sorted(ROOT.glob(f"{page}.md"))]
+    found = (path for path in sorted(ROOT.glob(f"{page}.md")) if path not in LEFT_OUT)
+    return [path.relative_to(ROOT).with_suffix("").as_posix() for path in found]
 
 
 def commands() -> str:
@@ -121,6 +137,25 @@ def with_figures(name: str, text: str) -> str:
     return re.sub(r"<!-- figure (\w+) -->\n", rf"![Figure: \1]({up}out/explanation/\1.svg)\n\n", text)
 
 
+def api(names: list[str]) -> str:
+    """A table of public names of hopform, and what each is."""
+    table = "\n   ".join([".. autosummary::", ":nosignatures:", "", *names])
+    kinds = {name: "class" if isinstance(getattr(hopform, name), type) else "function" for name in names}
+    each = (f".. auto{kind}:: {name}" + ("\n   :members:" if kind == "class" else "") for name, kind in kinds.items())
+    return "\n\n".join([".. currentmodule:: hopform", table, *each])
+
+
+def with_downloads(name: str, text: str) -> str:
+    """A page whose links to pages that the site leaves out are downloads."""
+
+    def link(found: re.Match[str]) -> str:
+        if ((ROOT / name).parent / found[2]).resolve() not in LEFT_OUT:
+            return found[0]
+        return f"{{download}}`{' '.join(found[1].split())} <{found[2]}>`"
+
+    return re.sub(r"\[([^\[\]]+)\]\(([\w./-]+\.md)(?:#[\w-]+)?\)", link, text)
+
+
 def on_read(app: Any, name: str, source: list[str]) -> None:
     """Pages as MyST reads them: headings' own anchors become targets; what is generated goes where it is asked for."""
     if "```{code-cell}" in source[0]:
@@ -129,7 +164,8 @@ def on_read(app: Any, name: str, source: list[str]) -> None:
     for mark, made in (("{{commands}}", commands), ("{{gallery}}", gallery)):
         if mark in text and name.startswith("docs/site/"):
             text = text.replace(mark, made())
-    text = with_figures(name, text)
+    text = re.sub(r"\{\{api:([^}]+)\}\}", lambda found: api(found[1].split()), text)
+    text = with_downloads(name, with_figures(name, text))
     source[0] = text + ("\n" + navigation() if name == root_doc else "")
 
 

@@ -38,7 +38,7 @@ from hopform._stance import (
 
 
 class FlightPhase(NamedTuple):
-    """A part of a flight in which the mode stays: the actuator slips up (+1), down (-1) or is held (0)."""
+    """A part of a flight in which the mode stays: the actuator extends (+1), retracts (-1) or is held (0)."""
 
     start: float
     """[s] since take-off"""

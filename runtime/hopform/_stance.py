@@ -62,7 +62,8 @@ class Event(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """A part of a stance in which the mode stays: each mass slips up (+1), down (-1) or is held (0)."""
+    """A part of a stance in which the mode stays: mode_1 is +1 where the actuator extends, -1 where it retracts, mode_2
+    +1 where the body slips up, -1 where it slips down; 0 is held."""
 
     start: float
     """[s] since touchdown"""
@@ -310,7 +311,7 @@ def solve_stance(
 
     v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, or in its place compression [m] of
     the leg, as a flight has left it; that is 0 if both are left out. u [A]: a current, or steps [(t, u), ...] from
-    t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the best there is. dtype: float64 or
+    t = 0 on. horizon [s]: longest time. backend: "c", "python", or None for the best there is. dtype: float64 or
     float32. Raises HopformError (a ValueError) for a value that is not allowed.
 
     >>> from hopform import load_robot

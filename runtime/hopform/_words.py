@@ -27,12 +27,12 @@ def mode_of_actuator(phase: Phase, robot: Robot) -> str:
         return "locked"
     if phase.mode_1 == 0 and phase.state.x1 in (robot.x1_min, robot.x1_max):
         return "at stop"
-    return mode(phase.mode_1)
+    return {1: "extends", 0: "held", -1: "retracts"}[phase.mode_1]
 
 
-def mode(side: int) -> str:
-    """The mode of a mass with this sign of its velocity, in words."""
-    return {1: "slips up", 0: "held", -1: "slips down"}[side]
+def mode_of_body(phase: Phase) -> str:
+    """The mode of the body in a phase, in words."""
+    return {1: "slips up", 0: "held", -1: "slips down"}[phase.mode_2]
 
 
 def current(steps: Sequence[tuple[float, float]]) -> str:

@@ -35,7 +35,7 @@ __all__ = [
 
 
 def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = None) -> tuple[NDArray[Any], ...]:
-    """The same function of the same inputs, by the NumPy back end."""
+    """The same function of the same inputs, by the Python back end."""
     if len(inputs) != len(INPUTS):
         raise TypeError(f"stance takes {len(INPUTS)} inputs ({', '.join(INPUTS)}), got {len(inputs)}")
     arrays = [np.asarray(value) for value in inputs]
@@ -53,7 +53,7 @@ def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = No
         part = slice(first, first + CHUNK)
         chunk = [np.asarray(np.broadcast_to(column, shape).flat[part], dtype=real) for column in columns]
         found = package.results_like(chunk[0].size, real)
-        DEFAULT.arrays.solve_columns(chunk, found, {}, MAX_PHASES, events=False)
+        DEFAULT.python.solve_columns(chunk, found, {}, MAX_PHASES, events=False)
         for result, values in zip(results, found, strict=True):
             result.flat[part] = values
     return results

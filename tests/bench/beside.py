@@ -138,7 +138,7 @@ def many(jobs: Jobs, repetitions: int) -> list[Line]:
             lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, sensitivities=True, backend="c"),
         )  # fmt: skip
         variants[f"solve_stances, NumPy {short}, {FEW}"] = (
-            FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, backend="numpy"),
+            FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, backend="python"),
         )  # fmt: skip
     spent = medians({name: call for name, (_, call) in variants.items()}, repetitions)
     each = {name: spent[name] / count for name, (count, _) in variants.items()}

@@ -160,9 +160,9 @@ def ours() -> Iterator[Row]:
     yield Row("hopform from Python, solve_stance", None, partial(_from_python, "c"))
     if hasattr(hopform, "solve_stances"):
         yield Row(f"hopform from Python, solve_stances of {BATCH}", None, partial(_batch, "c"))
-    yield Row("hopform NumPy, solve_stance", None, partial(_from_python, "numpy"))
-    yield Row(f"hopform NumPy, {BATCH} at once", None, partial(_numpy, np.float64))
-    yield Row(f"hopform NumPy, {BATCH} at once, f32", None, partial(_numpy, np.float32))
+    yield Row("hopform printed Python, solve_stance", None, partial(_from_python, "python"))
+    yield Row(f"hopform printed Python, {BATCH} at once", None, partial(_numpy, np.float64))
+    yield Row(f"hopform printed Python, {BATCH} at once, f32", None, partial(_numpy, np.float32))
 
 
 # ---- peers ----

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from hopform_solver.records import ENDINGS, EVENTS
-from tests.conformance.random_stances import MAX_PHASES, draw_stances, solve_with_c, solve_with_numpy
+from tests.conformance.random_stances import MAX_PHASES, draw_stances, solve_with_c, solve_with_python
 from tests.oracle import reference
 from tests.oracle.checker import CERTIFIED, PROBLEM, REASONS, ROBOT, certify
 
@@ -79,11 +79,11 @@ def differing(p: Any, first: tuple[Any, Any], second: tuple[Any, Any]) -> tuple[
     return ~same, difference
 
 
-def examine(seed: int, count: int, sampled: int, with_numpy: bool = True) -> Findings:
+def examine(seed: int, count: int, sampled: int, with_python: bool = True) -> Findings:
     """Draw, solve twice and judge; the cases that need the reference are flagged with the reason."""
     p = draw_stances(seed, count)
     answers, phases = c_says = solve_with_c(p)
-    other, difference = differing(p, c_says, solve_with_numpy(p) if with_numpy else c_says)
+    other, difference = differing(p, c_says, solve_with_python(p) if with_python else c_says)
     v = certify(p, answers, phases)
     found = Findings(stances=count, windows=int(v["windows"].sum()))
     found.modes.update(phases["mode"].tolist())
@@ -260,7 +260,7 @@ def solved_again(case: dict[str, Any]) -> dict[str, Any]:
     """A case that was written down, solved by the back ends of today and judged by the reference."""
     p = np.array([tuple(case["problem"].values())], PROBLEM)
     answers, phases = solve_with_c(p)
-    other, difference = differing(p, (answers, phases), solve_with_numpy(p))
+    other, difference = differing(p, (answers, phases), solve_with_python(p))
     why = APART if other[0] else (UNLIKE if difference[0] > TOLERANCE else "once wrong")
     return refer(case_of(p[0], answers[0], phases, why, case["seed"], case["lane"]))
 

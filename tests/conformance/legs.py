@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from hopform._solver import arrays
 from hopform._solver import c as native
 from hopform._solver.c import C
 from hopform._solver.package import Package
+from hopform._solver.printed import Python
 from hopform_solver.records import Robot
 from tests.conformance.random_stances import draw_stances
 from tests.derived import derived
@@ -39,11 +39,10 @@ class Leg:
     ) -> Any:
         """What either back end says, in one form."""
         state = self.package.LegState(*(start[name] for name in ("x1", "v1", "v2", "y")))
-        if back_end == "c":
-            return C(self.library).solve_stance(parameters, state, ((0.0, u),), horizon, MOST, np.dtype(np.float64))
-        with np.errstate(all="ignore"):
-            solution = self.package.solve(self.package.Robot(*parameters), state, u, (0.0,), horizon, MOST)
-        return arrays.Solved(Package(self.package.__name__), solution)
+        return self.by(back_end).solve_stance(parameters, state, ((0.0, u),), horizon, MOST, np.dtype(np.float64))
+
+    def by(self, back_end: str) -> Any:
+        return C(self.library) if back_end == "c" else Python(Package(self.package.__name__))
 
     def events(self, solved: Any) -> list[tuple[float, str]]:
         words = self.package.records.EVENTS

@@ -141,8 +141,8 @@ def solve_with_c(p: Any) -> tuple[Any, Any]:
     return answers, np.concatenate(phases)
 
 
-def solve_with_numpy(p: Any) -> tuple[Any, Any]:
-    """The same of the NumPy back end."""
+def solve_with_python(p: Any) -> tuple[Any, Any]:
+    """The same of the printed engine."""
     s = hopform_solver.solve(
         Robot(*(p[name] for name in ROBOT)), LegState(*(p[name] for name in START)), p["u"], horizon=p["horizon"],
         max_phases=MAX_PHASES,

@@ -6,7 +6,6 @@ knows their equations of motion alone. One with a force on the body in flight, t
 another gravity.
 """
 
-import ctypes
 import dataclasses
 import importlib
 import math
@@ -21,11 +20,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hopform
-from hopform._solver import c as native
-from hopform._solver.arrays import OnArrays
 from hopform._solver.c import C
 from hopform._solver.choice import Solver
 from hopform._solver.package import Package, results_like
+from hopform._solver.printed import Python
 from hopform_solver.records import Robot
 from tests.conformance.legs import MOST, PARAMETERS, Leg, Legs, drawn, joints, rigs
 from tests.oracle.mechanism.compare import WRONG, compare
@@ -43,7 +41,7 @@ def legs(store: Path) -> Legs:
     return Legs(store)
 
 
-BACK_ENDS = pytest.mark.parametrize("back_end", ["c", "numpy"])
+BACK_ENDS = pytest.mark.parametrize("back_end", ["c", "python"])
 
 
 # ---- hopper_c with a damper in its leg, dropped from 20 cm ----
@@ -130,12 +128,8 @@ START = {"x1": 0.02, "v1": 0.1, "v2": -1.6, "y": 0.0}
 def tried(leg: Leg, back_end: str, parameters: tuple[float, ...], u: np.ndarray) -> dict[str, np.ndarray]:
     """What candidate currents do, by name."""
     state = leg.package.LegState(*START.values())
-    if back_end == "c":
-        found = C(leg.library).try_currents(parameters, [state], u, 2.0, MOST)[0]  # type: ignore[arg-type]
-        return {name: found[name] for name in found.dtype.names}
-    trial = importlib.import_module(f"{leg.package.__name__}.trial")
-    with np.errstate(all="ignore"):
-        return trial.try_currents(leg.package.Robot(*parameters), state, u, 2.0, MOST)._asdict()
+    found = leg.by(back_end).try_currents(parameters, [state], u, 2.0, MOST)[0]
+    return {name: found[name] for name in found.dtype.names}
 
 
 @BACK_ENDS
@@ -165,11 +159,8 @@ def test_a_command_is_no_worse_than_the_best_of_a_scan(b12, back_end, legs):
     state = leg.package.LegState(*START.values())
     for wanted in (0.02, 0.05, 0.1, 0.3):
         target = (wanted, 0.0, margin, 2.0)
-        if back_end == "c":
-            current, apex, _, _ = C(leg.library).choose_current(parameters, state, target, MOST, np.dtype(np.float64))
-        else:
-            control = importlib.import_module(f"{leg.package.__name__}.control")
-            current, apex, _, _ = control.choose(leg.package.Robot(*parameters), state, target, MOST, np.float64)
+        found = leg.by(back_end).choose_current(parameters, state, target, MOST, np.dtype(np.float64))
+        current, apex, _, _ = found
         gaps = np.abs(scan["apex"][admissible] - wanted)
         assert abs(apex - wanted) <= gaps.min() + 1e-9
         crosses = admissible[1:] & admissible[:-1] & ((scan["apex"][1:] > wanted) != (scan["apex"][:-1] > wanted))
@@ -182,10 +173,8 @@ def test_derivatives_through_take_off_are_those_of_differences(legs):
     """By the state, the current and every parameter, the damper's among them; both back ends alike."""
     leg, parameters, u = legs["damper"], (*HOPPER.parameters, 12.0), 2.0
     matrix = leg.solve("c", parameters, START, u).sensitivities()
-    sensitivity = importlib.import_module(f"{leg.package.__name__}.sensitivity")
-    state = leg.package.LegState(*START.values())
-    other = sensitivity.sensitivities_of(leg.package.solve(leg.package.Robot(*parameters), state, u))
-    np.testing.assert_allclose(other, matrix, rtol=1e-11, atol=1e-13)
+    np.testing.assert_array_equal(leg.solve("python", parameters, START, u).sensitivities(), matrix)
+    columns = importlib.import_module(f"{leg.package.__name__}.elements").COLUMNS
 
     def rows(inputs: dict[str, float]) -> np.ndarray:
         moved = tuple(inputs[name] for name in leg.package.Robot._fields)
@@ -195,7 +184,7 @@ def test_derivatives_through_take_off_are_those_of_differences(legs):
         return np.array([duration, end.x1, end.v1, x2, end.v2, apex, aed])
 
     inputs = {**dict(zip(leg.package.Robot._fields, parameters, strict=True)), **START, "u": u}
-    for column, name in enumerate(sensitivity.COLUMNS):
+    for column, name in enumerate(columns):
         if name in ("x1_min", "x1_max", "u_max", "impact_loss"):
             continue
         h = 1e-5 * max(abs(inputs[name]), 0.01)
@@ -212,18 +201,13 @@ def test_derivatives_through_take_off_are_those_of_differences(legs):
 
 
 def fly(
-    leg: Leg, parameters: tuple[float, ...], start: Any, ground: float = 0.0, gains: tuple[float, float] | None = None
-) -> Any:
-    """The flight by the library."""
-    types = leg.library.types(np.dtype(np.float64))
-    flight, phases = types.Flight(), (types.FlightPhase * MOST)()
-    plan = native.plan_of(types, parameters)
-    law = None if gains is None else ctypes.byref(types.Gains(*gains))
-    leg.library.call(
-        "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.c_double(ground), law,
-        ctypes.c_double(3.0), ctypes.c_int32(MOST), phases, ctypes.c_int32(MOST), ctypes.byref(flight),
-    )  # fmt: skip
-    return flight
+    leg: Leg, parameters: tuple[float, ...], start: Any, ground: float = 0.0, gains: tuple[float, float] | None = None,
+    back_end: str = "c",
+) -> Any:  # fmt: skip
+    """The flight by either back end, with its results as members of `flight`."""
+    law = None if gains is None else leg.package.records.Gains(*gains)
+    state = leg.package.LegState(*start)
+    return leg.by(back_end).solve_flight(parameters, state, ground, law, 3.0, MOST, np.dtype(np.float64))
 
 
 @pytest.mark.parametrize("share", [0.3, -0.5])
@@ -237,8 +221,7 @@ def test_a_constant_force_on_the_body_is_another_gravity(share, legs):
     formulas = importlib.import_module(f"{leg.package.__name__}.formulas")
     drop = formulas.touchdown_velocity(robot, 0.2)
     assert drop == pytest.approx(hopform.touchdown_velocity(lighter, 0.2), rel=1e-14)
-    flight = importlib.import_module(f"{leg.package.__name__}.flight")
-    for back_end in ("c", "numpy"):
+    for back_end in ("c", "python"):
         ending, duration, end, apex, _ = leg.solve(back_end, parameters, START, 2.5).outcome()
         assert leg.package.records.ENDINGS[ending] == other.status == "takeoff"
         expected = (other.duration, other.end.x1, other.end.v1, other.end.v2, other.apex)
@@ -246,15 +229,14 @@ def test_a_constant_force_on_the_body_is_another_gravity(share, legs):
         trial = tried(leg, back_end, parameters, np.array([2.5]))
         slope = float(other.sensitivities["apex", "u"])
         assert float(trial["apex_u"][0]) == pytest.approx(slope, rel=1e-10)
-    solution = flight.solve_flight(robot, end)
-    times = np.linspace(0.0, float(solution.duration), 7)
-    states = flight.flight_at(solution, times)
-    for duration in (float(solution.duration), fly(leg, parameters, end).duration):
-        assert duration == pytest.approx(flown.duration, rel=1e-12)
-    assert float(solution.apex) == pytest.approx(flown.apex, rel=1e-12)
-    np.testing.assert_allclose(states.v2, flown.at(np.minimum(times, flown.duration)).v2, rtol=1e-12)
-    energy, ledger = (read(solution, times) for read in (flight.flight_energy_at, flight.flight_ledger_at))
-    np.testing.assert_allclose(energy.total - energy.total[0], sum(ledger), rtol=1e-12, atol=1e-12)
+    for solution in (fly(leg, parameters, end), fly(leg, parameters, end, back_end="python")):
+        times = np.linspace(0.0, float(solution.flight.duration), 7)
+        states = solution.state_at(times)
+        assert solution.flight.duration == pytest.approx(flown.duration, rel=1e-12)
+        assert solution.flight.apex == pytest.approx(flown.apex, rel=1e-12)
+        np.testing.assert_allclose(states.v2, flown.at(np.minimum(times, flown.duration)).v2, rtol=1e-12)
+        energy, ledger = solution.energy_at(times)
+        np.testing.assert_allclose(energy.total - energy.total[0], sum(ledger), rtol=1e-12, atol=1e-12)
     target = (0.1, 0.0, 1e-3, 2.0)
     command = hopform.choose_current(
         lighter, x1=START["x1"], v1=START["v1"], v2=START["v2"], h_des=0.1, stop_margin=1e-3
@@ -273,12 +255,12 @@ def test_a_body_that_does_not_fall_has_no_flight(legs):
 def test_a_second_spring_lengthens_the_leg_and_leaves_its_flight_as_it_was(legs):
     """y is 0 where the leg carries nothing, at both ends of the flight."""
     leg, parameters = legs["second_spring"], (*HOPPER.parameters, 300.0, HOPPER.L0 - 0.01)
-    flight = importlib.import_module(f"{leg.package.__name__}.flight")
     end = leg.solve("c", parameters, {"x1": 0.0, "v1": 0.0, "v2": DROP, "y": 0.0}, 2.0).outcome()[2]
-    flown = flight.solve_flight(leg.package.Robot(*parameters), leg.package.LegState(*end))
-    assert fly(leg, parameters, end).duration == pytest.approx(flown.duration, rel=1e-12)
+    flown = fly(leg, parameters, end, back_end="python").flight
+    assert fly(leg, parameters, end).flight.duration == flown.duration
     assert end.y == flown.end.y == 0.0
-    other = hopform.solve_flight(HOPPER, v2=end.v2, x1=end.x1, v1=end.v1, gains=flown.gains)
+    gains = flown.gains.Kp, flown.gains.Kd
+    other = hopform.solve_flight(HOPPER, v2=end.v2, x1=end.x1, v1=end.v1, gains=gains)
     assert (flown.duration, flown.apex) == (pytest.approx(other.duration), pytest.approx(other.apex))
 
 
@@ -321,14 +303,11 @@ def integrated(parameters: tuple[float, ...], start: Any, ground: float, gains: 
 def test_a_leg_with_a_damper_relaxes_in_flight_as_an_integrator_has_it(legs):
     """Touchdown finds the foot where N = 0 has brought it, and what is left of the compression is passed on."""
     leg, gains = legs["damper"], (900.0, 60.0)
-    flight = importlib.import_module(f"{leg.package.__name__}.flight")
     left = []
     for parameters, end, ground in takeoffs(leg, 5, 12, f1=0.0, x1_min=-math.inf, x1_max=math.inf, u_max=1e6):
         expected = integrated(parameters, end, ground, gains)
-        solution = flight.solve_flight(
-            leg.package.Robot(*parameters), leg.package.LegState(*end), ground, leg.package.records.Gains(*gains)
-        )
-        for flown in (solution, fly(leg, parameters, end, ground, gains)):
+        for back_end in ("c", "python"):
+            flown = fly(leg, parameters, end, ground, gains, back_end).flight
             found = (flown.duration, flown.end.x1, flown.end.v1, flown.end.v2, flown.end.y)
             assert found == pytest.approx(expected, rel=1e-9, abs=1e-10), parameters
             k = parameters[PARAMETERS.index("k")]
@@ -340,23 +319,18 @@ def test_a_leg_with_a_damper_relaxes_in_flight_as_an_integrator_has_it(legs):
 def test_no_foot_of_a_leg_that_relaxes_meets_the_ground_before_its_touchdown(legs):
     """With dry friction, stops and a motor at its limit; both back ends alike."""
     leg = legs["damper"]
-    flight = importlib.import_module(f"{leg.package.__name__}.flight")
     kinds = set()
     for parameters, end, ground in takeoffs(leg, 6, 40):
         robot = leg.package.Robot(*parameters)
-        with np.errstate(all="ignore"):
-            solution = flight.solve_flight(robot, leg.package.LegState(*end), ground)
-        flown = fly(leg, parameters, end, ground)
-        assert (flown.ending, flown.event_count) == (
-            solution.ending,
-            sum(bool(phase.event) for phase in solution.phases),
-        )
+        printed = fly(leg, parameters, end, ground, back_end="python")
+        flown, solution = fly(leg, parameters, end, ground).flight, printed.flight
         found, expected = (
-            [float(getattr(each, name)) for name in ("duration", "apex", "leg_loss")] for each in (flown, solution)
+            [getattr(each, name) for name in ("ending", "event_count", "duration", "apex", "leg_loss")]
+            for each in (flown, solution)
         )
-        assert found == pytest.approx(expected, rel=1e-12, abs=1e-15)
+        assert found == expected
         times = np.linspace(0.0, float(solution.duration), 4000)
-        y = flight.flight_at(solution, times).y
+        y = printed.state_at(times).y
         foot = end.y * np.exp(-times * robot.k / parameters[-1]) - y
         assert foot[0] == pytest.approx(-ground, abs=1e-15)
         kinds.add(leg.package.records.FLIGHT_ENDINGS[solution.ending])
@@ -419,7 +393,7 @@ def test_both_back_ends_take_and_refuse_the_same_starts(legs):
     states = np.array([np.full(count, 0.01), np.zeros(count), draw.uniform(-3.0, -0.5, count), y])
     columns = [*states, np.full(count, 1.0), np.full(count, 2.0), *parameters]
     found = []
-    for back_end in (C(leg.library), OnArrays(Package(leg.package.__name__))):
+    for back_end in (C(leg.library), Python(Package(leg.package.__name__))):
         results = results_like(count, np.dtype(np.float64))
         back_end.solve_columns(columns, results, {}, MOST, events=False)
         found.append(results)

@@ -22,16 +22,16 @@ import hopform
 import hopform_solver
 from derive.__main__ import main
 from derive.emit.folder import write
-from derive.emit.ir import Quantity
 from derive.emit.program import program as derived_program
 from derive.emit.render import Options, render
+from derive.ir import Quantity
 from derive.model.equations import Model, Term
 from derive.model.quantities import v2
 from derive.model_file import read_model
-from hopform._solver import arrays
 from hopform._solver import c as native
 from hopform._solver.c import C
 from hopform._solver.package import Package
+from hopform._solver.printed import Python
 from hopform_solver import records
 from tests.conformance.errors import TOLERANCE, plain_errors, rounded
 from tests.conformance.flights import condition, outcome, random_flight
@@ -112,10 +112,12 @@ def seen(robot: hopform.Robot, solved: Any, dtype: Any, ledger: Any, total: Any)
     )
 
 
-def by_library(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, library: native.Library) -> Seen:
+def by_library(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, by: Any) -> Seen:
+    """By its library, or by a back end."""
     steps = start["u"] if isinstance(start["u"], tuple) else ((0.0, start["u"]),)
     state = records.LegState(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
-    solved = C(library).solve_stance(
+    back_end = C(by) if isinstance(by, native.Library) else by
+    solved = back_end.solve_stance(
         (*robot.parameters, k_emf), state, steps, start.get("horizon", 2.0), start.get("max_phases", 4096),
         np.dtype(dtype),
     )  # fmt: skip
@@ -124,19 +126,7 @@ def by_library(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype:
 
 
 def by_package(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, package: Any) -> Seen:
-    steps = start["u"] if isinstance(start["u"], tuple) else ((0.0, start["u"]),)
-    times, currents = zip(*steps, strict=True)
-    state = package.LegState(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
-    with np.errstate(all="ignore"):
-        solution = package.solve(
-            package.Robot(*robot.parameters, k_emf), state, currents if len(steps) > 1 else currents[0], times,
-            start.get("horizon", 2.0), start.get("max_phases", 4096), dtype,
-        )  # fmt: skip
-        energy = importlib.import_module("driven_solver.energy")
-        at = np.array([0.0, float(solution.duration)], dtype)
-        ledger = energy.ledger_at(solution, 0, at)
-        total = energy.energy_at(solution, 0, at).total
-    return seen(robot, arrays.Solved(Package("driven_solver"), solution), dtype, ledger, total)
+    return by_library(robot, k_emf, start, dtype, Python(Package(package.__name__)))
 
 
 # ---- the derivatives are those of the reference ----
@@ -158,18 +148,21 @@ def test_derivatives_with_a_back_emf_are_those_of_the_reference(package, library
         np.dtype(np.float64),
     )  # fmt: skip
     assert {records.EVENTS[row[3]] for row in solved.phase_rows()[1:]} >= {"x1_hits_stop", "x1_slips", "x1_reverses"}
-    solution = package.solve(package.Robot(*robot.parameters, k_emf), package.LegState(0.02, 0.9, -1.93, 0.0), 1.5)
-    by_package = importlib.import_module("driven_solver.sensitivity")
+    printed = Python(Package("driven_solver")).solve_stance(
+        (*robot.parameters, k_emf), records.LegState(0.02, 0.9, -1.93, 0.0), ((0.0, 1.5),), 2.0, 4096,
+        np.dtype(np.float64),
+    )  # fmt: skip
+    columns_of_package = importlib.import_module("driven_solver.elements").COLUMNS
     exact, sizes, columns = in_reference(robot, k_emf), [], []
     values = {**rounded(robot, np.float64), **start, "k_emf": k_emf}
-    for name in by_package.COLUMNS:
+    for name in columns_of_package:
         sizes.append(size_of(name, values.get(name, 0.0)))
         known = name not in ("y", "u_max", "impact_loss")
         in_exact = "b1" if name == "k_emf" else name
         columns.append(differences(exact, start, in_exact, sizes[-1]) if known else [0.0] * 7)
-    columns[by_package.COLUMNS.index("y")] = [math.nan] * 7
-    assert by_package.COLUMNS[-1] == "k_emf"
-    for ours in (solved.sensitivities(), by_package.sensitivities_of(solution)):
+    columns[columns_of_package.index("y")] = [math.nan] * 7
+    assert columns_of_package[-1] == "k_emf"
+    for ours in (solved.sensitivities(), printed.sensitivities()):
         assert scaled_error(ours, np.array(columns).T, np.array(sizes)) <= 1e-12
 
 
@@ -304,20 +297,16 @@ def test_the_new_parameter_is_checked_and_documented_like_the_others(package):
 def fly_by_package(
     parameters: tuple[float, ...], start: records.LegState, gains: tuple[float, float], package: Any, **settings: Any
 ) -> FlightReference:
-    flight = importlib.import_module("driven_solver.flight")
-    law = importlib.import_module("driven_solver.records").Gains(*gains)
-    with np.errstate(all="ignore"):
-        solved = flight.solve_flight(package.Robot(*parameters), package.LegState(*start), gains=law, **settings)
-        ledger = flight.flight_ledger_at(solved, solved.duration)
-    return flown(arrays.ArrayFlight(Package("driven_solver"), solved), solved.ending, solved.duration, ledger)
+    return fly_by_library(parameters, start, gains, Python(Package(package.__name__)), **settings)
 
 
 def fly_by_library(
-    parameters: tuple[float, ...], start: records.LegState, gains: tuple[float, float], library: native.Library,
+    parameters: tuple[float, ...], start: records.LegState, gains: tuple[float, float], by: Any,
     horizon: float = 3.0, max_phases: int = 200,
 ) -> FlightReference:  # fmt: skip
     law, double = records.Gains(*gains), np.dtype(np.float64)
-    solved = C(library).solve_flight(parameters, start, 0.0, law, horizon, max_phases, double)  # type: ignore[arg-type]
+    back_end = C(by) if isinstance(by, native.Library) else by
+    solved = back_end.solve_flight(parameters, start, 0.0, law, horizon, max_phases, double)
     flight = solved.flight
     _, ledger = solved.energy_at(np.array([flight.duration]))
     ledger = type(ledger)(*(entry[0] for entry in ledger))
@@ -399,12 +388,16 @@ def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(store, hop
     np.testing.assert_allclose(ours.apex, theirs.apex, rtol=1e-12)
     np.testing.assert_allclose(ours.end, theirs.end, rtol=1e-12, atol=1e-15)
     air = records.LegState(0.05, 0.3, 1.9, 0.01)
-    flight = importlib.import_module("bearing_solver.flight").solve_flight(robot, bearing.LegState(*air))
-    as_flown = importlib.import_module("hopform_solver.flight").solve_flight(same, air)
-    assert [(p.side, p.limit, p.event) for p in flight.phases] == [(p.side, p.limit, p.event) for p in as_flown.phases]
-    np.testing.assert_allclose(flight.gains, as_flown.gains, rtol=1e-13)
-    np.testing.assert_allclose(flight.duration, as_flown.duration, rtol=1e-13)
-    np.testing.assert_allclose(flight.end, as_flown.end, rtol=1e-12, atol=1e-15)
+    flight, as_flown = (
+        Python(Package(name)).solve_flight(tuple(each), air, 0.0, None, 2.0, 64, np.dtype(np.float64))
+        for name, each in (("bearing_solver", robot), ("hopform_solver", same))
+    )
+    assert [row[3:] for row in flight.rows()] == [row[3:] for row in as_flown.rows()]
+    for ours, theirs in ((flight.flight, as_flown.flight),):
+        assert (ours.gains.Kp, ours.gains.Kd) == pytest.approx((theirs.gains.Kp, theirs.gains.Kd), rel=1e-13)
+        assert ours.duration == pytest.approx(theirs.duration, rel=1e-13)
+        ends = [[each.end.x1, each.end.v1, each.end.v2, each.end.y] for each in (ours, theirs)]
+        np.testing.assert_allclose(*ends, rtol=1e-12, atol=1e-15)
 
 
 def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
@@ -420,8 +413,8 @@ import hopform
 from hopform._figures import results
 from hopform._cli import tables
 robot = dataclasses.replace(hopform.load_robot("hopper_c"), d2=20.0)
-stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="numpy")
-run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="numpy")
+stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="python")
+run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="python")
 (header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
 column = {name: np.array(values, float) for name, *values in zip(header, *rows)}
 t = run.times(50)

@@ -11,14 +11,11 @@ import pytest
 import sympy as sp
 
 import hopform
-from derive.emit.ir import unfold
 from derive.emit.program import program
+from derive.ir import unfold
 from derive.maths import control, energy, sensitivity
 from derive.model import quantities as Q
 from derive.models.hopper import HOPPER
-from hopform_solver import solve as solve_arrays
-from hopform_solver.records import LegState
-from hopform_solver.sensitivity import COLUMNS, ROWS, sensitivities_of
 from tests.conformance.errors import rounded
 from tests.conformance.random_stances import random_robot
 from tests.oracle.differences import STOPS, differences, scaled_error, size_of
@@ -214,20 +211,6 @@ def test_single_precision_has_the_same_derivatives_to_its_own_digits(hopper_c, b
         assert single.dtype == np.float32
         scale = np.max(np.abs(double), axis=1, keepdims=True)
         np.testing.assert_allclose(single / (scale + (scale == 0)), double / (scale + (scale == 0)), rtol=0, atol=2e-4)
-
-
-def test_a_batch_has_the_derivatives_of_each_of_its_stances(hopper_c):
-    """Two axes of inputs, among them one without take-off; every lane is that of a batch of one."""
-    velocities, currents = np.array([-0.3, -1.0, -1.93, -2.5])[:, np.newaxis], np.linspace(-3.0, 3.0, 7)
-    parameters = hopper_c.parameters
-    solution = solve_arrays(parameters, LegState(0.0, 0.0, velocities, 0.0), currents)
-    batch = sensitivities_of(solution)
-    assert batch.shape == (4, 7, len(ROWS), len(COLUMNS))
-    assert 0 < np.isnan(batch).all(axis=(2, 3)).sum() < 28
-    for place in np.ndindex(4, 7):
-        own_start = LegState(0.0, 0.0, velocities[place[0], 0], 0.0)
-        alone = sensitivities_of(solve_arrays(parameters, own_start, currents[place[1]]))
-        np.testing.assert_allclose(batch[place], alone, rtol=1e-12, atol=1e-12, equal_nan=True)
 
 
 # ---- the formulas, by algebra ----

@@ -80,17 +80,12 @@ NEAREST = {
     "_identify/search.py": RECORDED,
     "_identify/segments.py": RECORDED,
     "_identify/step.py": RECORDED,
-    "hopform_solver/control.py": CONTROL,
-    "hopform_solver/energy.py": ("tests/unit/test_stance_object.py", "tests/conformance/test_checker.py"),
-    "hopform_solver/events.py": MOTION,
-    "hopform_solver/extrema.py": ("tests/conformance/test_compression.py", *CONTROL),
-    "hopform_solver/flight.py": ("tests/conformance/test_flight.py",),
-    "hopform_solver/kernels.py": ("tests/unit/test_formulas.py", *MOTION),
-    "hopform_solver/phases.py": MOTION,
-    "hopform_solver/sensitivity.py": ("tests/conformance/test_sensitivities.py",),
-    "hopform_solver/stance.py": MOTION,
-    "hopform_solver/touchdown.py": ("tests/unit/test_touchdown.py",),
-    "hopform_solver/trial.py": CONTROL,
+    "hopform_solver/kernels.py": ("tests/conformance/test_closed_form.py", "tests/unit/test_formulas.py"),
+    "hopform_solver/ledgers.py": ("tests/conformance/test_closed_form.py",),
+    "hopform_solver/linear.py": ("tests/conformance/test_closed_form.py",),
+    "hopform_solver/memory.py": ("tests/conformance/test_printed.py",),
+    "hopform_solver/phases.py": ("tests/conformance/test_closed_form.py",),
+    "hopform_solver/stance.py": ("tests/unit/test_equations.py", "tests/conformance/test_printed.py"),
 }
 """Modules that are changed, in runtime/hopform or the NumPy back end, with the tests that are about them."""
 QUICK = tuple(

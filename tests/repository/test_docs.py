@@ -71,6 +71,15 @@ def test_the_index_lists_every_page():
     assert {page for page in PAGES if page.parent.parent == index.parent} - {path for path, _ in links(index)} == set()
 
 
+def test_every_public_name_of_python_is_on_one_page_of_the_site():
+    pages = (ROOT / "docs" / "site" / "python").glob("*.rst")
+    listed = [
+        name for page in pages for names in re.findall(r"{{api:([^}]+)}}", text_of(page)) for name in names.split()
+    ]
+    of_their_own = {"__version__", "ROBOTS", "controllers", "terrain", "ufuncs"}
+    assert sorted(listed) == sorted(set(hopform.__all__) - of_their_own)
+
+
 # ---- what pages name ----
 
 

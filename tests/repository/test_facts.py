@@ -16,8 +16,8 @@ import pytest
 
 import hopform
 from derive.emit.folder import write
-from derive.emit.ir import Quantity
 from derive.emit.render import Options, render
+from derive.ir import Quantity
 from derive.model import answers, kinds
 from derive.model.equations import Model, Term
 from derive.model.quantities import v1

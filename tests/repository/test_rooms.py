@@ -22,7 +22,7 @@ LAYERS = (
     ("hopform", "_errors", "_progress"),
     ("_solver", "_solver.library", "_solver.package"),
     ("_checks",), ("_files",),
-    ("_solver.c", "_solver.arrays"), ("_solver.choice",),
+    ("_solver.c", "_solver.printed"), ("_solver.choice",),
     ("_show",), ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
     ("_stance",), ("_flight", "_batch"),
     ("_control",), ("controllers",),

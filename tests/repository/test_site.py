@@ -71,14 +71,26 @@ def test_nothing_is_fetched_from_elsewhere(pages):
     assert [path for path in styles if "url(http" in path.read_text("utf-8")] == []
 
 
-def test_every_page_of_the_tree_is_on_the_site_and_in_its_navigation(pages):
+LEFT_OUT = {"c-mutants.md", "c-proofs.md", "decisions.md", "misra.md", "python-mutants.md"}
+"""Pages of docs/ for maintainers, which the site has as downloads."""
+
+
+def test_every_page_of_the_tree_for_users_is_on_the_site_and_in_its_navigation(pages):
     home = {link.partition("#")[0] for link in pages[SITE / "README.html"].links}
     for path in [*(ROOT / "docs").rglob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "generated" / "EQUATIONS.md"]:
-        assert path.relative_to(ROOT).with_suffix(".html").as_posix() in home, path
+        there = path.relative_to(ROOT).with_suffix(".html").as_posix() in home
+        assert there == (path.name not in LEFT_OUT), path
+
+
+def test_a_page_that_is_for_maintainers_is_a_download(pages):
+    linked = {Path(link.partition("#")[0]).name for page in pages.values() for link in page.links}
+    assert {*LEFT_OUT, "JSON.md"} <= linked
+    built = {path.name for path in SITE.rglob("*.html")}
+    assert {Path(name).with_suffix(".html").name for name in (*LEFT_OUT, "JSON.md")} & built == set()
 
 
 def test_the_api_has_every_public_name_of_python_and_c(pages):
-    python = pages[SITE / "docs" / "site" / "python.html"].anchors
+    python = {anchor for path in (SITE / "docs" / "site" / "python").glob("*.html") for anchor in pages[path].anchors}
     named = set(hopform.__all__) - {"__version__", "ROBOTS", "controllers", "terrain", "ufuncs"}
     assert {f"hopform.{name}" for name in named} <= python
     controllers = ast.parse((ROOT / "runtime" / "hopform" / "controllers.py").read_text("utf-8"))

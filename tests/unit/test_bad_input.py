@@ -63,7 +63,7 @@ def test_a_robot_refuses_what_is_out_of_its_domain(changes, message):
         ({"v2": -1.0, "u": [1.0]}, "u[0] must be a pair (t, u), got 1.0"),
         ({"v2": -1.0, "horizon": 0.0}, "horizon must be > 0 s, got 0.0"),
         ({"v2": -1.0, "max_phases": 0}, "max_phases must be a whole number >= 1, got 0"),
-        ({"v2": -1.0, "backend": "fortran"}, "backend must be 'c' or 'numpy', got 'fortran'"),
+        ({"v2": -1.0, "backend": "fortran"}, "backend must be 'c' or 'python', got 'fortran'"),
         ({"v2": -1.0, "dtype": "int32"}, "dtype must be float64 or float32, got 'int32'"),
     ],
 )

@@ -139,7 +139,7 @@ def test_the_robots_above_do_all_that_robots_do():
 @needs.library
 def test_both_back_ends_agree():
     states, robots = random_inputs(500, 2)
-    c, numpy = (hopform.solve_stances(HOPPER, **states, **robots, events=True, backend=b) for b in ("c", "numpy"))
+    c, numpy = (hopform.solve_stances(HOPPER, **states, **robots, events=True, backend=b) for b in ("c", "python"))
     assert np.array_equal(c.status, numpy.status)
     assert np.array_equal(c.event_kind, numpy.event_kind)
     assert np.allclose(c.duration, numpy.duration, rtol=1e-9, atol=0.0)
@@ -349,7 +349,7 @@ def test_numbers_that_leave_the_range_of_the_precision_are_said(backend):
         ({"v2": -1.0, "max_phases": 0}, "max_phases must be a whole number >= 1, got 0"),
         ({"v2": -1.0, "threads": 0}, "threads must be a whole number >= 1, got 0"),
         ({"v2": -1.0, "dtype": int}, "dtype must be float64 or float32"),
-        ({"v2": -1.0, "backend": "fortran"}, "backend must be 'c' or 'numpy'"),
+        ({"v2": -1.0, "backend": "fortran"}, "backend must be 'c' or 'python'"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name_index_and_value(arguments, words):

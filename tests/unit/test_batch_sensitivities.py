@@ -43,9 +43,9 @@ def test_the_back_ends_agree_on_random_robots():
     u = np.array([each if isinstance(each, float) else each[0][1] for each in current])
     of = {
         backend: hopform.solve_stances(robots[0], **states, u=u, **fields, sensitivities=True, backend=backend)
-        for backend in ("c", "numpy")
+        for backend in ("c", "python")
     }
-    ours, theirs = of["c"].sensitivities, of["numpy"].sensitivities
+    ours, theirs = of["c"].sensitivities, of["python"].sensitivities
     assert ours is not None
     assert theirs is not None
     exists = ~np.isnan(theirs["T", "v2"])

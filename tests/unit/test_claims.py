@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.emit.ir import Step
+from derive.ir import Step
 from derive.maths import control, energy, flight, laplace, partial_fractions, time_domain
 from derive.model import quantities as Q
 from derive.model.equations import Model

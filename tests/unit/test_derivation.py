@@ -9,7 +9,7 @@ from functools import cache
 import pytest
 import sympy as sp
 
-from derive.emit.ir import Step, unfold
+from derive.ir import Step, unfold
 from derive.maths import control, energy, flight, laplace, modes, partial_fractions, time_domain
 from derive.maths.laplace import MATRIX, s
 from derive.model import quantities as Q

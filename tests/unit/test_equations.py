@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+import hopform
 from derive.emit.program import program
 from derive.maths import control, energy, laplace
 from derive.maths.laplace import s
@@ -20,7 +21,6 @@ from derive.model import quantities as Q
 from derive.models.hopper import HOPPER
 from derive.paper.register import CERTIFICATE, REGISTER, VERDICTS, cubic, quadratic_1
 from hopform_solver import EVENTS, LegState, Robot, formulas, solve
-from hopform_solver.energy import ledger_at
 from tests import algebra
 from tests.algebra import EXPRESSIONS, LETTERS
 
@@ -632,10 +632,9 @@ def test_14_as_printed_is_centimetres_off_at_the_end_of_one_compression():
     as_printed = printed(14).subs({algebra.b_eff: Q.m_eff, algebra.m_1: Q.m_eff})
     right, wrong = height_by_18(3.0, t)[0], height_by_18(3.0, t, h_2=as_printed)[0]
     says(14, f"{1e2 * abs(wrong - right):.0f} cm")
-    from hopform_solver.stance import state_at
-
-    state = state_at(drop(3.0), 0, t)
-    assert abs(right - float(state.x1 - state.y + HOPPER_C.L0)) < 1e-12
+    robot = hopform.Robot(**HOPPER_C._asdict())
+    stance = hopform.solve_stance(robot, v2=float(formulas.touchdown_velocity(HOPPER_C, DROP)), u=3.0)
+    assert abs(right - stance.at(t).x2) < 1e-12
 
 
 def test_18_loses_its_digits_where_friction_is_small():
@@ -649,8 +648,10 @@ def test_18_loses_its_digits_where_friction_is_small():
 
 def body_ledger(u: float):
     stance = drop(u)
-    entries = ledger_at(stance, 0, stance.duration)
-    return stance, {name: float(np.ravel(value)[0]) for name, value in zip(entries._fields, entries, strict=True)}
+    robot = hopform.Robot(**HOPPER_C._asdict())
+    public = hopform.solve_stance(robot, v2=float(formulas.touchdown_velocity(HOPPER_C, DROP)), u=u, backend="python")
+    assert public.duration == stance.duration[0]
+    return stance, dict(public.ledger(public.duration)._asdict())
 
 
 def test_24_with_plus_signs_overpredicts_the_apex_and_counts_less_than_the_motor_does():

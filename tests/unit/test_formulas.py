@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.emit.ir import Function, Quantity, Record
 from derive.emit.program import program
+from derive.ir import Function, Quantity, Record
 from derive.maths import time_domain
 from derive.model import quantities as Q
 from hopform_solver import formulas, records

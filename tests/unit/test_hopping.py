@@ -32,7 +32,7 @@ def scheduled(currents):
 
 @needs.library
 def test_both_back_ends_hop_alike():
-    one, other = (hops(ROUGH[:4], FeedForward(0.2, backend=each), backend=each) for each in ("c", "numpy"))
+    one, other = (hops(ROUGH[:4], FeedForward(0.2, backend=each), backend=each) for each in ("c", "python"))
     for name, kind, _ in COLUMNS:
         if kind == "f8":  # a few last digits a hop
             np.testing.assert_allclose(one.table[name], other.table[name], rtol=0, atol=1e-11)

@@ -188,7 +188,7 @@ def test_what_nothing_was_recorded_of_is_said():
 def test_both_back_ends_fit_the_same():
     recording = record(HOPPER, "decay", height=0.04, rate=50.0, duration=1.2, seed=9)
     c, arrays = (
-        fit_drop_test(recording, attached=True, known={"m_s": 3.0}, backend=each, **ALONE) for each in ("c", "numpy")
+        fit_drop_test(recording, attached=True, known={"m_s": 3.0}, backend=each, **ALONE) for each in ("c", "python")
     )
     for name in ("k", "b2", "f2"):
         assert arrays[name].value == pytest.approx(c[name].value, rel=1e-5), name

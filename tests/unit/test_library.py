@@ -1,5 +1,5 @@
 """The compiled library and what stands in for it:
-one that is missing, broken or stale is refused by name, and NumPy solves.
+one that is missing, broken or stale is refused by name, and the printed engine solves.
 """
 
 import os
@@ -78,19 +78,19 @@ UNUSABLE = pytest.mark.parametrize("prepare", [stale, missing, broken, foreign])
 
 
 def test_the_library_of_this_checkout_is_the_one_of_its_sources(tmp_path):
-    """Else every other test would judge NumPy alone: a stale library is refused, and that is no failure of its own."""
+    """Else every other test would judge the printed engine alone: a stale library is refused, which fails nothing."""
     try:
         compile_one(tmp_path / "nothing.so", "int nothing;\n")
     except LibraryNotBuilt:
         return
     assert hopform.library_message() is None
-    assert hopform.backends() == ("c", "numpy")
+    assert hopform.backends() == ("c", "python")
 
 
 @UNUSABLE
-def test_the_default_falls_back_to_numpy_and_says_so_once(library, hopper_c, prepare):
+def test_the_default_falls_back_to_python_and_says_so_once(library, hopper_c, prepare):
     why = prepare(library)
-    with pytest.warns(RuntimeWarning, match="hopform uses its NumPy back end: ") as caught:
+    with pytest.warns(RuntimeWarning, match="hopform uses its Python back end: ") as caught:
         first = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
     (warning,) = caught
     assert why in str(warning.message)
@@ -98,7 +98,7 @@ def test_the_default_falls_back_to_numpy_and_says_so_once(library, hopper_c, pre
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         second = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
-    assert first.backend == second.backend == "numpy"
+    assert first.backend == second.backend == "python"
     assert first.duration == second.duration
 
 
@@ -110,20 +110,26 @@ def test_asking_for_c_is_refused_with_the_reason(library, hopper_c, prepare):
     assert why in str(refused.value)
     assert hopform.library_message() == str(refused.value)
     assert len(str(refused.value).splitlines()) == 1
-    assert hopform.backends() == ("numpy",)
+    assert hopform.backends() == ("python",)
 
 
 @UNUSABLE
-def test_asking_for_numpy_works_in_silence(library, hopper_c, prepare):
+def test_asking_for_python_works_in_silence(library, hopper_c, prepare):
     prepare(library)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="numpy")
-    assert (stance.backend, stance.status) == ("numpy", "takeoff")
+        stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="python")
+    assert (stance.backend, stance.status) == ("python", "takeoff")
+
+
+def test_numpy_is_another_name_for_python_and_warns_of_it(hopper_c):
+    with pytest.warns(DeprecationWarning, match='backend="numpy" is backend="python" now.* ms for each stance'):
+        named = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="numpy")
+    assert named == hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="python")
 
 
 def test_a_back_end_of_no_such_name_is_refused(hopper_c):
-    with pytest.raises(ValueError, match="backend must be 'c' or 'numpy', got 'fortran'"):
+    with pytest.raises(ValueError, match="backend must be 'c' or 'python', got 'fortran'"):
         hopform.solve_stance(hopper_c, v2=-1.93, backend="fortran")
 
 
@@ -137,7 +143,7 @@ def test_the_class_of_a_robot_names_what_solves_it(hopper_c):
         solver = Solver(OURS, absent)
 
     other = Other(**{field.name: getattr(hopper_c, field.name) for field in hopper_c.fields()})
-    with pytest.warns(RuntimeWarning, match="hopform uses its NumPy back end: this package has no library") as caught:
+    with pytest.warns(RuntimeWarning, match="hopform uses its Python back end: this package has no library") as caught:
         stance = hopform.solve_stance(other, v2=-1.93, u=2.0)
     assert caught[0].filename == __file__
     v2 = np.array([-1.93])
@@ -145,7 +151,7 @@ def test_the_class_of_a_robot_names_what_solves_it(hopper_c):
         stance.backend,
         hopform.solve_stances(other, v2=v2).backend,
         hopform.solve_flight(other, v2=1.9).backend,
-    } == {"numpy"}
+    } == {"python"}
     with pytest.raises(hopform.BackendError, match="this package has no library"):
         hopform.choose_current(other, v2=-1.93, h_des=0.2, backend="c")
     assert hopform.solve_stance(hopper_c, v2=-1.93).backend == hopform.backends()[0]
@@ -161,7 +167,7 @@ import numpy as np
 import hopform
 from hopform import ufuncs
 
-assert hopform.backends() == ("numpy",), hopform.backends()
+assert hopform.backends() == ("python",), hopform.backends()
 assert ufuncs.stance is ufuncs.stance_on_arrays
 assert pickle.loads(pickle.dumps(ufuncs.stance)) is ufuncs.stance
 robot = hopform.load_robot("hopper_c")
@@ -177,7 +183,7 @@ np.savez(sys.argv[1], *out, duration_of_batch=batch.duration)
 
 
 def test_the_ufunc_works_where_there_is_no_library(tmp_path):
-    """An installation without a compiler: NumPy stands in, for the ufunc too, with the numbers of the library."""
+    """An installation without a compiler: the printed engine stands in, for the ufunc too, with its numbers."""
     for package, folder in (("hopform", "runtime"), ("hopform_solver", "generated/python")):
         shutil.copytree(
             ROOT / folder / package, tmp_path / package, ignore=shutil.ignore_patterns("_lib*", "__pycache__")

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 
 import hopform
 from hopform._figures import plots, results
-from hopform._words import mode
+from hopform._words import mode_of_body
 
 HOPPER = hopform.load_robot("hopper_c")
 STANCES: dict[str, dict] = {
@@ -75,7 +75,7 @@ def test_a_stance_has_labels_with_units_and_legends(svg):
         "actuator $x_1$ [cm]", "body $x_2$ [cm]", "contact force [N]", "energy E (23) [J]", "current $u$ [A]",
         "time since touchdown [ms]", "body, with the spring as in (23)",
         "predicted: E(0) + analytical energy delta (24)",
-        "slips up", "slips down", "at stop",
+        "extends", "retracts", "slips up", "slips down", "at stop",
     ):  # fmt: skip
         assert text in said
 
@@ -112,7 +112,7 @@ def test_the_energy_of_the_body_has_no_jump_at_take_off(run, run_figure):
 
 
 def test_shades_cover_the_stance_and_change_with_the_mode(stance):
-    body = [mode(phase.mode_2) for phase in stance.phases]
+    body = [mode_of_body(phase) for phase in stance.phases]
     axes = plots.Figure().subplots()
     plots.shade(axes, stance.phases, body, 1.0)
     down, up = axes.patches

@@ -109,7 +109,8 @@ STARTS = {
         {"v2": -1.9, "x1": 0.07, "v1": 0.3, "u": 2.0},
     ),
 }
-SIDES = {1: "slips up", -1: "slips down", 0: "held"}
+ACTUATOR = {1: "extends", -1: "retracts", 0: "held"}
+BODY = {1: "slips up", -1: "slips down", 0: "held"}
 
 
 @pytest.fixture(params=STARTS)
@@ -128,8 +129,8 @@ def test_the_phases_of_a_stance_are_printed(stance):
         near(row[f"to {times}"], phase.end, times[1:-1])
         near(row["u [A]"], phase.u, "A")
         near(row["x1 [cm]"], phase.state.x1, "cm")
-        assert row["body"] == SIDES[phase.mode_2]
-        assert row["actuator"] == SIDES[phase.mode_1] or (phase.mode_1 == 0 and row["actuator"] == "at stop")
+        assert row["body"] == BODY[phase.mode_2]
+        assert row["actuator"] == ACTUATOR[phase.mode_1] or (phase.mode_1 == 0 and row["actuator"] == "at stop")
         kind = words.get(phase.start, "")
         steps = "current steps" if phase.start in [t for t, _ in solved.u] else ""
         begin = {"x1": "actuator", "x2": "body"}[kind[:2]] if kind else steps if phase.start else "touchdown"
@@ -144,7 +145,7 @@ def test_the_states_of_a_stance_are_printed(stance):
         "v1 [m/s]": lambda t: float(solved.at(t).v1),
         "x2 [cm]": lambda t: float(solved.at(t).x2),
         "v2 [m/s]": lambda t: float(solved.at(t).v2),
-        "F [N]": lambda t: HOPPER.k * float(solved.at(t).x1 - solved.at(t).x2 + HOPPER.L0 + HOPPER.c),
+        "N [N]": lambda t: HOPPER.k * float(solved.at(t).x1 - solved.at(t).x2 + HOPPER.L0 + HOPPER.c),
         "E [J]": lambda t: float(solved.energy(t).body),
         "H [J]": lambda t: float(solved.energy(t).total),
     }

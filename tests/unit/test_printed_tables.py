@@ -98,7 +98,7 @@ def test_a_stance(printed, tmp_path, monkeypatch, start, options):
     force = [robot.k * (each.x1 - each.x2 + robot.L0 + robot.c) for each in ends]
     energies = [stance.energy(t) for t in (0.0, stance.duration)]
     states = {name: [getattr(each, name) for each in ends] for name in hopform.State._fields}
-    states |= {"F": np.round(force, 9), "E": [each.body for each in energies], "H": [each.total for each in energies]}
+    states |= {"N": np.round(force, 9), "E": [each.body for each in energies], "H": [each.total for each in energies]}
     refuse_difference(tables["State"], states)
     entries = stance.ledger(stance.duration)._asdict()
     ledger = dict(

@@ -108,7 +108,7 @@ def test_a_lag_is_the_filter_of_first_order():
 
 @pytest.mark.parametrize("kind", ["attached", "ground", "held", "air"])
 def test_both_back_ends_make_the_same_motion_and_derivatives(kind):
-    (x, by), (other, other_by) = (experiment(kind, each, 60).predict(RIGS[kind]) for each in ("c", "numpy"))
+    (x, by), (other, other_by) = (experiment(kind, each, 60).predict(RIGS[kind]) for each in ("c", "python"))
     assert np.abs(x - other).max() <= 1e-12
     for letter in RIGS[kind]:
         assert np.abs(by[letter] - other_by[letter]).max() <= 1e-10 * np.abs(by[letter]).max() + 1e-12, letter

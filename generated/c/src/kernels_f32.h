@@ -172,15 +172,10 @@ static inline float hopform_angle_f32(float x, float y) {
 
 /* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
 static inline float hopform_log_f32(float x) {
-    union {
-        hopform_bits_f32 bits;
-        float value;
-    } mantissa;
-    mantissa.value = x;
+    const hopform_bits_f32 bits = hopform_bits_of_real_f32(x);
     hopform_signed_bits_f32 n =
-        (hopform_signed_bits_f32)(mantissa.bits >> HOPFORM_FRACTION_BITS_f32) - HOPFORM_EXPONENT_BIAS_f32;
-    mantissa.bits -= (hopform_bits_f32)n << HOPFORM_FRACTION_BITS_f32;
-    float m = mantissa.value;
+        (hopform_signed_bits_f32)(bits >> HOPFORM_FRACTION_BITS_f32) - HOPFORM_EXPONENT_BIAS_f32;
+    float m = hopform_real_of_bits_f32(bits - ((hopform_bits_f32)n << HOPFORM_FRACTION_BITS_f32));
     if (m > 1.4142135f) {
         m *= 0.5f;
         n++;

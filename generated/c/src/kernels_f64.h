@@ -172,15 +172,10 @@ static inline double hopform_angle_f64(double x, double y) {
 
 /* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
 static inline double hopform_log_f64(double x) {
-    union {
-        hopform_bits_f64 bits;
-        double value;
-    } mantissa;
-    mantissa.value = x;
+    const hopform_bits_f64 bits = hopform_bits_of_real_f64(x);
     hopform_signed_bits_f64 n =
-        (hopform_signed_bits_f64)(mantissa.bits >> HOPFORM_FRACTION_BITS_f64) - HOPFORM_EXPONENT_BIAS_f64;
-    mantissa.bits -= (hopform_bits_f64)n << HOPFORM_FRACTION_BITS_f64;
-    double m = mantissa.value;
+        (hopform_signed_bits_f64)(bits >> HOPFORM_FRACTION_BITS_f64) - HOPFORM_EXPONENT_BIAS_f64;
+    double m = hopform_real_of_bits_f64(bits - ((hopform_bits_f64)n << HOPFORM_FRACTION_BITS_f64));
     if (m > 1.4142135623730951) {
         m *= 0.5;
         n++;

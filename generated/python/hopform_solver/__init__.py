@@ -2,7 +2,14 @@
 # SPDX-License-Identifier: MIT-0
 """Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.
 
-An exact solver by itself, on NumPy arrays, generated from the derivation:
+An exact solver by itself, generated from the derivation; it needs NumPy alone. It has two rooms.
+
+`formulas` has a function of arrays for each formula of the derivation, (6) to (24). With it belong the kernels
+(`lanes`, `kernels`, `phases`, `linear`, `ledgers`) by which the closed form of a phase is evaluated for many robots and
+times at once. They decide nothing.
+
+`engine_f64` and `engine_f32` search for the events, one stance after the other: printed from the engine's C, to the
+same bits. `solve` calls them for arrays:
 
     >>> import numpy as np
     >>> from hopform_solver import ENDINGS, LegState, Robot, solve

@@ -172,15 +172,10 @@ static inline real hopform_angle_real(real x, real y) {
 
 /* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
 static inline real hopform_log_real(real x) {
-    union {
-        hopform_bits_real bits;
-        real value;
-    } mantissa;
-    mantissa.value = x;
+    const hopform_bits_real bits = hopform_bits_of_real_real(x);
     hopform_signed_bits_real n =
-        (hopform_signed_bits_real)(mantissa.bits >> HOPFORM_FRACTION_BITS_real) - HOPFORM_EXPONENT_BIAS_real;
-    mantissa.bits -= (hopform_bits_real)n << HOPFORM_FRACTION_BITS_real;
-    real m = mantissa.value;
+        (hopform_signed_bits_real)(bits >> HOPFORM_FRACTION_BITS_real) - HOPFORM_EXPONENT_BIAS_real;
+    real m = hopform_real_of_bits_real(bits - ((hopform_bits_real)n << HOPFORM_FRACTION_BITS_real));
     if (m > 1.4142135623730951) {
         m *= 0.5;
         n++;

@@ -15,6 +15,7 @@ import numpy as np
 
 from hopform import HopformError, Reachability, Robot, Run, _export, load_robot
 from hopform._checks import shown
+from hopform._cli.options import BackendName
 from hopform._cli.output import deliver, renderer, to_json
 from hopform._figures import DRAWN, draw
 from hopform._files import Named, check_files, check_folder, csv_of, name_of, read_text, write_folder
@@ -260,20 +261,24 @@ def tex(text: str) -> str:
 
 
 def export(
-    folder: Path, system: str = "plain", prefix: str = "hopform", f32: bool = False, f64: bool = False,
-    json: bool = False,
+    folder: Path, system: str = "plain", robot: str | None = None, prefix: str = "hopform", f32: bool = False,
+    f64: bool = False, json: bool = False,
 ) -> None:  # fmt: skip
-    """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest."""
+    """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest; with
+    --robot also a program that makes this robot hop, on a board or simulated.
+    """
     chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
-    files = _export.export(folder, _export.Wanted(cast(Any, system), prefix, chosen))
+    files = _export.export(
+        folder, _export.Wanted(cast(Any, system), prefix, chosen, load_robot(robot) if robot else None)
+    )
     if json:
         print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
     else:
         print(f"{len(files)} files in {name_of(folder)}; begin with {name_of(folder / 'README.md')}")
 
 
-def selftest(json: bool = False) -> None:
-    """Print the digests of the C library's selftest, which a board must repeat."""
+def selftest(backend: BackendName = BackendName.c, json: bool = False) -> None:
+    """Print the digests of the C library's selftest, which a board must repeat; those of the printed Python too."""
     dtypes = {"f32": "float32", "f64": "float64"}
-    digests = {f"hopform_selftest_{name}": f"{_export.selftest(dtype):08x}" for name, dtype in dtypes.items()}
+    digests = {f"hopform_selftest_{name}": f"{_export.selftest(dtype, backend):08x}" for name, dtype in dtypes.items()}
     print(json_module.dumps(digests, indent=2) if json else "\n".join(map(" ".join, digests.items())))

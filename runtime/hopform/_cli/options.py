@@ -21,7 +21,7 @@ MOST_DRAWS = 100_000
 """Robots that are drawn from a fit."""
 
 
-BackendName = StrEnum("BackendName", ["c", "numpy"])
+BackendName = StrEnum("BackendName", ["c", "python", "numpy"])
 ControllerName = StrEnum(
     "ControllerName", {"constant": "constant", "exact": "exact", "printed": "printed", "return_map": "return-map"}
 )
@@ -108,6 +108,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "Robot and start": {
         "robot": option("a shipped robot, or a TOML file", metavar="NAME|FILE.toml"),
         "figures.robot": option("your robot; a shipped one if left out", metavar="NAME|FILE"),
+        "export.robot": option("write it as robot.h, and a program that makes it hop", metavar="NAME|FILE.toml"),
         "height": quantity("m", "hop height of the drop; or give --v2"),
         "hop.height": quantity("m", "hop height of the drop"),
         "record.height": quantity("m", "hop height of a drop, 0.2 if left out; pull of a decay, 0.04"),
@@ -258,8 +259,8 @@ EXAMPLES = {
     "control": ("control --height 0.20 --h-des 0.20", "control --v2 -1.9 --h-des 0.15 --printed"),
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),
     "figures": ("figures pictures --only 12", "figures pictures --only 9,15 --json"),
-    "export": ("export firmware --for cmake", "export single --f32 --prefix leg"),
-    "selftest": ("selftest", "selftest --json"),
+    "export": ("export firmware --for cmake --robot hopper_c", "export single --f32 --prefix leg"),
+    "selftest": ("selftest", "selftest --backend python"),
 }  # fmt: skip
 """Two command lines each; a test runs them, those of `record` before those of `identify`."""
 

@@ -17,6 +17,7 @@ from hopform._cli.bands import robot_and_draws, shade
 from hopform._cli.options import BackendName, ControllerName, Precision
 from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
 from hopform._control import TRIED, check_map
+from hopform._export import struct_of
 from hopform._files import Named, name_of
 from hopform._hopping.run import csv_of_hops
 from hopform._progress import progress_bar
@@ -29,22 +30,11 @@ def robots(name: str | None = None, json: bool = False, toml: bool = False, c: P
         raise hopform.HopformError("--json, --toml and --c exclude each other")
     if toml or c is not None:
         one = hopform.load_robot(name or "hopper_c")
-        print(one.to_toml() if c is None else in_c(one, c), end="")
+        print(one.to_toml() if c is None else struct_of(one, c.replace("float", "f")), end="")
         return
     found = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
     text = tables.robots_json(found) if json else ""
     deliver((), (), text, lambda: tables.robots(found, with_meaning=name is not None))
-
-
-def in_c(robot: hopform.Robot, precision: Precision) -> str:
-    """The struct of a robot as C initialises it; a number has the digits of the robot file."""
-    suffix = "f" if precision is Precision.float32 else ""
-    lines = [f"static const hopform_robot_f{str(precision).removeprefix('float')} robot = {{"]
-    for field in robot.fields():
-        value = getattr(robot, field.name)
-        number = f"{value!r}{suffix}" if math.isfinite(value) else "INFINITY" if value > 0.0 else "-INFINITY"
-        lines.append(f"    .{f'{field.name} = {number},':<22} /* [{field.unit}] {field.meaning} */")
-    return "\n".join(["#include <math.h>"] * ("INFINITY" in "".join(lines)) + [*lines, "};"]) + "\n"
 
 
 def equations(number: str | None = None, json: bool = False) -> None:

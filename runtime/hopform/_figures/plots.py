@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from hopform import Batch, Command, Flight, Hop, HopformError, Phase, Reachability, Run, Sensitivities, Stance
 from hopform._show import UNITS
 from hopform._stance import aed_at, rest_of
-from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
+from hopform._words import current, ending, mode_of_actuator, mode_of_body, name_of, unit_of_time
 
 SUFFIXES = {
     ".svg": {"Date": None, "Creator": "hopform"},
@@ -46,6 +46,8 @@ BLUE, PALE_BLUE, MAGENTA, GREY, BLACK = "#0072B2", "#8CC4E8", "#A6257A", "#66666
 ORANGE, GREEN, SKY = "#D55E00", "#009E73", "#56B4E9"
 """Of the palette of Okabe and Ito, which colour-blind readers distinguish."""
 SHADES: dict[str, dict[str, Any]] = {
+    "extends": {"facecolor": "#CFE6F5", "edgecolor": "none"},
+    "retracts": {"facecolor": "#FBE3C5", "edgecolor": "none"},
     "slips up": {"facecolor": "#CFE6F5", "edgecolor": "none"},
     "slips down": {"facecolor": "#FBE3C5", "edgecolor": "none"},
     "held": {"facecolor": "#E6E6E6", "edgecolor": "none"},
@@ -150,7 +152,7 @@ def plot_stance(figure: Figure, stance: Stance) -> None:
             draw(axes, stance, t, t * scale)
             mark_phases(axes, stance.phases, scale)
         shade(rows[0], stance.phases, [mode_of_actuator(phase, stance.robot) for phase in stance.phases], scale)
-        shade(rows[1], stance.phases, [mode(phase.mode_2) for phase in stance.phases], scale)
+        shade(rows[1], stance.phases, [mode_of_body(phase) for phase in stance.phases], scale)
         rows[-1].set_xlabel(f"time since touchdown [{unit}]")
         figure.align_ylabels(rows)
         legend_of_modes(figure, stance)
@@ -161,7 +163,7 @@ def stance_panel(axes: Axes, stance: Stance) -> None:
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
     draw_body(axes, stance, t, t * scale)
-    shade(axes, stance.phases, [mode(phase.mode_2) for phase in stance.phases], scale)
+    shade(axes, stance.phases, [mode_of_body(phase) for phase in stance.phases], scale)
     axes.set_xlabel(f"time since touchdown [{unit}]")
 
 
@@ -248,7 +250,7 @@ def mark_phases(axes: Axes, phases: Sequence[Phase], scale: float) -> None:
 def legend_of_modes(figure: Figure, stance: Stance) -> None:
     """Legend of the shades behind x1 and x2 that occur."""
     lasting = [phase for phase in stance.phases if phase.end > phase.start]
-    present = {word for phase in lasting for word in (mode_of_actuator(phase, stance.robot), mode(phase.mode_2))}
+    present = {word for phase in lasting for word in (mode_of_actuator(phase, stance.robot), mode_of_body(phase))}
     patches = [Patch(label=word, linewidth=0.0, **look) for word, look in SHADES.items() if word in present]
     if patches:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))

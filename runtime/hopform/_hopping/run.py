@@ -270,7 +270,7 @@ class Run(_Legs):
 
     @property
     def backend(self) -> str:
-        """The back end that solved it: "c" or "numpy"."""
+        """The back end that solved it: "c" or "python"."""
         return self._first_flight().backend
 
     @property

@@ -18,8 +18,7 @@ import numpy as np
 from hopform._checks import MEMORY, Array, Checked, Role, by, count, finite, items, nonnegative, positive, stream
 from hopform._errors import HopformError
 from hopform._robots import Robot
-from hopform._solver.package import records
-from hopform._solver.package import touchdown as solver
+from hopform._solver.package import OURS, records
 from hopform._stance import Event, solve_stance
 
 _NUMBERS = "numbers in units of the signal"
@@ -56,10 +55,11 @@ class TouchdownDetector(Checked):
         """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that confirms it
         [s].
         """
-        settings, contact = solver.Detector(self.high, self.low, self.count), solver.Contact()
+        engine = OURS.engine_f64
+        settings, contact = engine.Detector(self.high, self.low, self.count), engine.Contact()
         found: list[Event] = []
         for n, sample in enumerate(items("samples", samples, f"a sequence of {_NUMBERS}", MEMORY // _EACH)):
-            contact, event = solver.touchdown(settings, contact, finite(f"samples[{n}]", sample, "units of the signal"))
+            event = engine.touchdown(settings, contact, finite(f"samples[{n}]", sample, "units of the signal"))
             if event:
                 found.append(Event(n * self.dt, records.CONTACTS[event]))
         return tuple(found)

@@ -209,7 +209,7 @@ class Solved(_Motion):
         return float(most.value)
 
     def sensitivities(self) -> Array:
-        """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
+        """Derivatives, rows times columns as in the package's `elements`; NaN where there are none."""
         matrix = np.empty((len(ROWS), self._columns), dtype=self.types.dtype)
         if self.call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
@@ -225,7 +225,7 @@ class Solved(_Motion):
 
     @property
     def _columns(self) -> int:
-        return len(self.types.library.package.sensitivity.COLUMNS)
+        return len(self.types.library.package.elements.COLUMNS)
 
 
 class SolvedFlight(_Motion):

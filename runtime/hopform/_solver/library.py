@@ -14,7 +14,7 @@ from typing import Literal
 
 from hopform._errors import BackendError
 
-Backend = Literal["c", "numpy"]
+Backend = Literal["c", "python"]
 _SUFFIX = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
 LIBRARY = Path(__file__).resolve().parents[1] / f"_libhopform{_SUFFIX}"
 
@@ -70,7 +70,7 @@ def library_message() -> str | None:
 def backends() -> tuple[Backend, ...]:
     """The back ends that can be used here, the default first.
 
-    >>> "numpy" in backends()
+    >>> "python" in backends()
     True
     """
-    return ("numpy",) if library_message() else ("c", "numpy")
+    return ("python",) if library_message() else ("c", "python")

@@ -10,12 +10,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform_solver import checked, formulas, records, touchdown
-from hopform_solver.elements import ROWS
+from hopform_solver import checked, formulas, records
+from hopform_solver.elements import COLUMNS, ROWS
 from hopform_solver.equations import EQUATIONS, Equation
 from hopform_solver.records import Energy, FlightLedger, Gains, Ledger
 from hopform_solver.robot import Robot as CheckedRobot
-from hopform_solver.sensitivity import COLUMNS
 
 AnyEvent: TypeAlias = records.EventKind | records.CurrentEventKind | records.Contact
 COMMANDS, ENDINGS, EVENTS = records.COMMANDS, records.ENDINGS, records.EVENTS
@@ -24,7 +23,7 @@ FLIGHT_ENDINGS, FLIGHT_EVENTS = records.FLIGHT_ENDINGS, records.FLIGHT_EVENTS
 __all__ = [
     "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "OURS", "ROWS",
     "AnyEvent", "CheckedRobot", "Energy", "Equation", "FlightLedger", "Gains", "Ledger", "Package", "checked",
-    "formulas", "records", "touchdown",
+    "formulas", "records",
 ]  # fmt: skip
 
 

@@ -40,6 +40,9 @@ AIMS = (
 )
 """What is aimed at in the long run."""
 
+CLOCK = 168
+"""[MHz] of a common Cortex-M4F, for times."""
+
 
 def measure(build: Build) -> dict[str, Any]:
     """All figures of one build, flat: name to number."""
@@ -160,6 +163,12 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
         [".data + .bss", f"{m4f['data + bss']} B", "0"],
     ]
 
+    def times(name: str) -> list[str]:
+        return [f"{builds[build][name] / CLOCK:.1f}" for build in ("m4f-gcc-O2", "m4f-gcc-Os")]
+
+    drops = [name.removesuffix(" mean") for name in names_of if name.endswith("drops mean")]
+    microseconds = [[name.removesuffix(" drops"), *times(f"{name} mean"), *times(f"{name} max")] for name in drops]
+
     def part(ending: str) -> str:
         rows = [[name.removesuffix(ending).strip(), *(spaced(builds[b][name]) for b in names)]
                 for name in names_of if name.endswith(ending)]  # fmt: skip
@@ -195,6 +204,12 @@ takes about one evaluation an event, which is the least. Arithmetic with its loa
 itself, so it is less arithmetic that would reach them, not only other loops. A command takes {stances:.1f} stances on
 average.
 
+## Microseconds on a Cortex-M4F at {CLOCK} MHz, computed
+
+Instructions of the set `drops` over the clock: one a cycle, flash without wait states. A core takes more cycles for
+divisions, square roots, loads and branches, so these are lower bounds; a cycle counter measures.
+
+{table(["", "-O2, mean", "-Os, mean", "-O2, max", "-Os, max"], microseconds)}
 ## Instructions, mean
 
 {part(" mean")}

@@ -130,7 +130,7 @@ def command_rows() -> Iterator[Row]:
             (-1.4, 0.1, 0.01, 0.05, 0.02), (-2.2, 0.05, 0.03, -0.1, 0.0), (-0.62, 0.024, 0.0, 0.0, 0.0),
         ):  # fmt: skip
             found = hopform.choose_current(
-                robot, x1=x1, v1=v1, v2=v2, h_des=h_des, stop_margin=margin, backend="numpy", horizon=2.0
+                robot, x1=x1, v1=v1, v2=v2, h_des=h_des, stop_margin=margin, backend="python", horizon=2.0
             )
             inputs = {field.name: float(getattr(robot, field.name)) for field in robot.fields()}
             apex = found.apex if math.isfinite(found.apex) else 0.0

@@ -76,7 +76,7 @@ def stances_of_numpy(p: Any) -> dict[str, Any]:
     parameters = {field.name: p[field.name] for field in ROBOT_FIELDS}
     batch = hopform.solve_stances(
         hopform.load_robot("hopper_c"), v2=p["v2"], x1=p["x1"], v1=p["v1"], u=p["u"], horizon=2.0, max_phases=100,
-        backend="numpy", **{name: values for name, values in parameters.items() if name != "L0"},
+        backend="python", **{name: values for name, values in parameters.items() if name != "L0"},
     )  # fmt: skip
     return {name: np.asarray(getattr(batch, name)) for name in ("status", "duration", "apex", "aed")}
 
@@ -159,10 +159,10 @@ def main(inputs: str, out: str) -> None:
         found[f"selftest {precision}"] = digest(library, precision)
     found |= {f"stances NumPy/{name}": values for name, values in stances_of_numpy(p[p["y"] == 0.0]).items()}
     found["flights C"] = as_array(flights(given["flights"]))
-    found["flights NumPy"] = as_array(flights(given["flights"][:NUMPY_SINGLES], backend="numpy"))
+    found["flights NumPy"] = as_array(flights(given["flights"][:NUMPY_SINGLES], backend="python"))
     robots = [hopform.load_robot("hopper_c"), hopform.load_robot("hopper_b")]
     found["commands C"] = as_array(commands(robots, given["touchdowns"]))
-    found["commands NumPy"] = as_array(commands(robots, given["touchdowns"][: NUMPY_SINGLES // 10], backend="numpy"))
+    found["commands NumPy"] = as_array(commands(robots, given["touchdowns"][: NUMPY_SINGLES // 10], backend="python"))
     found |= figures()
     np.savez(out, **{name.replace("/", "|"): values for name, values in found.items()})
 
