@@ -229,7 +229,7 @@ def solve_stances(
     size = math.prod(shape)
     back_end = robot.solver.back_end(backend)
     results = package.results_like(size, real)
-    derived = len(robot.solver.package.sensitivity.COLUMNS)
+    derived = len(robot.solver.package.elements.COLUMNS)
     shapes = {"sensitivities": (size, len(ROWS), derived), "compressions": (size,)}
     readings = {name: np.empty(shape, real) for name, shape in shapes.items() if wanted[name]}
     job = _Job(columns, shape, size, most, real, results, readings)
@@ -237,8 +237,10 @@ def solve_stances(
     of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
     listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
     times, kinds, matrices, compressions = (_in_shape(values, shape) for values in listed)
-    by = x2 is not None, robot.solver.package, type(robot.parameters)(**robots)
-    derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, *by)
+    derivatives = None
+    if matrices is not None:
+        own = type(robot.parameters)(**robots)
+        derivatives = of_matrix(ManySensitivities, matrices, x2 is not None, robot.solver.package, own)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
     return Batch(*found, times, kinds, back_end.name, derivatives, compressions, labels)

@@ -29,7 +29,7 @@ from hopform._solver.package import Package
 from hopform._solver.printed import Python
 from tests.derived import MODELS, Derived, derived
 
-UNSTABLE = -13
+UNSTABLE = next(word.number for word in kinds.STATUSES.words if word.text == "error_unstable")
 D = Quantity("d", "d", "N s/m", "damping of either sign")
 FED = Model((Term("fed", D.symbol * Q.v1, sp.S.Zero),), (D,))
 LINKED = Model((Term("linked", D.symbol * (Q.v1 - Q.v2), D.symbol * (Q.v2 - Q.v1)),), (D,))
