@@ -18,6 +18,7 @@ from derive.emit.folder import GENERATED
 from derive.ir import Quantity, unfold
 from derive.maths import flight, laplace
 from derive.maths.stability import open_conditions
+from derive.model import kinds
 from derive.model import quantities as Q
 from derive.model.equations import Model, Term
 from derive.model_file import read_model
