@@ -35,7 +35,7 @@ def test_every_random_stance_is_certified():
     """Of 1000, by the seed that the head of the run shows:
     by the checker, or by the reference where 113 bits are too few.
     """
-    found = examine(seed=SEED, count=1000, sampled=0, with_numpy=False)
+    found = examine(seed=SEED, count=1000, sampled=0)
     assert found.outcomes[CERTIFIED] >= 0.99 * found.stances, f"HOPFORM_SEED={SEED}: {found.reasons}"
     wrong = [case for case in map(refer, found.flagged) if case["verdict"] not in (RIGHT, BY_EVENT)]
     assert not wrong, f"HOPFORM_SEED={SEED}"

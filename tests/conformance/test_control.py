@@ -429,9 +429,9 @@ def test_without_take_off_the_printed_controller_has_no_current():
         printed(0.2, 0.2, grid=0.0)
 
 
-# ---- docs/how-to/choose-a-current.md ----
+# ---- docs/evidence/controller.md ----
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "choose-a-current.md"
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "evidence" / "controller.md"
 
 
 def test_the_lines_of_the_page_run():
