@@ -49,7 +49,7 @@ CLASHES = [
     for command, files in COMMANDS.items()
     for read in files.reads
     for write in files.writes
-    if command != "figures"
+    if "folder" not in files.writes
 ]
 PAIRS = [
     (command, first, second)
