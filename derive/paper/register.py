@@ -342,7 +342,7 @@ CERTIFICATE = {
         "test_a_variation_is_the_derivative_of_the_motion": "A variation is the derivative of the motion, for the "
         "current and every parameter.",
     },
-    "tests/unit/test_certificate.py": {
+    "tests/unit/test_formulas.py": {
         "test_units_balance_in_every_step": "Units balance in every generated step.",
         "test_the_generated_formula_has_the_value_of_its_derivation_at_forty_digits": "Every generated formula has "
         "the value of its derivation at 40 digits, within 16 eps of the sum of its terms.",

@@ -229,24 +229,28 @@ def solve_stances(
     size = math.prod(shape)
     back_end = robot.solver.back_end(backend)
     results = package.results_like(size, real)
-    derived = len(robot.solver.package.sensitivity.COLUMNS)
-    shapes = {"sensitivities": (size, len(ROWS), derived), "compressions": (size,)}
-    readings = {name: np.empty(shape, real) for name, shape in shapes.items() if wanted[name]}
+    readings = dict[str, NDArray[Any]]()
+    if wanted["sensitivities"]:
+        readings["sensitivities"] = np.empty((size, len(ROWS), len(robot.solver.package.elements.COLUMNS)), real)
+    if wanted["compressions"]:
+        readings["compressions"] = np.empty(size, real)
     job = _Job(columns, shape, size, most, real, results, readings)
     times, kinds = _run(job, back_end, with_events, workers, progress)
     of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
     listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
-    times, kinds, matrices, compressions = (_in_shape(values, shape) for values in listed)
-    by = x2 is not None, robot.solver.package, type(robot.parameters)(**robots)
-    derivatives = None if matrices is None else of_matrix(ManySensitivities, matrices, *by)
+    times, kinds, matrices, compressions = [None if each is None else _in_shape(each, shape) for each in listed]
+    derivatives = None
+    if matrices is not None:
+        own = type(robot.parameters)(**robots)
+        derivatives = of_matrix(ManySensitivities, matrices, x2 is not None, robot.solver.package, own)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
     return Batch(*found, times, kinds, back_end.name, derivatives, compressions, labels)
 
 
-def _in_shape(values: NDArray[Any] | None, shape: tuple[int, ...]) -> Any:
+def _in_shape(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
     """Values with the stances on the first axis, in the shape of the inputs."""
-    return None if values is None else values.reshape((*shape, *values.shape[1:]))
+    return values.reshape((*shape, *values.shape[1:]))
 
 
 # ---- chunk by chunk ----

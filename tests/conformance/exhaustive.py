@@ -1,7 +1,7 @@
 """Random stances by the thousand or the million, each one certified: `make test-exhaustive N=1000000`.
 
-Both back ends solve each stance and must list the same events; the checker (tests/oracle/checker) certifies the list
-and measures the errors. What it cannot settle, what it disputes, what is inaccurate, and a sample drawn by the seed go
+C solves each stance; the checker (tests/oracle/checker) certifies the list of events and measures the errors. The
+printed engine has the same bits (test_printed.py). What it cannot settle, what it disputes, what is inaccurate, and a sample drawn by the seed go
 to the 50-digit reference. An error is divided by the condition number, max |q(p (1 + d)) - q(p)|/(d unit of q) over
 outputs q and over inputs p, which are what the solvers are given: the robot, x1, v1, v2, the compression y, the
 current. Exit code 1 if anything is wrong or stays unsettled, or if more than 0.1 % of the stances have a condition
@@ -25,16 +25,15 @@ from typing import Any
 import numpy as np
 
 from hopform_solver.records import ENDINGS, EVENTS
-from tests.conformance.random_stances import MAX_PHASES, draw_stances, solve_with_c, solve_with_python
+from tests.conformance.random_stances import MAX_PHASES, draw_stances, solve_with_c
 from tests.oracle import reference
 from tests.oracle.checker import CERTIFIED, PROBLEM, REASONS, ROBOT, certify
 
-BATCH = 10000  # for the NumPy back end, whose time goes with the longest chain of a batch
+BATCH = 10000
 TOLERANCE = 1e-12
 # Of the reference's 50 digits ten are its error's, and the states after events may have lost twice as many again.
 MORE_DIGITS = ((1e-20, 200), (1e-170, 1000))
 RIGHT, BY_EVENT = "right", "right by the state at an event"
-APART, UNLIKE = "the back ends differ", "error of back ends"
 HIGH_CONDITION, SHARE_OF_HIGH = 1e3, 1e-3
 MODES = [f"({first:+d},{second:+d})" for first in (-1, 0, 1) for second in (-1, 0, 1)]
 
@@ -64,26 +63,10 @@ class Findings:
         self.flagged += other.flagged
 
 
-def differing(p: Any, first: tuple[Any, Any], second: tuple[Any, Any]) -> tuple[Any, Any]:
-    """Which stances have other events, modes or endings in the two back ends;
-    the largest scaled difference of the others.
-    """
-    (a, some), (b, others) = first, second
-    same = (a["ending"] == b["ending"]) & (a["count"] == b["count"])
-    difference = np.zeros(p.size)
-    for i in np.flatnonzero(same):
-        x, y = (s[q["first"] : q["first"] + q["count"]] for s, q in ((some, a[i]), (others, b[i])))
-        same[i] = (x["mode"] == y["mode"]).all() and (x["event"] == y["event"]).all()
-        unit = max(a[i]["duration"], np.sqrt(p[i]["m_s"] / p[i]["k"]))
-        difference[i] = max(np.abs(x["t"] - y["t"]).max(), abs(a[i]["duration"] - b[i]["duration"])) / unit
-    return ~same, difference
-
-
-def examine(seed: int, count: int, sampled: int, with_python: bool = True) -> Findings:
-    """Draw, solve twice and judge; the cases that need the reference are flagged with the reason."""
+def examine(seed: int, count: int, sampled: int) -> Findings:
+    """Draw, solve and judge; the cases that need the reference are flagged with the reason."""
     p = draw_stances(seed, count)
-    answers, phases = c_says = solve_with_c(p)
-    other, difference = differing(p, c_says, solve_with_python(p) if with_python else c_says)
+    answers, phases = solve_with_c(p)
     v = certify(p, answers, phases)
     found = Findings(stances=count, windows=int(v["windows"].sum()))
     found.modes.update(phases["mode"].tolist())
@@ -93,16 +76,14 @@ def examine(seed: int, count: int, sampled: int, with_python: bool = True) -> Fi
     found.reasons.update(REASONS[r] for r in v["reason"] if r)
     sure = v["outcome"] == CERTIFIED
     state, aed = (v[f"error_{of}"] / np.fmax(1.0, v[f"condition_{of}"]) for of in ("state", "aed"))
-    between = difference / np.fmax(1.0, v["condition_state"])
     found.ill_conditioned = int((v["condition_state"][sure] > HIGH_CONDITION).sum())
     why: dict[int, str] = dict.fromkeys(
         np.random.default_rng(seed).choice(count, sampled, replace=False).tolist(), "sample"
     )
-    for name, error in (("state", state), ("aed", aed), ("back ends", between)):
-        found.worst[name] = float(error[sure & ~other].max(initial=0.0))
+    for name, error in (("state", state), ("aed", aed)):
+        found.worst[name] = float(error[sure].max(initial=0.0))
         why |= dict.fromkeys(np.flatnonzero(sure & ~(error <= TOLERANCE)).tolist(), f"error of {name}")
     why |= {i: REASONS[v["reason"][i]] for i in np.flatnonzero(~sure).tolist()}
-    why |= dict.fromkeys(np.flatnonzero(other).tolist(), APART)
     for i, reason in why.items():
         found.flagged.append(case_of(p[i], answers[i], phases, reason, seed, i))
     return found
@@ -176,8 +157,6 @@ def refer(case: dict[str, Any]) -> dict[str, Any]:
         case["conditions"]["state at an event"] = onward
         if max(abs(float(e)) for e in errors) <= TOLERANCE * onward:
             case["verdict"] = BY_EVENT
-    if case["verdict"] == RIGHT and case["why"] in (APART, UNLIKE) and exact.margin > TOLERANCE:
-        case["verdict"] = "right, NumPy is not"
     return case
 
 
@@ -228,12 +207,10 @@ def table(found: Findings, referred: list[dict[str, Any]]) -> str:
         ("phases per mode", {name: found.modes[n] for n, name in enumerate(MODES)}),
         ("events", {word: found.events[n] for n, word in EVENTS.items()}),
         ("endings", {word: found.endings[n] for n, word in ENDINGS.items()}),
-        ("back ends", {"differ": sum(case["why"] == APART for case in referred)}),
         ("checker", {word: found.outcomes[n] for n, word in enumerate(("certified", "unsettled", "disputed"))}),
         ("not certified for", dict(found.reasons)),
         ("to the reference", {"sample": len(referred) - len(disputed), "flagged": len(disputed)}),
-        ("it says", {word: verdicts[word]
-                     for word in ("right", BY_EVENT, "right, NumPy is not", "wrong events", "inaccurate")}),
+        ("it says", {word: verdicts[word] for word in ("right", BY_EVENT, "wrong events", "inaccurate")}),
         ("worst error / condition", {name: f"{error:.2e}" for name, error in found.worst.items()}),
         (f"condition above {HIGH_CONDITION:g}", {"stances": found.ill_conditioned,
                                                  "share": f"{found.ill_conditioned / found.stances:.2%}"}),
@@ -257,12 +234,10 @@ def run(
 
 
 def solved_again(case: dict[str, Any]) -> dict[str, Any]:
-    """A case that was written down, solved by the back ends of today and judged by the reference."""
+    """A case that was written down, solved by the engine of today and judged by the reference."""
     p = np.array([tuple(case["problem"].values())], PROBLEM)
     answers, phases = solve_with_c(p)
-    other, difference = differing(p, (answers, phases), solve_with_python(p))
-    why = APART if other[0] else (UNLIKE if difference[0] > TOLERANCE else "once wrong")
-    return refer(case_of(p[0], answers[0], phases, why, case["seed"], case["lane"]))
+    return refer(case_of(p[0], answers[0], phases, "once wrong", case["seed"], case["lane"]))
 
 
 def main() -> None:

@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 
 import hopform
-import hopform_solver
 from hopform._solver import c as native
-from hopform_solver.records import LegState, Robot
-from tests.oracle.checker import ANSWER, PHASE, PROBLEM, ROBOT, START
+from tests.oracle.checker import ANSWER, PHASE, PROBLEM
 
 MAX_PHASES = 100
 MOST_PUSH, MOST_PULL, MOST_SPEED = 30.0, 20.0, 100.0  # m/s^2 by the offset, by the motor; m/s
@@ -139,21 +137,6 @@ def solve_with_c(p: Any) -> tuple[Any, Any]:
         phases.append(buffer[:count].copy())
         first += count
     return answers, np.concatenate(phases)
-
-
-def solve_with_python(p: Any) -> tuple[Any, Any]:
-    """The same of the printed engine."""
-    s = hopform_solver.solve(
-        Robot(*(p[name] for name in ROBOT)), LegState(*(p[name] for name in START)), p["u"], horizon=p["horizon"],
-        max_phases=MAX_PHASES,
-    )  # fmt: skip
-    answers, phases = np.zeros(p.size, ANSWER), np.zeros(s.phases.lane.size, PHASE)
-    for name, column in zip(ANSWER.names, (s.duration, *s.end[:4], s.aed, s.ending, s.phase_count), strict=False):
-        answers[name] = column
-    answers["first"] = np.concatenate([[0], np.cumsum(s.phase_count)[:-1]])
-    for name in PHASE.names:
-        phases[name] = getattr(s.phases, name)
-    return answers, phases
 
 
 def random_robot(seed: int) -> tuple[hopform.Robot, dict[str, Any]]:

@@ -41,7 +41,7 @@ COMMANDS = {
     "identify": Files(("all",), ("files", "--robot"), {"--out": ".svg", "--report": ".md", "--plot": ".svg"}),
     "record": Files(("drop",), ("--robot",), {"--csv": ".csv"}),
     "figures": Files((), ("--robot", "--style"), {"folder": ""}),
-    "export": Files((), (), {"folder": ""}),
+    "export": Files((), ("--robot",), {"folder": ""}),
 }
 """Every command that reads or writes files. The folder of `export` is empty, that of `figures` has tests of its own."""
 CLASHES = [
@@ -49,7 +49,7 @@ CLASHES = [
     for command, files in COMMANDS.items()
     for read in files.reads
     for write in files.writes
-    if command != "figures"
+    if "folder" not in files.writes
 ]
 PAIRS = [
     (command, first, second)

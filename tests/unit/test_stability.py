@@ -18,6 +18,7 @@ from derive.emit.folder import GENERATED
 from derive.ir import Quantity, unfold
 from derive.maths import flight, laplace
 from derive.maths.stability import open_conditions
+from derive.model import kinds
 from derive.model import quantities as Q
 from derive.model.equations import Model, Term
 from derive.model_file import read_model
@@ -29,7 +30,7 @@ from hopform._solver.package import Package
 from hopform._solver.printed import Python
 from tests.derived import MODELS, Derived, derived
 
-UNSTABLE = -13
+UNSTABLE = next(word.number for word in kinds.STATUSES.words if word.text == "error_unstable")
 D = Quantity("d", "d", "N s/m", "damping of either sign")
 FED = Model((Term("fed", D.symbol * Q.v1, sp.S.Zero),), (D,))
 LINKED = Model((Term("linked", D.symbol * (Q.v1 - Q.v2), D.symbol * (Q.v2 - Q.v1)),), (D,))

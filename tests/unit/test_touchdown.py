@@ -63,7 +63,13 @@ def test_c_detects_what_python_detects(detector, dtype):
 def detects_in_python(detector):
     """A function of a contact and a sample: the contact after it, and what it detects."""
     settings = solver.Detector(detector.high, detector.low, detector.count)
-    return lambda contact, sample: solver.touchdown(settings, solver.Contact(*contact), sample)
+
+    def detect(contact, sample):
+        known = solver.Contact(*contact)
+        event = solver.touchdown(settings, known, sample)
+        return (known.above, known.touches, known.run), event
+
+    return detect
 
 
 def detects_in_c(detector, dtype=np.float64):

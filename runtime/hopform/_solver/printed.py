@@ -4,6 +4,7 @@ It takes and gives what the C back end does, to the same bits. Its structs are o
 motion is solved.
 """
 
+import pickle
 from collections.abc import Callable, Iterable
 from functools import lru_cache
 from types import ModuleType
@@ -102,6 +103,11 @@ def _with_room(engine: Engine, kind: str, most: int, solve: Callable[[list[Any],
         capacity = min(8 * capacity, most)
 
 
+def _unpickled(kind: Any, parts: bytes) -> Any:
+    """What was pickled: objects with slots, which protocols below 2 do not know, are in bytes of their own."""
+    return kind(*pickle.loads(parts))
+
+
 class Solved(NamedTuple):
     """A stance solved by the printed engine: its plan, steps, phases and results."""
 
@@ -110,6 +116,9 @@ class Solved(NamedTuple):
     steps: list[Any]
     phases: list[Any]
     stance: Any
+
+    def __reduce__(self) -> Any:
+        return _unpickled, (Solved, pickle.dumps(tuple(self), pickle.HIGHEST_PROTOCOL))
 
     def _call(self, name: str, *arguments: Any) -> int:
         return self.engine.call(name, self.plan, self.steps, self.phases, self.stance, *arguments)
@@ -193,6 +202,9 @@ class SolvedFlight(NamedTuple):
     plan: Any
     phases: list[Any]
     flight: Any
+
+    def __reduce__(self) -> Any:
+        return _unpickled, (SolvedFlight, pickle.dumps(tuple(self), pickle.HIGHEST_PROTOCOL))
 
     def rows(self) -> list[FlightRow]:
         """The phases."""

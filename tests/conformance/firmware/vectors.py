@@ -122,7 +122,7 @@ def flight_row(seed: int) -> Row | None:
 
 
 def command_rows() -> Iterator[Row]:
-    """What the NumPy back end chooses: within reach, beyond it, in a gap, with a margin, from a moving actuator."""
+    """What the printed engine chooses: within reach, beyond it, in a gap, with a margin, from a moving actuator."""
     for name in ("hopper_c", "hopper_b"):
         robot = hopform.load_robot(name)
         for v2, h_des, x1, v1, margin in (
