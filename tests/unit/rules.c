@@ -159,7 +159,7 @@ static void take_interval(const drawn *it, asked *at)
 {
     const double node = at->node.t, low = it->low * node, far = 3.0 * low > node ? 3.0 * low : node;
     const double half = 0.95 * at->node.half_period;
-    at->in.low = (real)low;
+    at->in.low = OF(propagator_at)(&at->poles, (real)low);
     at->in.found = -1;
     at->in.count = 0;
     at->high = (real)(low + it->length * (far < half ? far : half));
@@ -170,7 +170,7 @@ static void take_interval(const drawn *it, asked *at)
 static void take_function(const drawn *it, asked *at)
 {
     exact *g = &at->g;
-    const quad t = at->in.low + (quad)it->place * ((quad)at->high - at->in.low);
+    const quad t = at->in.low.t + (quad)it->place * ((quad)at->high - at->in.low.t);
     const response w = response_at(g, t);
     g->start = 0;
     g->H3 = it->H3;
@@ -204,11 +204,13 @@ static void take_function(const drawn *it, asked *at)
 static int take_ends(asked *at)
 {
     const OF(event_function) *g = &at->set.function[0];
-    const OF(propagator) begins = OF(propagator_at)(&at->poles, at->in.low);
+    if (!(at->in.low.t > 0)) {
+        at->in.low = OF(propagator_at_start)(&at->poles);
+    }
     OF(jet) *from = &at->in.from[0], *to = &at->in.to;
-    *from = at->in.low > 0 ? OF(jet_at)(&at->poles, g, &begins) : OF(jet_at_start)(&at->poles, g);
+    *from = at->in.low.t > 0 ? OF(jet_at)(&at->poles, g, &at->in.low) : OF(jet_at_start)(&at->poles, g);
     *to = OF(jet_at)(&at->poles, g, &at->in.high);
-    return at->high > at->in.low && (from->value > 0 || (!(from->value < 0) && from->rate > 0))
+    return at->high > at->in.low.t && (from->value > 0 || (!(from->value < 0) && from->rate > 0))
         && !(to->value < -OF(rounding_of)(g, &at->in.high, to->rate));
 }
 
@@ -224,32 +226,17 @@ typedef struct {
     said of[RULES];
 } verdict;
 
-/* What the page claims: so many eps of its terms g may lie below zero, and so many its rate and d are at least at the
- * end of an interval, where their signs count. */
+/* What the page claims: so many eps of its terms g may lie below zero. */
 typedef struct {
-    double rounding, signs;
+    double rounding;
 } claim;
-
-/* How many eps of their terms g' and d = g'' + l g' are, the lesser of them. */
-static quad decided_at(const asked *at, quad t)
-{
-    const exact *g = &at->g;
-    const quad l = at->node.pole;
-    const response w = response_at(g, t);
-    const quad Wddd = -(g->s1 * w.Wdd + g->s2 * w.Wd + g->s3 * w.W), rate = rate_at(g, &w);
-    const quad d = g->H3 * Wddd + g->H2 * w.Wdd + g->H1 * w.Wd + l * rate;
-    const quad of_rate = absolute(g->H3 * w.Wdd) + absolute(g->H2 * w.Wd) + absolute(g->H1 * w.W);
-    const quad of_d = absolute(g->H3 * Wddd) + absolute(g->H2 * w.Wdd) + absolute(g->H1 * w.Wd) + l * of_rate;
-    const quad one = absolute(rate) / (EPS * of_rate), other = absolute(d) / (EPS * of_d);
-    return one < other ? one : other;
-}
 
 /* A rule that says of the time up to `high` that there is no zero: it is wrong if g falls below what the bound allows,
  * of terms of this size. */
 static said no_zero(const asked *at, const claim *is, int may, int says, quad high, quad size)
 {
     const int yes = may && says;
-    const said it = {may, yes, yes && !stays_above(&at->g, -is->rounding * EPS * size, at->in.low, high)};
+    const said it = {may, yes, yes && !stays_above(&at->g, -is->rounding * EPS * size, at->in.low.t, high)};
     return it;
 }
 
@@ -260,17 +247,17 @@ static quad size_then(const asked *at, quad t)
 }
 
 /* Rule 4: g is nowhere less than where its minimum is located, by what the bound allows there. */
-static said minimum(const asked *at, const claim *is, real d, real d_then)
+static said minimum(const asked *at, const claim *is)
 {
     const OF(jet) *from = &at->in.from[0], *to = &at->in.to;
     const OF(event_function) *f = &at->set.function[0];
-    said it = {!(d < 0) && !(d_then < 0) && from->rate < 0 && !(to->rate < 0), 0, 0};
+    said it = {from->rate < 0 && !(to->rate < 0), 0, 0};
     if (it.asked) {
-        const OF(propagator) least = OF(minimum_between)(&at->poles, f, from, at->in.low, to, at->high);
+        const OF(propagator) least = OF(minimum_between)(&at->poles, f, from, at->in.low.t, to, at->high);
         const response w = response_at(&at->g, least.t);
         const quad floor = value_at(&at->g, &w) - is->rounding * EPS * size_at(&at->g, &w, least.t);
         it.says = 1;
-        it.wrong = !stays_above(&at->g, floor, at->in.low, at->high);
+        it.wrong = !stays_above(&at->g, floor, at->in.low.t, at->high);
     }
     return it;
 }
@@ -279,27 +266,28 @@ static void judge_one(const drawn *it, asked *at, const claim *is, verdict *out)
 {
     const OF(event_function) *f = &at->set.function[0];
     const OF(jet) *from = &at->in.from[0], *to = &at->in.to;
-    const real low = at->in.low, h = at->high - low, bound = OF(rounding_of)(f, &at->in.high, to->rate);
-    const real d = OF(deflated)(&at->set, f, from, low), d_then = OF(deflated)(&at->set, f, to, at->high);
+    const real low = at->in.low.t, h = at->high - low, bound = OF(rounding_of)(f, &at->in.high, to->rate);
+    const real d = OF(deflated_derivative)(&at->set, f, &at->in.low, 1);
+    const real d_then = OF(deflated_derivative)(&at->set, f, &at->in.high, -1);
+    const bool falls = OF(falls_for_certain)(f, &at->in.high, to->rate);
     const quad size = size_then(at, at->high), high = at->high, last = low + (quad)it->reach * h;
     const int rings = at->node.half_period < OF(HOPFORM_NEVER);
 
-    const int has = decided_at(at, high) >= is->signs;
-    out->of[SIGNS] = no_zero(at, is, has, OF(has_no_root)(from, d, to, d_then), high, size);
+    out->of[SIGNS] = no_zero(at, is, 1, OF(has_no_root)(from, d, falls, d_then), high, size);
     const int held_up = OF(is_held_up_by_slope)(at->node.pole, from, to, h, bound);
     out->of[SLOPE] = no_zero(at, is, !(d < 0), held_up, high, size);
     const int above = rings && OF(is_held_up_by_bernstein)(&at->poles, f, from, to, h, 0, bound);
     out->of[BERNSTEIN] = no_zero(at, is, rings, above, high, size);
-    const quad until = (quad)low + OF(quiet_time)(&at->set, from, bound);
+    const quad until = (quad)low + OF(quiet_time)(&at->set, f, &at->in.low, from, bound);
     out->of[QUIET] = no_zero(at, is, 1, until > high, until < last ? until : last, size);
     const quad still = OF(quiet_until)(&at->set, &at->in);
     out->of[STILL] = no_zero(at, is, 1, still > high, still < last ? still : last, absolute(at->g.start));
-    out->of[MINIMUM] = minimum(at, is, d, d_then);
+    out->of[MINIMUM] = minimum(at, is);
 
     const int found = OF(find_first_root)(&at->set, &at->in);
     const quad end = at->in.high.t;
     out->intervals = at->in.count;
-    out->of[SEARCH] = no_zero(at, is, decided_at(at, end) >= is->signs, found, end, size_then(at, end));
+    out->of[SEARCH] = no_zero(at, is, 1, found, end, size_then(at, end));
 }
 
 void judge(const drawn *cases, int32_t count, const claim *is, verdict *verdicts)

@@ -21,10 +21,8 @@ from tests.objects import shared_library
 
 ROUNDING = 21.0
 """[eps of its terms] What the page claims: a minimum that is less below zero may pass for a touch."""
-SIGNS = 16.0
-"""[eps of their terms] What the page claims: rule 2 rests on the signs of g' and d, which say nothing below."""
-STIFFEST = 1.0 / 256.0
-"""[1/sqrt(eps)] The page's limit of a/w, the real pole over the frequency of the pair: 11 (float32), 2.6e5."""
+STIFFEST = 1.0
+"""[1/sqrt(eps)] The page's limit of a/w, the real pole over the frequency of the pair: 2.9e3 (float32), 6.7e7."""
 REST = 16.0
 """[eps] How far the numbers of a mass may be off whose time to rest is the computed one exactly."""
 
@@ -144,7 +142,7 @@ Verdicts = dict[tuple[str, bool], Column]
 
 def judged(rules: Any, precision: str, rounding: float = ROUNDING) -> Verdicts:
     """Verdicts on the intervals of each kind, at the start of a phase and late in it."""
-    claim, found = (ctypes.c_double * 2)(rounding, SIGNS), {}
+    claim, found = (ctypes.c_double * 1)(rounding), {}
     for kind in KINDS:
         for late in (False, True):
             cases, answers = intervals(kind, EPS[precision], late), np.zeros(COUNT, VERDICT)
@@ -168,15 +166,15 @@ def test_a_function_of_which_a_rule_says_that_it_has_no_zero_has_none(rule: str,
 
 
 LEAST = {
-    "signs": (0.288, 0.289),
-    "slope": (0.294, 0.272),
-    "bernstein": (0.373, 0.300),
-    "quiet": (0.318, 0.304),
-    "still": (0.324, 0.306),
+    "signs": (0.265, 0.272),
+    "slope": (0.288, 0.269),
+    "bernstein": (0.324, 0.294),
+    "quiet": (0.326, 0.304),
+    "still": (0.331, 0.307),
 }
 """Shares of the intervals about which a rule is asked, of which it says yes, in single and double precision: 0.002 less
 than measured, which is room for the last digit of a draw."""
-MOST = (1.58, 1.64)
+MOST = (1.404, 1.426)
 """Intervals that the search takes where it is asked for one: 0.002 more than measured."""
 
 
@@ -191,11 +189,9 @@ def test_a_search_is_as_short_as_it_was(precision: str, verdicts: Verdicts) -> N
     assert taken.sum() <= MOST[precision == "DOUBLE"] * taken.size
 
 
-def test_few_functions_are_left_out(precision: str, verdicts: Verdicts) -> None:
-    """Those that end below zero, and those whose signs at the end mean nothing."""
-    asked = np.concatenate([answers["of"][:, RULES.index("signs")]["asked"] for answers in verdicts.values()])
-    assert asked.size >= 0.75 * 2 * COUNT * len(KINDS)
-    assert asked.sum() >= 0.85 * asked.size
+def test_few_functions_are_left_out(verdicts: Verdicts) -> None:
+    """Those that end below zero."""
+    assert sum(answers.size for answers in verdicts.values()) >= 0.75 * 2 * COUNT * len(KINDS)
 
 
 def test_the_judge_sees_a_minimum_below_zero_by_rounding(rules: Any, precision: str) -> None:

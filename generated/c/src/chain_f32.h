@@ -390,7 +390,6 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     put_events_f32(&search->events, chain);
     const event_set_f32 *set = &search->events.set;
     interval_f32 *in = &search->in;
-    in->low = 0.0f;
     in->count = 0;
     in->found = begin_at_start_f32(set, in);
     search->limit = hopform_lesser_f32(search->events.rest_time, until);
@@ -402,8 +401,8 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
 static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, float limit, float *end) {
     begin_interval_f32(set, in);
     const float until = quiet_until_f32(set, in);
-    const bool quiet = until > in->low + 2.0f * set->node->t;
-    *end = quiet ? hopform_lesser_f32(until, limit) : far_end_f32(set, in->low, limit);
+    const bool quiet = until > in->low.t + 2.0f * set->node->t;
+    *end = quiet ? hopform_lesser_f32(until, limit) : far_end_f32(set, in->low.t, limit);
     return quiet;
 }
 
@@ -448,7 +447,7 @@ static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_s
     }
     stance_conclude_f32(search);
     if (!certified) {
-        in->high = propagator_at_f32(set->poles, in->low);
+        in->high = in->low;
         search->owner = NO_OWNER_f32;
         search->certified = false;
     }

@@ -390,7 +390,6 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
     put_events_f64(&search->events, chain);
     const event_set_f64 *set = &search->events.set;
     interval_f64 *in = &search->in;
-    in->low = 0.0;
     in->count = 0;
     in->found = begin_at_start_f64(set, in);
     search->limit = hopform_lesser_f64(search->events.rest_time, until);
@@ -402,8 +401,8 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
 static inline bool next_end_f64(const event_set_f64 *set, interval_f64 *in, double limit, double *end) {
     begin_interval_f64(set, in);
     const double until = quiet_until_f64(set, in);
-    const bool quiet = until > in->low + 2.0 * set->node->t;
-    *end = quiet ? hopform_lesser_f64(until, limit) : far_end_f64(set, in->low, limit);
+    const bool quiet = until > in->low.t + 2.0 * set->node->t;
+    *end = quiet ? hopform_lesser_f64(until, limit) : far_end_f64(set, in->low.t, limit);
     return quiet;
 }
 
@@ -448,7 +447,7 @@ static inline void stance_end_search_f64(const stance_chain_f64 *chain, stance_s
     }
     stance_conclude_f64(search);
     if (!certified) {
-        in->high = propagator_at_f64(set->poles, in->low);
+        in->high = in->low;
         search->owner = NO_OWNER_f64;
         search->certified = false;
     }

@@ -33,16 +33,19 @@ static inline bool hopform_is_decided_f32(const event_function_f32 *g, const pro
                                            const jet_f32 *jet) {
     const hopform_basis_f32 *w = &at->basis;
     const float of_rate = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
-    const float of_curvature = fabs_f32(g->H3 * at->W_third) + fabs_f32(g->H2 * w->Wdd) + fabs_f32(g->H1 * w->Wd);
-    return fabs_f32(jet->rate) > 64.0f * HOPFORM_EPS_f32 * of_rate
-           && fabs_f32(jet->curvature) > 64.0f * HOPFORM_EPS_f32 * of_curvature;
+    return fabs_f32(jet->rate) > 64.0f * HOPFORM_EPS_f32 * of_rate && bends_f32(g, at, jet->curvature);
 }
 
-/* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
- * times that lie less than half a period of the pair apart. */
-static inline int hopform_most_turns_f32(const hopform_node_f32 *node, const jet_f32 *from, const jet_f32 *to) {
-    const float d = from->third + node->pole * from->curvature;
-    const float d_then = to->third + node->pole * to->curvature;
+/* d' of an event function, the deflated derivative of its rate. */
+static inline float hopform_deflated_rate_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
+                                              const event_function_f32 *g, const propagator_f32 *at) {
+    const deflated_f32 d = deflated_at_f32(poles, node, g, at);
+    return (d.B - d.sum * d.A) * d.Rd - d.product * (d.A * d.R);
+}
+
+/* Rule 2 of docs/explanation/certificate.md for the rate of an event function, which has these jets: how often it may
+ * vanish between two times that lie less than half a period of the pair apart; d and d_then are those of the rate. */
+static inline int hopform_most_turns_f32(const jet_f32 *from, float d, const jet_f32 *to, float d_then) {
     const int variations = (from->rate * from->curvature < 0.0f ? 1 : 0) + (from->curvature * d < 0.0f ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0f ? 1 : 0) + (to->curvature * d_then < 0.0f ? 1 : 0);
     const bool decided = fabs_f32(from->rate) > 0.0f && fabs_f32(from->curvature) > 0.0f && fabs_f32(d * d_then) > 0.0f;
@@ -64,8 +67,10 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f3
     hopform_least_f32 least = {0.0f, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0};
     const bool turns = from.rate < 0.0f && to.rate > 0.0f;
     const int odd = turns || (from.rate > 0.0f && to.rate < 0.0f) ? 1 : 0;
+    const propagator_f32 start = propagator_at_start_f32(poles);
+    const float d = hopform_deflated_rate_f32(poles, node, g, &start);
     if (end->t < 0.95f * node->half_period && hopform_is_decided_f32(g, end, &to)
-        && hopform_most_turns_f32(node, &from, &to) <= 1 + odd) {
+        && hopform_most_turns_f32(&from, d, &to, hopform_deflated_rate_f32(poles, node, g, end)) <= 1 + odd) {
         if (turns) { hopform_find_minimum_f32(poles, g, &from, 0.0f, &to, end->t, &least); }
         return least;
     }

@@ -33,16 +33,19 @@ static inline bool hopform_is_decided_f64(const event_function_f64 *g, const pro
                                            const jet_f64 *jet) {
     const hopform_basis_f64 *w = &at->basis;
     const double of_rate = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
-    const double of_curvature = fabs_f64(g->H3 * at->W_third) + fabs_f64(g->H2 * w->Wdd) + fabs_f64(g->H1 * w->Wd);
-    return fabs_f64(jet->rate) > 64.0 * HOPFORM_EPS_f64 * of_rate
-           && fabs_f64(jet->curvature) > 64.0 * HOPFORM_EPS_f64 * of_curvature;
+    return fabs_f64(jet->rate) > 64.0 * HOPFORM_EPS_f64 * of_rate && bends_f64(g, at, jet->curvature);
 }
 
-/* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
- * times that lie less than half a period of the pair apart. */
-static inline int hopform_most_turns_f64(const hopform_node_f64 *node, const jet_f64 *from, const jet_f64 *to) {
-    const double d = from->third + node->pole * from->curvature;
-    const double d_then = to->third + node->pole * to->curvature;
+/* d' of an event function, the deflated derivative of its rate. */
+static inline double hopform_deflated_rate_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
+                                              const event_function_f64 *g, const propagator_f64 *at) {
+    const deflated_f64 d = deflated_at_f64(poles, node, g, at);
+    return (d.B - d.sum * d.A) * d.Rd - d.product * (d.A * d.R);
+}
+
+/* Rule 2 of docs/explanation/certificate.md for the rate of an event function, which has these jets: how often it may
+ * vanish between two times that lie less than half a period of the pair apart; d and d_then are those of the rate. */
+static inline int hopform_most_turns_f64(const jet_f64 *from, double d, const jet_f64 *to, double d_then) {
     const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
     const bool decided = fabs_f64(from->rate) > 0.0 && fabs_f64(from->curvature) > 0.0 && fabs_f64(d * d_then) > 0.0;
@@ -64,8 +67,10 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f6
     hopform_least_f64 least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
     const bool turns = from.rate < 0.0 && to.rate > 0.0;
     const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
+    const propagator_f64 start = propagator_at_start_f64(poles);
+    const double d = hopform_deflated_rate_f64(poles, node, g, &start);
     if (end->t < 0.95 * node->half_period && hopform_is_decided_f64(g, end, &to)
-        && hopform_most_turns_f64(node, &from, &to) <= 1 + odd) {
+        && hopform_most_turns_f64(&from, d, &to, hopform_deflated_rate_f64(poles, node, g, end)) <= 1 + odd) {
         if (turns) { hopform_find_minimum_f64(poles, g, &from, 0.0, &to, end->t, &least); }
         return least;
     }

@@ -344,15 +344,65 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
 
 /* ---- certificate ---- */
 
-/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1, 2
- * for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its
- * sign, is 0 or less. */
-static inline bool has_no_root_f32(const jet_f32 *from, float d, const jet_f32 *to, float d_then) {
-    const bool faded = !(fabs_f32(d_then) > 0.0f) & (d > 0.0f); /* no sign is left of it: the worse one */
-    const bool negative_then = (d_then < 0.0f) | faded;
-    const bool after_negative = (to->rate < 0.0f) | negative_then;
-    const bool after_positive = (!(from->rate < 0.0f)) | ((to->rate < 0.0f) & !negative_then);
-    return d < 0.0f ? after_negative : after_positive;
+/* The deflated derivative d = g'' + l g', l the real pole, or the fastest of three: a function of the two poles that
+ * are left, d = A R' + B R, R their impulse response, A and B the deflated numerator. The sum of jets would lose
+ * (a/w)^2 eps of it, w the frequency of the pair. */
+typedef struct {
+    float A, B;
+    float R, Rd;
+    float sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
+} deflated_f32;
+
+static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
+                                             const event_function_f32 *g, const propagator_f32 *at) {
+    const bool rings = node->half_period < HOPFORM_NEVER_f32;
+    const float sum = rings ? poles->p : node->second + node->third;
+    const float product = rings ? poles->q : node->second * node->third;
+    deflated_f32 d = {g->H2 - sum * g->H3,
+                       g->H1 - product * g->H3,
+                       at->basis.Wd + node->pole * at->basis.W,
+                       at->basis.Wdd + node->pole * at->basis.Wd,
+                       sum,
+                       product};
+    if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
+        const hopform_pair_f32 pair = hopform_pair_at_f32(poles, at->t);
+        d.R = pair.R;
+        d.Rd = pair.Rd;
+    }
+    return d;
+}
+
+/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
+static inline float decided_f32(float value, float terms) {
+    return fabs_f32(value) > 16.0f * HOPFORM_EPS_f32 * terms ? value : 0.0f;
+}
+
+/* The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative at
+ * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
+static inline float deflated_derivative_f32(const event_set_f32 *set, const event_function_f32 *g,
+                                            const propagator_f32 *at, float side) {
+    const deflated_f32 d = deflated_at_f32(set->poles, set->node, g, at);
+    const float of_A = d.A * d.Rd, of_B = d.B * d.R;
+    const float value = decided_f32(of_A + of_B, fabs_f32(of_A) + fabs_f32(of_B));
+    if (fabs_f32(value) > 0.0f) { return value; }
+    const float of_Rd = (d.B - d.sum * d.A) * d.Rd, of_R = d.product * (d.A * d.R);
+    return side * decided_f32(of_Rd - of_R, fabs_f32(of_Rd) + fabs_f32(of_R));
+}
+
+/* Whether a rate is negative by more than rounding. */
+static inline bool falls_for_certain_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
+    const hopform_basis_f32 *w = &at->basis;
+    const float terms = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
+    return decided_f32(rate, terms) < 0.0f;
+}
+
+/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g', or 0 where its sign is
+ * rounding, and `falls_then` whether g' is negative at the end for certain. With V = 0, 1, 1, 2 for the signs (+, +),
+ * (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its sign, is 0 or less. */
+static inline bool has_no_root_f32(const jet_f32 *from, float d, bool falls_then, float d_then) {
+    const bool after_negative = falls_then | (d_then < 0.0f);
+    const bool after_positive = (!(from->rate < 0.0f)) | (falls_then & (d_then > 0.0f));
+    return (after_negative | (d > 0.0f)) & (after_positive | (d < 0.0f));
 }
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
@@ -394,8 +444,16 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
     return low > M6 * hhh * hhh / 4.32e4f + rounding;
 }
 
+/* Whether the curvature of an event function is more than what rounding may have left of it. */
+static inline bool bends_f32(const event_function_f32 *g, const propagator_f32 *at, float curvature) {
+    const hopform_basis_f32 *w = &at->basis;
+    const float terms = fabs_f32(g->H3 * at->W_third) + fabs_f32(g->H2 * w->Wdd) + fabs_f32(g->H1 * w->Wd);
+    return fabs_f32(curvature) > 64.0f * HOPFORM_EPS_f32 * terms;
+}
+
 /* Rule 4: the minimum of g between two times between which its rate becomes positive: a root of the rate, by
- * Householder's method, until a further step changes the value by less than rounding does. */
+ * Householder's method, until a further step changes the value by less than rounding does. Where the curvature is
+ * rounding, a step says nothing: then until g cannot fall by more than that between the times that enclose the root. */
 static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                                    const jet_f32 *from, float low, const jet_f32 *to, float high) {
     const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
@@ -403,15 +461,20 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
     const float apart = high - low;
     const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, apart);
     float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
+    float falls_by = -from->rate; /* at the lower time */
     propagator_f32 at = propagator_at_f32(poles, t);
     for (int n = 0; n < 100; n++) {
         const jet_f32 jet = jet_at_f32(poles, g, &at);
         const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, &jet)};
         const float step = step_to_root_f32(&falls);
+        const float bound = rounding_of_f32(g, &at, 0.0f);
         const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_f32(step * jet.rate) <= rounding_of_f32(g, &at, 0.0f)) { break; }
+        const bool is_near = !is_far & (jet.curvature > 0.0f) & (fabs_f32(step * jet.rate) <= bound);
+        if (is_near && bends_f32(g, &at, jet.curvature)) { break; }
+        falls_by = jet.rate < 0.0f ? -jet.rate : falls_by;
         low = jet.rate < 0.0f ? t : low;
         high = jet.rate < 0.0f ? high : t;
+        if ((high - low) * falls_by <= bound) { break; }
         t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) { t = low + 0.5f * (high - low); }
         at = propagator_at_f32(poles, t);
@@ -431,13 +494,20 @@ static inline float cut_between_f32(float d, float d_then, float h) {
 /* Rule 5 of a pair that rings: how long from `at` on g, for certain, has no root; NEVER if it has none at all.
  *
  * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
- * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
-static inline float quiet_time_of_ringing_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float rounding) {
+ * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
+ * share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of larger numbers. */
+static inline float quiet_time_of_ringing_f32(const event_set_f32 *set, const event_function_f32 *g,
+                                              const propagator_f32 *start, const jet_f32 *at, float rounding) {
+    const hopform_poles_f32 *poles = set->poles;
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
-    const float x = (at->third + poles->p * at->curvature + poles->q * at->rate) / hopform_residue_f32(poles);
-    const float r = at->rate - x;
-    const float X = -(at->curvature + poles->a * x + poles->p * r) / poles->q;
+    const deflated_f32 deflated = deflated_at_f32(set->poles, set->node, g, start);
+    const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
+    const float D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
+    const float r = (poles->a * d - D) / hopform_residue_f32(poles);
+    const bool stiff = poles->a * poles->a > poles->q;
+    const float X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
+    const float x = at->rate - r;
     const float wY = r + mu * X;
     const float left = at->value - X - 1.001f * sqrt_f32(X * X + wY * wY / ww) - rounding;
     const float time = -left / (x < 0.0f ? x : -1.0f);
@@ -447,33 +517,38 @@ static inline float quiet_time_of_ringing_f32(const hopform_poles_f32 *poles, co
 }
 
 /* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
- * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). */
-static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const jet_f32 *at, float rounding) {
+ * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). The second is d, the third what
+ * is left of its numerator without l_3, times R' + l_2 R. */
+static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const event_function_f32 *g,
+                                            const propagator_f32 *start, const jet_f32 *at, float rounding) {
     const float l_1 = set->node->pole;
     const float l_2 = set->node->second;
+    const float l_3 = set->node->third;
     const float product = l_1 * l_2;
     if (!(product > 0.0f)) { return 0.0f; }
+    const deflated_f32 d = deflated_at_f32(set->poles, set->node, g, start);
+    const float slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
     const float first = hopform_lesser_f32(at->rate, 0.0f);
-    const float second = hopform_lesser_f32(at->curvature + l_1 * at->rate, 0.0f);
-    const float third = hopform_lesser_f32(at->third + (l_1 + l_2) * at->curvature + product * at->rate, 0.0f);
+    const float second = hopform_lesser_f32(d.A * d.Rd + d.B * d.R, 0.0f);
+    const float third = hopform_lesser_f32(slowest * (d.Rd + l_2 * d.R), 0.0f);
     const float left = at->value + first / l_1 + second / product - rounding;
     const float falls = third / product;
     if (!(left > 0.0f)) { return 0.0f; }
-    return !(falls < 0.0f) || left * set->node->third > -falls ? HOPFORM_NEVER_f32 : -left / falls;
+    return !(falls < 0.0f) || left * l_3 > -falls ? HOPFORM_NEVER_f32 : -left / falls;
 }
 
-/* Rule 5: how long from `at` on g, for certain, has no root. */
-static inline float quiet_time_f32(const event_set_f32 *set, const jet_f32 *at, float rounding) {
-    return set->node->half_period < HOPFORM_NEVER_f32 ? quiet_time_of_ringing_f32(set->poles, at, rounding)
-                                                       : quiet_time_of_decay_f32(set, at, rounding);
+/* Rule 5: how long from `at`, the jet at `start`, on g, for certain, has no root. */
+static inline float quiet_time_f32(const event_set_f32 *set, const event_function_f32 *g,
+                                   const propagator_f32 *start, const jet_f32 *at, float rounding) {
+    return set->node->half_period < HOPFORM_NEVER_f32 ? quiet_time_of_ringing_f32(set, g, start, at, rounding)
+                                                       : quiet_time_of_decay_f32(set, g, start, at, rounding);
 }
 
 /* ---- the search ---- */
 
 /* An interval of the search: its ends, the jets there, and which function has its first root at the second one. */
 typedef struct {
-    float low;
-    propagator_f32 high;
+    propagator_f32 low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
     jet_f32 from[MOST_EVENT_FUNCTIONS_f32];
@@ -495,7 +570,7 @@ static inline bool has_crossed_f32(const jet_f32 *to, float h, float rounding, b
  * 2 if it has not. Its jet there. */
 static inline float guessed_crossing_f32(const event_function_f32 *g, const interval_f32 *in, const jet_f32 *from,
                                          jet_f32 *to) {
-    const float h = in->high.t - in->low;
+    const float h = in->high.t - in->low.t;
     const bool is_last = in->found < 0 && g->shape != DISTANCE_f32;
     *to = short_jet_at_f32(g, &in->high);
     return has_crossed_f32(to, h, rounding_of_f32(g, &in->high, to->rate), is_last) ? rough_root_f32(from, to, h)
@@ -533,9 +608,9 @@ static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in
 /* Ends the interval at the root of a function that has crossed zero in it. */
 static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *in, const crossing_f32 *crossing) {
     const event_function_f32 *g = &set->function[crossing->function];
-    const float h = in->high.t - in->low;
+    const float h = in->high.t - in->low.t;
     const interpolant_f32 p = interpolant_of_f32(&in->from[crossing->function], &in->to, h);
-    locate_root_f32(set->poles, g, in->low, &in->high, in->low + h * refined_root_f32(&p, crossing->share));
+    locate_root_f32(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f32(&p, crossing->share));
     in->found = crossing->function;
 }
 
@@ -556,7 +631,7 @@ static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in) {
         const event_function_f32 *g = &set->function[n];
         const float rate = rate_at_f32(g, &in->high);
         const float rounding = rounding_of_f32(g, &in->high, rate);
-        if (!(rate * (in->high.t - in->low) < -16.0f * rounding)) { continue; }
+        if (!(rate * (in->high.t - in->low.t) < -16.0f * rounding)) { continue; }
         const float value = value_at_f32(g, &in->high);
         if (found->shape == DISTANCE_f32 ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
                                           : (value - 4.0f * rounding) * fabs_f32(other)
@@ -574,18 +649,6 @@ static inline bool crosses_at_limit_f32(const event_function_f32 *g, const propa
            && rate * limit < -16.0f * rounding_of_f32(g, at, rate);
 }
 
-/* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
-static inline float deflated_f32(const event_set_f32 *set, const event_function_f32 *g, const jet_f32 *at, float t) {
-    if (t > set->node->fades) {
-        const hopform_poles_f32 *poles = set->poles;
-        const hopform_numerator_f32 numerator = {g->H3, g->H2, g->H1};
-        const hopform_pair_numerator_f32 left = hopform_deflated_numerator_f32(poles, &numerator);
-        const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
-        return left.A * pair.Rd + left.B * pair.R;
-    }
-    return at->curvature + set->node->pole * at->rate;
-}
-
 /* Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation. */
 static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d) {
     const event_function_f32 *g = &set->function[n];
@@ -595,12 +658,12 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
     if (to->value < 0.0f && n != in->found && to->value < -rounding_of_f32(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
-    const float d_then = deflated_f32(set, g, to, in->high.t);
-    if (has_no_root_f32(from, d, to, d_then)) { return true; }
-    const float h = in->high.t - in->low;
+    const float d_then = deflated_derivative_f32(set, g, &in->high, -1.0f);
+    if (has_no_root_f32(from, d, falls_for_certain_f32(g, &in->high, to->rate), d_then)) { return true; }
+    const float h = in->high.t - in->low.t;
     const float rounding = rounding_of_f32(g, &in->high, to->rate);
     return (!(d < 0.0f) && is_held_up_by_slope_f32(set->node->pole, from, to, h, rounding))
-           || quiet_time_f32(set, from, rounding) > h
+           || quiet_time_f32(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f32
                && is_held_up_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding));
 }
@@ -611,19 +674,19 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     const jet_f32 *to = &in->to;
-    const float h = in->high.t - in->low;
-    const float d_then = deflated_f32(set, g, to, in->high.t);
-    if (!(d < 0.0f) && !(d_then < 0.0f) && from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
+    const float h = in->high.t - in->low.t;
+    const float d_then = deflated_derivative_f32(set, g, &in->high, -1.0f);
+    if (from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
         in->to.third = third_of_f32(set->poles, g, &in->high);
-        const propagator_f32 lowest = minimum_between_f32(set->poles, g, from, in->low, to, in->high.t);
+        const propagator_f32 lowest = minimum_between_f32(set->poles, g, from, in->low.t, to, in->high.t);
         const jet_f32 least = short_jet_at_f32(g, &lowest);
         if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
         in->found = -1;
         return false;
     }
-    const float cut = in->low + cut_between_f32(d, d_then, h);
-    if (!(cut > in->low && cut < in->high.t)) { return true; /* too short to be cut */ }
+    const float cut = in->low.t + cut_between_f32(d, d_then, h);
+    if (!(cut > in->low.t && cut < in->high.t)) { return true; /* too short to be cut */ }
     end_interval_at_f32(set, in, cut);
     return false;
 }
@@ -634,8 +697,9 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
         const event_function_f32 *g = &set->function[n];
         if (g->shape != MAY_TURN_f32) { continue; }
         /* what is cheap of rule 2 comes first */
-        const float d = deflated_f32(set, g, &in->from[n], in->low);
-        const bool soon = d < 0.0f ? rate_at_f32(g, &in->high) < 0.0f : !(in->from[n].rate < 0.0f);
+        const float d = deflated_derivative_f32(set, g, &in->low, 1.0f);
+        const bool soon = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
+                                  : (d > 0.0f) & !(in->from[n].rate < 0.0f);
         if (!soon && !is_certified_f32(set, in, n, d) && !is_certified_inside_f32(set, in, n, d)) { return false; }
     }
     if (in->found > 0) { settle_ties_f32(set, in); }
@@ -654,7 +718,7 @@ static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *i
 
 /* The next interval begins where this one has ended. */
 static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in) {
-    in->low = in->high.t;
+    in->low = in->high;
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
         in->from[n] = jet_at_f32(set->poles, &set->function[n], &in->high);
@@ -668,15 +732,17 @@ static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
         const float rounding = 16.0f * HOPFORM_EPS_f32 * fabs_f32(set->function[n].start);
         if (set->function[n].shape != DISTANCE_f32) { /* one that is monotone is looked at where the interval ends */
-            quiet = hopform_lesser_f32(quiet_time_f32(set, &in->from[n], rounding), quiet);
+            quiet =
+                hopform_lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
-    return in->low + quiet;
+    return in->low.t + quiet;
 }
 
 /* Begin the first interval. A function that is below zero already and falls is found; -1 if there is none. */
 static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 *in) {
     int32_t found = -1;
+    in->low = propagator_at_start_f32(set->poles);
     for (int32_t n = set->count - 1; n >= 0; n--) {
         in->from[n] = jet_at_start_f32(set->poles, &set->function[n]);
         if (in->from[n].value < 0.0f) {

@@ -3880,16 +3880,85 @@ def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess
         t = step.next
 
 
-def has_no_root(from_: Jet, d: Real, to: Jet, d_then: Real) -> bool:
-    """Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1,
-    2 for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes
-    its sign, is 0 or less.
+class Deflated:
+    """The deflated derivative d = g'' + l g', l the real pole, or the fastest of three: a function of the two poles
+    that are left, d = A R' + B R, R their impulse response, A and B the deflated numerator. The sum of jets would
+    lose (a/w)^2 eps of it, w the frequency of the pair.
     """
-    faded = (not abs(d_then) > 0.0) & (d > 0.0)  # no sign is left of it: the worse one
-    negative_then = (d_then < 0.0) | faded
-    after_negative = (to.rate < 0.0) | negative_then
-    after_positive = (not from_.rate < 0.0) | (to.rate < 0.0) & (not negative_then)
-    return after_negative if d < 0.0 else after_positive
+    __slots__ = ("A", "B", "R", "Rd", "sum", "product",)
+    SIZE = 24
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, A: Real = ZERO, B: Real = ZERO, R: Real = ZERO, Rd: Real = ZERO, sum: Real = ZERO,
+            product: Real = ZERO) -> None:
+        self.A = A
+        self.B = B
+        self.R = R
+        self.Rd = Rd
+        self.sum = sum  # of the poles that are left: R'' = -(sum R' + product R)
+        self.product = product  # of the poles that are left: R'' = -(sum R' + product R)
+
+    def copy(self) -> "Deflated":
+        return Deflated(self.A, self.B, self.R, self.Rd, self.sum, self.product)
+
+    def put(self, other: "Deflated") -> None:
+        self.A = other.A
+        self.B = other.B
+        self.R = other.R
+        self.Rd = other.Rd
+        self.sum = other.sum
+        self.product = other.product
+
+
+def deflated_at(poles: Poles, node: Node, g: EventFunction, at: Propagator) -> Deflated:
+    rings = node.half_period < NEVER
+    sum = poles.p if rings else node.second + node.third
+    product = poles.q if rings else node.second * node.third
+    d = Deflated(g.H2 - sum * g.H3, g.H1 - product * g.H3, at.basis.Wd + node.pole * at.basis.W, at.basis.Wdd
+        + node.pole * at.basis.Wd, sum, product)
+    if at.t > node.fades:  # beside the real pole the pair has faded in W
+        pair = pair_at(poles, at.t)
+        d.R = pair.R
+        d.Rd = pair.Rd
+    return d
+
+
+def decided(value: Real, terms: Real) -> Real:
+    """A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then."""
+    return value if abs(value) > 16.0 * EPS * terms else ZERO
+
+
+def deflated_derivative(set: EventSet, g: EventFunction, at: Propagator, side: Real) -> Real:
+    """The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative
+    at the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too.
+    """
+    d = deflated_at(set.poles, set.node, g, at)
+    of_A = d.A * d.Rd
+    of_B = d.B * d.R
+    value = decided(of_A + of_B, abs(of_A) + abs(of_B))
+    if abs(value) > 0.0:
+        return value
+    of_Rd = (d.B - d.sum * d.A) * d.Rd
+    of_R = d.product * (d.A * d.R)
+    return side * decided(of_Rd - of_R, abs(of_Rd) + abs(of_R))
+
+
+def falls_for_certain(g: EventFunction, at: Propagator, rate: Real) -> bool:
+    """Whether a rate is negative by more than rounding."""
+    w = at.basis
+    terms = abs(g.H3 * w.Wdd) + abs(g.H2 * w.Wd) + abs(g.H1 * w.W)
+    return decided(rate, terms) < 0.0
+
+
+def has_no_root(from_: Jet, d: Real, falls_then: bool, d_then: Real) -> bool:
+    """Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g', or 0 where its
+    sign is rounding, and `falls_then` whether g' is negative at the end for certain. With V = 0, 1, 1, 2 for the
+    signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its sign,
+    is 0 or less.
+    """
+    after_negative = falls_then | (d_then < 0.0)
+    after_positive = (not from_.rate < 0.0) | falls_then & (d_then > 0.0)
+    return (after_negative | (d > 0.0)) & (after_positive | (d < 0.0))
 
 
 def is_held_up_by_slope(l_: Real, from_: Jet, to: Jet, h: Real, bound: Real) -> bool:
@@ -3932,25 +4001,40 @@ def is_held_up_by_bernstein(poles: Poles, g: EventFunction, from_: Jet, to: Jet,
     return low > M6 * hhh * hhh / 4.32e4 + rounding
 
 
+def bends(g: EventFunction, at: Propagator, curvature: Real) -> bool:
+    """Whether the curvature of an event function is more than what rounding may have left of it."""
+    w = at.basis
+    terms = abs(g.H3 * at.W_third) + abs(g.H2 * w.Wdd) + abs(g.H1 * w.Wd)
+    return abs(curvature) > 64.0 * EPS * terms
+
+
 def minimum_between(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real) -> Propagator:
     """Rule 4: the minimum of g between two times between which its rate becomes positive: a root of the rate, by
-    Householder's method, until a further step changes the value by less than rounding does.
+    Householder's method, until a further step changes the value by less than rounding does. Where the curvature is
+    rounding, a step says nothing: then until g cannot fall by more than that between the times that enclose the
+    root.
     """
     rate_from = Jet(-from_.rate, -from_.curvature, -from_.third, fourth_of(poles, g, from_))
     rate_to = Jet(-to.rate, -to.curvature, -to.third, ZERO)
     apart = high - low
     p = interpolant_of(rate_from, rate_to, apart)
     t = low + apart * refined_root(p, rough_root(rate_from, rate_to, apart))
+    falls_by = -from_.rate  # at the lower time
     at = propagator_at(poles, t)
     for n in range(100):
         jet = jet_at(poles, g, at)
         falls = Jet(-jet.rate, -jet.curvature, -jet.third, fourth_of(poles, g, jet))
         step = step_to_root(falls)
+        bound = rounding_of(g, at, ZERO)
         is_far = not abs(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature  # or fading
-        if not is_far and abs(step * jet.rate) <= rounding_of(g, at, ZERO):
+        is_near = (not is_far) & (jet.curvature > 0.0) & (abs(step * jet.rate) <= bound)
+        if is_near and bends(g, at, jet.curvature):
             break
+        falls_by = -jet.rate if jet.rate < 0.0 else falls_by
         low = t if jet.rate < 0.0 else low
         high = high if jet.rate < 0.0 else t
+        if (high - low) * falls_by <= bound:
+            break
         t = low if n > 8 and n % 2 == 1 else t - step
         if not (t > low and t < high):
             t = low + 0.5 * (high - low)
@@ -3968,17 +4052,23 @@ def cut_between(d: Real, d_then: Real, h: Real) -> Real:
     return inside * h
 
 
-def quiet_time_of_ringing(poles: Poles, at: Jet, rounding: Real) -> Real:
+def quiet_time_of_ringing(set: EventSet, g: EventFunction, start: Propagator, at: Jet, rounding: Real) -> Real:
     """Rule 5 of a pair that rings: how long from `at` on g, for certain, has no root; NEVER if it has none at all.
 
     g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
-    does not grow; what does not, g - X, falls by no more than x times the time, or x/a.
+    does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
+    share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of larger numbers.
     """
+    poles = set.poles
     mu = 0.5 * poles.p
     ww = poles.q - mu * mu
-    x = (at.third + poles.p * at.curvature + poles.q * at.rate) / residue(poles)
-    r = at.rate - x
-    X = -(at.curvature + poles.a * x + poles.p * r) / poles.q
+    deflated = deflated_at(set.poles, set.node, g, start)
+    d = deflated.A * deflated.Rd + deflated.B * deflated.R
+    D = deflated.B * (deflated.Rd + poles.p * deflated.R) - poles.q * (deflated.A * deflated.R)
+    r = (poles.a * d - D) / residue(poles)
+    stiff = poles.a * poles.a > poles.q
+    X = -((D + poles.q * r) / poles.a if stiff else d - (poles.a - poles.p) * r) / poles.q
+    x = at.rate - r
     wY = r + mu * X
     left = at.value - X - 1.001 * sqrt(X * X + wY * wY / ww) - rounding
     time = -left / (x if x < 0.0 else real(-1.0))
@@ -3987,40 +4077,44 @@ def quiet_time_of_ringing(poles: Poles, at: Jet, rounding: Real) -> Real:
     return quiet if left > 0.0 else ZERO
 
 
-def quiet_time_of_decay(set: EventSet, at: Jet, rounding: Real) -> Real:
+def quiet_time_of_decay(set: EventSet, g: EventFunction, start: Propagator, at: Jet, rounding: Real) -> Real:
     """The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the
-    start over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3).
+    start over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). The second is d, the
+    third what is left of its numerator without l_3, times R' + l_2 R.
     """
     l_1 = set.node.pole
     l_2 = set.node.second
+    l_3 = set.node.third
     product = l_1 * l_2
     if not product > 0.0:
         return ZERO
+    d = deflated_at(set.poles, set.node, g, start)
+    slowest = g.H1 - l_3 * (g.H2 - l_3 * g.H3)
     first = lesser(at.rate, ZERO)
-    second = lesser(at.curvature + l_1 * at.rate, ZERO)
-    third = lesser(at.third + (l_1 + l_2) * at.curvature + product * at.rate, ZERO)
+    second = lesser(d.A * d.Rd + d.B * d.R, ZERO)
+    third = lesser(slowest * (d.Rd + l_2 * d.R), ZERO)
     left = at.value + first / l_1 + second / product - rounding
     falls = third / product
     if not left > 0.0:
         return ZERO
-    return NEVER if not falls < 0.0 or left * set.node.third > -falls else -left / falls
+    return NEVER if not falls < 0.0 or left * l_3 > -falls else -left / falls
 
 
-def quiet_time(set: EventSet, at: Jet, rounding: Real) -> Real:
-    """Rule 5: how long from `at` on g, for certain, has no root."""
-    return quiet_time_of_ringing(set.poles, at, rounding) if set.node.half_period < NEVER else quiet_time_of_decay(set,
-        at, rounding)
+def quiet_time(set: EventSet, g: EventFunction, start: Propagator, at: Jet, rounding: Real) -> Real:
+    """Rule 5: how long from `at`, the jet at `start`, on g, for certain, has no root."""
+    return quiet_time_of_ringing(set, g, start, at,
+        rounding) if set.node.half_period < NEVER else quiet_time_of_decay(set, g, start, at, rounding)
 
 
 class Interval:
     """An interval of the search: its ends, the jets there, and which function has its first root at the second one."""
     __slots__ = ("low", "high", "found", "count", "from_", "to",)
-    SIZE = 120
-    PARTS: tuple[str, ...] = ("high", "from_", "to",)
+    SIZE = 144
+    PARTS: tuple[str, ...] = ("low", "high", "from_", "to",)
 
-    def __init__(self, low: Real = ZERO, high: "Propagator | None" = None, found: int = 0, count: int = 0,
-            from_: Any = None, to: "Jet | None" = None) -> None:
-        self.low = low
+    def __init__(self, low: "Propagator | None" = None, high: "Propagator | None" = None, found: int = 0,
+            count: int = 0, from_: Any = None, to: "Jet | None" = None) -> None:
+        self.low = Propagator() if low is None else low
         self.high = Propagator() if high is None else high
         self.found = found  # -1: none
         self.count = count  # of the phase, so far
@@ -4028,11 +4122,11 @@ class Interval:
         self.to = Jet() if to is None else to  # of the function that is looked at, or that has crossed zero first
 
     def copy(self) -> "Interval":
-        return Interval(self.low, self.high.copy(), self.found, self.count, [each.copy() for each in self.from_],
+        return Interval(self.low.copy(), self.high.copy(), self.found, self.count, [each.copy() for each in self.from_],
             self.to.copy())
 
     def put(self, other: "Interval") -> None:
-        self.low = other.low
+        self.low.put(other.low)
         self.high.put(other.high)
         self.found = other.found
         self.count = other.count
@@ -4057,7 +4151,7 @@ def guessed_crossing(g: EventFunction, in_: Interval, from_: Jet, to: Jet) -> Re
     """Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough
     guess; 2 if it has not. Its jet there.
     """
-    h = in_.high.t - in_.low
+    h = in_.high.t - in_.low.t
     is_last = in_.found < 0 and g.shape != DISTANCE
     to.put(short_jet_at(g, in_.high))
     return rough_root(from_, to, h) if has_crossed(to, h, rounding_of(g, in_.high, to.rate), is_last) else real(2.0)
@@ -4103,9 +4197,9 @@ def first_crossing(set: EventSet, in_: Interval, shape: int, first: Crossing) ->
 def end_at_crossing(set: EventSet, in_: Interval, crossing: Crossing) -> None:
     """Ends the interval at the root of a function that has crossed zero in it."""
     g = set.function[crossing.function]
-    h = in_.high.t - in_.low
+    h = in_.high.t - in_.low.t
     p = interpolant_of(in_.from_[crossing.function], in_.to, h)
-    locate_root(set.poles, g, in_.low, in_.high, in_.low + h * refined_root(p, crossing.share))
+    locate_root(set.poles, g, in_.low.t, in_.high, in_.low.t + h * refined_root(p, crossing.share))
     in_.found = crossing.function
 
 
@@ -4131,7 +4225,7 @@ def settle_ties(set: EventSet, in_: Interval) -> None:
         g = set.function[n]
         rate = rate_at(g, in_.high)
         rounding = rounding_of(g, in_.high, rate)
-        if not rate * (in_.high.t - in_.low) < -16.0 * rounding:
+        if not rate * (in_.high.t - in_.low.t) < -16.0 * rounding:
             n += 1
             continue
         value = value_at(g, in_.high)
@@ -4148,17 +4242,6 @@ def crosses_at_limit(g: EventFunction, at: Propagator, limit: Real) -> bool:
     return value_at(g, at) < -8.0 * EPS * limit * rate and rate * limit < -16.0 * rounding_of(g, at, rate)
 
 
-def deflated(set: EventSet, g: EventFunction, at: Jet, t: Real) -> Real:
-    """d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself."""
-    if t > set.node.fades:
-        poles = set.poles
-        numerator = Numerator(g.H3, g.H2, g.H1)
-        left = deflated_numerator(poles, numerator)
-        pair = pair_at(poles, t)
-        return left.A * pair.Rd + left.B * pair.R
-    return at.curvature + set.node.pole * at.rate
-
-
 def is_certified(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
     """Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation.
     """
@@ -4168,13 +4251,13 @@ def is_certified(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
     to.put(short_jet_at(g, in_.high))
     if to.value < 0.0 and n != in_.found and to.value < -rounding_of(g, in_.high, to.rate):
         return False  # what the rules rest on: no function but that with its root there is below zero
-    d_then = deflated(set, g, to, in_.high.t)
-    if has_no_root(from_, d, to, d_then):
+    d_then = deflated_derivative(set, g, in_.high, real(-1.0))
+    if has_no_root(from_, d, falls_for_certain(g, in_.high, to.rate), d_then):
         return True
-    h = in_.high.t - in_.low
+    h = in_.high.t - in_.low.t
     rounding = rounding_of(g, in_.high, to.rate)
-    return not d < 0.0 and is_held_up_by_slope(set.node.pole, from_, to, h, rounding) or quiet_time(set, from_,
-        rounding) > h or set.node.half_period < NEVER and is_held_up_by_bernstein(set.poles, g, from_, to, h,
+    return not d < 0.0 and is_held_up_by_slope(set.node.pole, from_, to, h, rounding) or quiet_time(set, g, in_.low,
+        from_, rounding) > h or set.node.half_period < NEVER and is_held_up_by_bernstein(set.poles, g, from_, to, h,
         n == in_.found, rounding)
 
 
@@ -4185,19 +4268,19 @@ def is_certified_inside(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
     g = set.function[n]
     from_ = in_.from_[n]
     to = in_.to
-    h = in_.high.t - in_.low
-    d_then = deflated(set, g, to, in_.high.t)
-    if not d < 0.0 and not d_then < 0.0 and from_.rate < 0.0 and not to.rate < 0.0:  # g' has one root
+    h = in_.high.t - in_.low.t
+    d_then = deflated_derivative(set, g, in_.high, real(-1.0))
+    if from_.rate < 0.0 and not to.rate < 0.0:  # g' has one root
         in_.to.third = third_of(set.poles, g, in_.high)
-        lowest = minimum_between(set.poles, g, from_, in_.low, to, in_.high.t)
+        lowest = minimum_between(set.poles, g, from_, in_.low.t, to, in_.high.t)
         least = short_jet_at(g, lowest)
         if not least.value < -rounding_of(g, lowest, least.rate):
             return True
         in_.high.put(lowest)
         in_.found = -1
         return False
-    cut = in_.low + cut_between(d, d_then, h)
-    if not (cut > in_.low and cut < in_.high.t):
+    cut = in_.low.t + cut_between(d, d_then, h)
+    if not (cut > in_.low.t and cut < in_.high.t):
         return True  # too short to be cut
     end_interval_at(set, in_, cut)
     return False
@@ -4211,8 +4294,9 @@ def are_certified(set: EventSet, in_: Interval) -> bool:
         if g.shape != MAY_TURN:
             continue
         # what is cheap of rule 2 comes first
-        d = deflated(set, g, in_.from_[n], in_.low)
-        soon = rate_at(g, in_.high) < 0.0 if d < 0.0 else not in_.from_[n].rate < 0.0
+        d = deflated_derivative(set, g, in_.low, real(1.0))
+        soon = falls_for_certain(g, in_.high,
+            rate_at(g, in_.high)) if d < 0.0 else (d > 0.0) & (not in_.from_[n].rate < 0.0)
         if not soon and not is_certified(set, in_, n, d) and not is_certified_inside(set, in_, n, d):
             return False
     if in_.found > 0:
@@ -4234,7 +4318,7 @@ def find_first_root(set: EventSet, in_: Interval) -> bool:
 
 def begin_interval(set: EventSet, in_: Interval) -> None:
     """The next interval begins where this one has ended."""
-    in_.low = in_.high.t
+    in_.low = in_.high.copy()
     in_.found = -1
     for n in range(set.count):
         in_.from_[n].put(jet_at(set.poles, set.function[n], in_.high))
@@ -4249,13 +4333,14 @@ def quiet_until(set: EventSet, in_: Interval) -> Real:
             break
         rounding = 16.0 * EPS * abs(set.function[n].start)
         if set.function[n].shape != DISTANCE:  # one that is monotone is looked at where the interval ends
-            quiet = lesser(quiet_time(set, in_.from_[n], rounding), quiet)
-    return in_.low + quiet
+            quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
+    return in_.low.t + quiet
 
 
 def begin_at_start(set: EventSet, in_: Interval) -> int:
     """Begin the first interval. A function that is below zero already and falls is found; -1 if there is none."""
     found = -1
+    in_.low = propagator_at_start(set.poles)
     for n in range(set.count - 1, -1, -1):
         in_.from_[n].put(jet_at_start(set.poles, set.function[n]))
         if in_.from_[n].value < 0.0:
@@ -4354,16 +4439,20 @@ def is_decided(g: EventFunction, at: Propagator, jet: Jet) -> bool:
     """Whether rate and curvature of an event function are more than what rounding may have left of them."""
     w = at.basis
     of_rate = abs(g.H3 * w.Wdd) + abs(g.H2 * w.Wd) + abs(g.H1 * w.W)
-    of_curvature = abs(g.H3 * at.W_third) + abs(g.H2 * w.Wdd) + abs(g.H1 * w.Wd)
-    return abs(jet.rate) > 64.0 * EPS * of_rate and abs(jet.curvature) > 64.0 * EPS * of_curvature
+    return abs(jet.rate) > 64.0 * EPS * of_rate and bends(g, at, jet.curvature)
 
 
-def most_turns(node: Node, from_: Jet, to: Jet) -> int:
-    """Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
-    times that lie less than half a period of the pair apart.
+def deflated_rate(poles: Poles, node: Node, g: EventFunction, at: Propagator) -> Real:
+    """d' of an event function, the deflated derivative of its rate."""
+    d = deflated_at(poles, node, g, at)
+    return (d.B - d.sum * d.A) * d.Rd - d.product * (d.A * d.R)
+
+
+def most_turns(from_: Jet, d: Real, to: Jet, d_then: Real) -> int:
+    """Rule 2 of docs/explanation/certificate.md for the rate of an event function, which has these jets: how often it
+    may vanish between two times that lie less than half a period of the pair apart; d and d_then are those of the
+    rate.
     """
-    d = from_.third + node.pole * from_.curvature
-    d_then = to.third + node.pole * to.curvature
     variations = (1 if from_.rate * from_.curvature < 0.0 else 0) + (1 if from_.curvature * d < 0.0 else 0)
     variations_then = (1 if to.rate * to.curvature < 0.0 else 0) + (1 if to.curvature * d_then < 0.0 else 0)
     decided = abs(from_.rate) > 0.0 and abs(from_.curvature) > 0.0 and abs(d * d_then) > 0.0
@@ -4383,7 +4472,10 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
     least = Least()
     turns = from_.rate < 0.0 and to.rate > 0.0
     odd = 1 if turns or from_.rate > 0.0 and to.rate < 0.0 else 0
-    if end.t < 0.95 * node.half_period and is_decided(g, end, to) and most_turns(node, from_, to) <= 1 + odd:
+    start = propagator_at_start(poles)
+    d = deflated_rate(poles, node, g, start)
+    if end.t < 0.95 * node.half_period and is_decided(g, end, to) and most_turns(from_, d, to,
+        deflated_rate(poles, node, g, end)) <= 1 + odd:
         if turns:
             find_minimum(poles, g, from_, ZERO, to, end.t, least)
         return least
@@ -5895,7 +5987,7 @@ class StanceSearch:
     interval.
     """
     __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
-    SIZE = 304
+    SIZE = 328
     PARTS: tuple[str, ...] = ("events", "in_",)
 
     def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = ZERO,
@@ -5976,7 +6068,6 @@ def stance_begin_search(chain: StanceChain, search: StanceSearch) -> None:
     put_events(search.events, chain)
     set = search.events.set
     in_ = search.in_
-    in_.low = ZERO
     in_.count = 0
     in_.found = begin_at_start(set, in_)
     search.limit = lesser(search.events.rest_time, until)
@@ -5989,8 +6080,8 @@ def next_end(set: EventSet, in_: Interval, limit: Real, end: Any) -> bool:
     """Where the next interval ends, which begins where this one has ended; true if nothing happens in it."""
     begin_interval(set, in_)
     until = quiet_until(set, in_)
-    quiet = until > in_.low + 2.0 * set.node.t
-    end[0] = lesser(until, limit) if quiet else far_end(set, in_.low, limit)
+    quiet = until > in_.low.t + 2.0 * set.node.t
+    end[0] = lesser(until, limit) if quiet else far_end(set, in_.low.t, limit)
     return quiet
 
 
@@ -6035,7 +6126,7 @@ def stance_end_search(chain: StanceChain, search: StanceSearch) -> None:
             end_interval_at(set, in_, end[0])
     stance_conclude(search)
     if not certified:
-        in_.high.put(propagator_at(set.poles, in_.low))
+        in_.high.put(in_.low)
         search.owner = NO_OWNER
         search.certified = False
 
@@ -6554,18 +6645,18 @@ def is_certified_in_fall(fall: Fall, in_: Interval) -> bool:
     g = fall.set.function[0]
     from_ = in_.from_[0]
     to = jet_at(fall.set.poles, g, in_.high)
-    h = in_.high.t - in_.low
-    before = fall.is_negative != (in_.low >= fall.turn)
+    h = in_.high.t - in_.low.t
+    before = fall.is_negative != (in_.low.t >= fall.turn)
     after = fall.is_negative != (in_.high.t > fall.turn)
     if variations_in_fall(fall, from_, before) + (1 if before != after else 0) <= variations_in_fall(fall, to, after):
         return True
     dips = begins_to_fall(from_) and not to.rate < 0.0  # a rate may have faded
     inside = cut_between(from_.rate, to.rate, h) if dips else cut_between(from_.curvature, to.curvature, h)
-    cut = fall.turn if before != after else in_.low + inside
+    cut = fall.turn if before != after else in_.low.t + inside
     m = lesser(lesser(from_.curvature, to.curvature), ZERO)
     bends_least_at_an_end = before == after and not (fall.is_rate and before)
     if bends_least_at_an_end and lower_bound(from_, to, m, h) > -rounding_of(g, in_.high,
-        to.rate) or not (cut > in_.low and cut < in_.high.t):
+        to.rate) or not (cut > in_.low.t and cut < in_.high.t):
         return True
     end_interval_at(fall.set, in_, cut)
     return False
@@ -6579,8 +6670,8 @@ def is_certified_in_slip(set: EventSet, in_: Interval) -> bool:
     from_ = in_.from_[0]
     if g.shape == DISTANCE or not begins_to_fall(from_) or rate_at(g, in_.high) < 0.0:
         return True
-    lowest = in_.low + time_to_rest(set.poles, -from_.rate, -from_.curvature)
-    if not (lowest > in_.low and lowest < in_.high.t):
+    lowest = in_.low.t + time_to_rest(set.poles, -from_.rate, -from_.curvature)
+    if not (lowest > in_.low.t and lowest < in_.high.t):
         return True
     end_interval_at(set, in_, lowest)
     return False
@@ -6592,7 +6683,7 @@ def has_root_in_flight(chain: FlightChain, set: EventSet, fall: Any, low: Propag
     """
     g = set.function[0]
     in_ = Interval()
-    in_.low = low.t
+    in_.low = low.copy()
     in_.high.put(end)
     in_.found = -1
     in_.from_[0].put(jet_at(set.poles, g, low))

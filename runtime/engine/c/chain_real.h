@@ -390,7 +390,6 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     put_events_real(&search->events, chain);
     const event_set_real *set = &search->events.set;
     interval_real *in = &search->in;
-    in->low = 0.0;
     in->count = 0;
     in->found = begin_at_start_real(set, in);
     search->limit = hopform_lesser_real(search->events.rest_time, until);
@@ -402,8 +401,8 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
 static inline bool next_end_real(const event_set_real *set, interval_real *in, real limit, real *end) {
     begin_interval_real(set, in);
     const real until = quiet_until_real(set, in);
-    const bool quiet = until > in->low + 2.0 * set->node->t;
-    *end = quiet ? hopform_lesser_real(until, limit) : far_end_real(set, in->low, limit);
+    const bool quiet = until > in->low.t + 2.0 * set->node->t;
+    *end = quiet ? hopform_lesser_real(until, limit) : far_end_real(set, in->low.t, limit);
     return quiet;
 }
 
@@ -448,7 +447,7 @@ static inline void stance_end_search_real(const stance_chain_real *chain, stance
     }
     stance_conclude_real(search);
     if (!certified) {
-        in->high = propagator_at_real(set->poles, in->low);
+        in->high = in->low;
         search->owner = NO_OWNER_real;
         search->certified = false;
     }

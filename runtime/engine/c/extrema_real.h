@@ -33,16 +33,19 @@ static inline bool hopform_is_decided_real(const event_function_real *g, const p
                                            const jet_real *jet) {
     const hopform_basis_real *w = &at->basis;
     const real of_rate = fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W);
-    const real of_curvature = fabs_real(g->H3 * at->W_third) + fabs_real(g->H2 * w->Wdd) + fabs_real(g->H1 * w->Wd);
-    return fabs_real(jet->rate) > 64.0 * HOPFORM_EPS_real * of_rate
-           && fabs_real(jet->curvature) > 64.0 * HOPFORM_EPS_real * of_curvature;
+    return fabs_real(jet->rate) > 64.0 * HOPFORM_EPS_real * of_rate && bends_real(g, at, jet->curvature);
 }
 
-/* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
- * times that lie less than half a period of the pair apart. */
-static inline int hopform_most_turns_real(const hopform_node_real *node, const jet_real *from, const jet_real *to) {
-    const real d = from->third + node->pole * from->curvature;
-    const real d_then = to->third + node->pole * to->curvature;
+/* d' of an event function, the deflated derivative of its rate. */
+static inline real hopform_deflated_rate_real(const hopform_poles_real *poles, const hopform_node_real *node,
+                                              const event_function_real *g, const propagator_real *at) {
+    const deflated_real d = deflated_at_real(poles, node, g, at);
+    return (d.B - d.sum * d.A) * d.Rd - d.product * (d.A * d.R);
+}
+
+/* Rule 2 of docs/explanation/certificate.md for the rate of an event function, which has these jets: how often it may
+ * vanish between two times that lie less than half a period of the pair apart; d and d_then are those of the rate. */
+static inline int hopform_most_turns_real(const jet_real *from, real d, const jet_real *to, real d_then) {
     const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
     const bool decided = fabs_real(from->rate) > 0.0 && fabs_real(from->curvature) > 0.0 && fabs_real(d * d_then) > 0.0;
@@ -64,8 +67,10 @@ static inline hopform_least_real hopform_least_minimum_real(const hopform_poles_
     hopform_least_real least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
     const bool turns = from.rate < 0.0 && to.rate > 0.0;
     const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
+    const propagator_real start = propagator_at_start_real(poles);
+    const real d = hopform_deflated_rate_real(poles, node, g, &start);
     if (end->t < 0.95 * node->half_period && hopform_is_decided_real(g, end, &to)
-        && hopform_most_turns_real(node, &from, &to) <= 1 + odd) {
+        && hopform_most_turns_real(&from, d, &to, hopform_deflated_rate_real(poles, node, g, end)) <= 1 + odd) {
         if (turns) { hopform_find_minimum_real(poles, g, &from, 0.0, &to, end->t, &least); }
         return least;
     }

@@ -344,15 +344,65 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
 
 /* ---- certificate ---- */
 
-/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1, 2
- * for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its
- * sign, is 0 or less. */
-static inline bool has_no_root_real(const jet_real *from, real d, const jet_real *to, real d_then) {
-    const bool faded = !(fabs_real(d_then) > 0.0) & (d > 0.0); /* no sign is left of it: the worse one */
-    const bool negative_then = (d_then < 0.0) | faded;
-    const bool after_negative = (to->rate < 0.0) | negative_then;
-    const bool after_positive = (!(from->rate < 0.0)) | ((to->rate < 0.0) & !negative_then);
-    return d < 0.0 ? after_negative : after_positive;
+/* The deflated derivative d = g'' + l g', l the real pole, or the fastest of three: a function of the two poles that
+ * are left, d = A R' + B R, R their impulse response, A and B the deflated numerator. The sum of jets would lose
+ * (a/w)^2 eps of it, w the frequency of the pair. */
+typedef struct {
+    real A, B;
+    real R, Rd;
+    real sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
+} deflated_real;
+
+static inline deflated_real deflated_at_real(const hopform_poles_real *poles, const hopform_node_real *node,
+                                             const event_function_real *g, const propagator_real *at) {
+    const bool rings = node->half_period < HOPFORM_NEVER_real;
+    const real sum = rings ? poles->p : node->second + node->third;
+    const real product = rings ? poles->q : node->second * node->third;
+    deflated_real d = {g->H2 - sum * g->H3,
+                       g->H1 - product * g->H3,
+                       at->basis.Wd + node->pole * at->basis.W,
+                       at->basis.Wdd + node->pole * at->basis.Wd,
+                       sum,
+                       product};
+    if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
+        const hopform_pair_real pair = hopform_pair_at_real(poles, at->t);
+        d.R = pair.R;
+        d.Rd = pair.Rd;
+    }
+    return d;
+}
+
+/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
+static inline real decided_real(real value, real terms) {
+    return fabs_real(value) > 16.0 * HOPFORM_EPS_real * terms ? value : 0.0;
+}
+
+/* The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative at
+ * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
+static inline real deflated_derivative_real(const event_set_real *set, const event_function_real *g,
+                                            const propagator_real *at, real side) {
+    const deflated_real d = deflated_at_real(set->poles, set->node, g, at);
+    const real of_A = d.A * d.Rd, of_B = d.B * d.R;
+    const real value = decided_real(of_A + of_B, fabs_real(of_A) + fabs_real(of_B));
+    if (fabs_real(value) > 0.0) { return value; }
+    const real of_Rd = (d.B - d.sum * d.A) * d.Rd, of_R = d.product * (d.A * d.R);
+    return side * decided_real(of_Rd - of_R, fabs_real(of_Rd) + fabs_real(of_R));
+}
+
+/* Whether a rate is negative by more than rounding. */
+static inline bool falls_for_certain_real(const event_function_real *g, const propagator_real *at, real rate) {
+    const hopform_basis_real *w = &at->basis;
+    const real terms = fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W);
+    return decided_real(rate, terms) < 0.0;
+}
+
+/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g', or 0 where its sign is
+ * rounding, and `falls_then` whether g' is negative at the end for certain. With V = 0, 1, 1, 2 for the signs (+, +),
+ * (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its sign, is 0 or less. */
+static inline bool has_no_root_real(const jet_real *from, real d, bool falls_then, real d_then) {
+    const bool after_negative = falls_then | (d_then < 0.0);
+    const bool after_positive = (!(from->rate < 0.0)) | (falls_then & (d_then > 0.0));
+    return (after_negative | (d > 0.0)) & (after_positive | (d < 0.0));
 }
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
@@ -394,8 +444,16 @@ static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles,
     return low > M6 * hhh * hhh / 43200.0 + rounding;
 }
 
+/* Whether the curvature of an event function is more than what rounding may have left of it. */
+static inline bool bends_real(const event_function_real *g, const propagator_real *at, real curvature) {
+    const hopform_basis_real *w = &at->basis;
+    const real terms = fabs_real(g->H3 * at->W_third) + fabs_real(g->H2 * w->Wdd) + fabs_real(g->H1 * w->Wd);
+    return fabs_real(curvature) > 64.0 * HOPFORM_EPS_real * terms;
+}
+
 /* Rule 4: the minimum of g between two times between which its rate becomes positive: a root of the rate, by
- * Householder's method, until a further step changes the value by less than rounding does. */
+ * Householder's method, until a further step changes the value by less than rounding does. Where the curvature is
+ * rounding, a step says nothing: then until g cannot fall by more than that between the times that enclose the root. */
 static inline propagator_real minimum_between_real(const hopform_poles_real *poles, const event_function_real *g,
                                                    const jet_real *from, real low, const jet_real *to, real high) {
     const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, from)};
@@ -403,15 +461,20 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
     const real apart = high - low;
     const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, apart);
     real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
+    real falls_by = -from->rate; /* at the lower time */
     propagator_real at = propagator_at_real(poles, t);
     for (int n = 0; n < 100; n++) {
         const jet_real jet = jet_at_real(poles, g, &at);
         const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, &jet)};
         const real step = step_to_root_real(&falls);
+        const real bound = rounding_of_real(g, &at, 0.0);
         const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
-        if (!is_far && fabs_real(step * jet.rate) <= rounding_of_real(g, &at, 0.0)) { break; }
+        const bool is_near = !is_far & (jet.curvature > 0.0) & (fabs_real(step * jet.rate) <= bound);
+        if (is_near && bends_real(g, &at, jet.curvature)) { break; }
+        falls_by = jet.rate < 0.0 ? -jet.rate : falls_by;
         low = jet.rate < 0.0 ? t : low;
         high = jet.rate < 0.0 ? high : t;
+        if ((high - low) * falls_by <= bound) { break; }
         t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) { t = low + 0.5 * (high - low); }
         at = propagator_at_real(poles, t);
@@ -431,13 +494,20 @@ static inline real cut_between_real(real d, real d_then, real h) {
 /* Rule 5 of a pair that rings: how long from `at` on g, for certain, has no root; NEVER if it has none at all.
  *
  * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
- * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
-static inline real quiet_time_of_ringing_real(const hopform_poles_real *poles, const jet_real *at, real rounding) {
+ * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
+ * share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of larger numbers. */
+static inline real quiet_time_of_ringing_real(const event_set_real *set, const event_function_real *g,
+                                              const propagator_real *start, const jet_real *at, real rounding) {
+    const hopform_poles_real *poles = set->poles;
     const real mu = 0.5 * poles->p;
     const real ww = poles->q - mu * mu;
-    const real x = (at->third + poles->p * at->curvature + poles->q * at->rate) / hopform_residue_real(poles);
-    const real r = at->rate - x;
-    const real X = -(at->curvature + poles->a * x + poles->p * r) / poles->q;
+    const deflated_real deflated = deflated_at_real(set->poles, set->node, g, start);
+    const real d = deflated.A * deflated.Rd + deflated.B * deflated.R;
+    const real D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
+    const real r = (poles->a * d - D) / hopform_residue_real(poles);
+    const bool stiff = poles->a * poles->a > poles->q;
+    const real X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
+    const real x = at->rate - r;
     const real wY = r + mu * X;
     const real left = at->value - X - 1.001 * sqrt_real(X * X + wY * wY / ww) - rounding;
     const real time = -left / (x < 0.0 ? x : -1.0);
@@ -447,33 +517,38 @@ static inline real quiet_time_of_ringing_real(const hopform_poles_real *poles, c
 }
 
 /* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
- * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). */
-static inline real quiet_time_of_decay_real(const event_set_real *set, const jet_real *at, real rounding) {
+ * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). The second is d, the third what
+ * is left of its numerator without l_3, times R' + l_2 R. */
+static inline real quiet_time_of_decay_real(const event_set_real *set, const event_function_real *g,
+                                            const propagator_real *start, const jet_real *at, real rounding) {
     const real l_1 = set->node->pole;
     const real l_2 = set->node->second;
+    const real l_3 = set->node->third;
     const real product = l_1 * l_2;
     if (!(product > 0.0)) { return 0.0; }
+    const deflated_real d = deflated_at_real(set->poles, set->node, g, start);
+    const real slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
     const real first = hopform_lesser_real(at->rate, 0.0);
-    const real second = hopform_lesser_real(at->curvature + l_1 * at->rate, 0.0);
-    const real third = hopform_lesser_real(at->third + (l_1 + l_2) * at->curvature + product * at->rate, 0.0);
+    const real second = hopform_lesser_real(d.A * d.Rd + d.B * d.R, 0.0);
+    const real third = hopform_lesser_real(slowest * (d.Rd + l_2 * d.R), 0.0);
     const real left = at->value + first / l_1 + second / product - rounding;
     const real falls = third / product;
     if (!(left > 0.0)) { return 0.0; }
-    return !(falls < 0.0) || left * set->node->third > -falls ? HOPFORM_NEVER_real : -left / falls;
+    return !(falls < 0.0) || left * l_3 > -falls ? HOPFORM_NEVER_real : -left / falls;
 }
 
-/* Rule 5: how long from `at` on g, for certain, has no root. */
-static inline real quiet_time_real(const event_set_real *set, const jet_real *at, real rounding) {
-    return set->node->half_period < HOPFORM_NEVER_real ? quiet_time_of_ringing_real(set->poles, at, rounding)
-                                                       : quiet_time_of_decay_real(set, at, rounding);
+/* Rule 5: how long from `at`, the jet at `start`, on g, for certain, has no root. */
+static inline real quiet_time_real(const event_set_real *set, const event_function_real *g,
+                                   const propagator_real *start, const jet_real *at, real rounding) {
+    return set->node->half_period < HOPFORM_NEVER_real ? quiet_time_of_ringing_real(set, g, start, at, rounding)
+                                                       : quiet_time_of_decay_real(set, g, start, at, rounding);
 }
 
 /* ---- the search ---- */
 
 /* An interval of the search: its ends, the jets there, and which function has its first root at the second one. */
 typedef struct {
-    real low;
-    propagator_real high;
+    propagator_real low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
     jet_real from[MOST_EVENT_FUNCTIONS_real];
@@ -495,7 +570,7 @@ static inline bool has_crossed_real(const jet_real *to, real h, real rounding, b
  * 2 if it has not. Its jet there. */
 static inline real guessed_crossing_real(const event_function_real *g, const interval_real *in, const jet_real *from,
                                          jet_real *to) {
-    const real h = in->high.t - in->low;
+    const real h = in->high.t - in->low.t;
     const bool is_last = in->found < 0 && g->shape != DISTANCE_real;
     *to = short_jet_at_real(g, &in->high);
     return has_crossed_real(to, h, rounding_of_real(g, &in->high, to->rate), is_last) ? rough_root_real(from, to, h)
@@ -533,9 +608,9 @@ static inline bool first_crossing_real(const event_set_real *set, interval_real 
 /* Ends the interval at the root of a function that has crossed zero in it. */
 static inline void end_at_crossing_real(const event_set_real *set, interval_real *in, const crossing_real *crossing) {
     const event_function_real *g = &set->function[crossing->function];
-    const real h = in->high.t - in->low;
+    const real h = in->high.t - in->low.t;
     const interpolant_real p = interpolant_of_real(&in->from[crossing->function], &in->to, h);
-    locate_root_real(set->poles, g, in->low, &in->high, in->low + h * refined_root_real(&p, crossing->share));
+    locate_root_real(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_real(&p, crossing->share));
     in->found = crossing->function;
 }
 
@@ -556,7 +631,7 @@ static inline void settle_ties_real(const event_set_real *set, interval_real *in
         const event_function_real *g = &set->function[n];
         const real rate = rate_at_real(g, &in->high);
         const real rounding = rounding_of_real(g, &in->high, rate);
-        if (!(rate * (in->high.t - in->low) < -16.0 * rounding)) { continue; }
+        if (!(rate * (in->high.t - in->low.t) < -16.0 * rounding)) { continue; }
         const real value = value_at_real(g, &in->high);
         if (found->shape == DISTANCE_real ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
                                           : (value - 4.0 * rounding) * fabs_real(other)
@@ -574,18 +649,6 @@ static inline bool crosses_at_limit_real(const event_function_real *g, const pro
            && rate * limit < -16.0 * rounding_of_real(g, at, rate);
 }
 
-/* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
-static inline real deflated_real(const event_set_real *set, const event_function_real *g, const jet_real *at, real t) {
-    if (t > set->node->fades) {
-        const hopform_poles_real *poles = set->poles;
-        const hopform_numerator_real numerator = {g->H3, g->H2, g->H1};
-        const hopform_pair_numerator_real left = hopform_deflated_numerator_real(poles, &numerator);
-        const hopform_pair_real pair = hopform_pair_at_real(poles, t);
-        return left.A * pair.Rd + left.B * pair.R;
-    }
-    return at->curvature + set->node->pole * at->rate;
-}
-
 /* Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation. */
 static inline bool is_certified_real(const event_set_real *set, interval_real *in, int32_t n, real d) {
     const event_function_real *g = &set->function[n];
@@ -595,12 +658,12 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
     if (to->value < 0.0 && n != in->found && to->value < -rounding_of_real(g, &in->high, to->rate)) {
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
-    const real d_then = deflated_real(set, g, to, in->high.t);
-    if (has_no_root_real(from, d, to, d_then)) { return true; }
-    const real h = in->high.t - in->low;
+    const real d_then = deflated_derivative_real(set, g, &in->high, -1.0);
+    if (has_no_root_real(from, d, falls_for_certain_real(g, &in->high, to->rate), d_then)) { return true; }
+    const real h = in->high.t - in->low.t;
     const real rounding = rounding_of_real(g, &in->high, to->rate);
     return (!(d < 0.0) && is_held_up_by_slope_real(set->node->pole, from, to, h, rounding))
-           || quiet_time_real(set, from, rounding) > h
+           || quiet_time_real(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_real
                && is_held_up_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding));
 }
@@ -611,19 +674,19 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
     const event_function_real *g = &set->function[n];
     const jet_real *from = &in->from[n];
     const jet_real *to = &in->to;
-    const real h = in->high.t - in->low;
-    const real d_then = deflated_real(set, g, to, in->high.t);
-    if (!(d < 0.0) && !(d_then < 0.0) && from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
+    const real h = in->high.t - in->low.t;
+    const real d_then = deflated_derivative_real(set, g, &in->high, -1.0);
+    if (from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         in->to.third = third_of_real(set->poles, g, &in->high);
-        const propagator_real lowest = minimum_between_real(set->poles, g, from, in->low, to, in->high.t);
+        const propagator_real lowest = minimum_between_real(set->poles, g, from, in->low.t, to, in->high.t);
         const jet_real least = short_jet_at_real(g, &lowest);
         if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
         in->found = -1;
         return false;
     }
-    const real cut = in->low + cut_between_real(d, d_then, h);
-    if (!(cut > in->low && cut < in->high.t)) { return true; /* too short to be cut */ }
+    const real cut = in->low.t + cut_between_real(d, d_then, h);
+    if (!(cut > in->low.t && cut < in->high.t)) { return true; /* too short to be cut */ }
     end_interval_at_real(set, in, cut);
     return false;
 }
@@ -634,8 +697,9 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
         const event_function_real *g = &set->function[n];
         if (g->shape != MAY_TURN_real) { continue; }
         /* what is cheap of rule 2 comes first */
-        const real d = deflated_real(set, g, &in->from[n], in->low);
-        const bool soon = d < 0.0 ? rate_at_real(g, &in->high) < 0.0 : !(in->from[n].rate < 0.0);
+        const real d = deflated_derivative_real(set, g, &in->low, 1.0);
+        const bool soon = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
+                                  : (d > 0.0) & !(in->from[n].rate < 0.0);
         if (!soon && !is_certified_real(set, in, n, d) && !is_certified_inside_real(set, in, n, d)) { return false; }
     }
     if (in->found > 0) { settle_ties_real(set, in); }
@@ -654,7 +718,7 @@ static inline bool find_first_root_real(const event_set_real *set, interval_real
 
 /* The next interval begins where this one has ended. */
 static inline void begin_interval_real(const event_set_real *set, interval_real *in) {
-    in->low = in->high.t;
+    in->low = in->high;
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
         in->from[n] = jet_at_real(set->poles, &set->function[n], &in->high);
@@ -668,15 +732,17 @@ static inline real quiet_until_real(const event_set_real *set, const interval_re
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const real rounding = 16.0 * HOPFORM_EPS_real * fabs_real(set->function[n].start);
         if (set->function[n].shape != DISTANCE_real) { /* one that is monotone is looked at where the interval ends */
-            quiet = hopform_lesser_real(quiet_time_real(set, &in->from[n], rounding), quiet);
+            quiet =
+                hopform_lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
-    return in->low + quiet;
+    return in->low.t + quiet;
 }
 
 /* Begin the first interval. A function that is below zero already and falls is found; -1 if there is none. */
 static inline int32_t begin_at_start_real(const event_set_real *set, interval_real *in) {
     int32_t found = -1;
+    in->low = propagator_at_start_real(set->poles);
     for (int32_t n = set->count - 1; n >= 0; n--) {
         in->from[n] = jet_at_start_real(set->poles, &set->function[n]);
         if (in->from[n].value < 0.0) {
