@@ -224,7 +224,7 @@ def solve_stances(
     robots = robot_columns(robot, {name: plain[name] for name in fields})
     shape = _shape_of(given | robots, EACH_DIFFERENTIATED if wanted["sensitivities"] else EACH)
     _check_states(given, robots)
-    given["y"] = _compression(robot, given["x1"], given.pop("x2", None), given.pop("compression", None), robots)
+    given["y"] = _compression(robot, given, robots) if leg else 0.0
     columns = (*(given[name] for name in STATES), *robots.values())
     size = math.prod(shape)
     back_end = robot.solver.back_end(backend)
@@ -359,17 +359,14 @@ def _check_states(given: dict[str, Column], robots: dict[str, Column]) -> None:
     refuse_any("x1", x1, (low <= x1) & (x1 <= high), reason)
 
 
-def _compression(
-    robot: Robot, x1: Column, x2: Column | None, given: Column | None, robots: dict[str, Column]
-) -> Column:
-    """The compression at touchdown, exactly 0 where it and x2 are left out or say so within rounding."""
-    if x2 is None and given is None:
-        return 0.0
+def _compression(robot: Robot, given: dict[str, Column], robots: dict[str, Column]) -> Column:
+    """The compression at touchdown from x1 and from x2 or itself, exactly 0 where these say so within rounding."""
+    x1, x2 = given["x1"], given.get("x2")
     values = {name: np.asarray(each, float) for name, each in robots.items()}  # in double precision, as for one stance
     place, L0, c = np.asarray(x1, float), values["L0"], values["c"]
     rest = robot.solver.package.formulas.compression_at_rest(type(robot.parameters)(**values))
     height = None if x2 is None else np.asarray(x2, float)
-    y = np.asarray(given, float) if height is None else (place - height + L0) + c - rest
+    y = np.asarray(given["compression"], float) if height is None else (place - height + L0) + c - rest
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
     if height is None:
         refuse_any("compression", y, y >= 0.0, lambda bad: f"must be >= 0 m, or the spring pulls, got {bad!r}")

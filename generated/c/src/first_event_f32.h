@@ -412,6 +412,25 @@ static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const j
     return left > -h * from->rate && left * hopform_greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
 }
 
+/* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
+ * not grow. So g' falls below 0 by no more than its start, with its rounding, and h times that amplitude, and g has
+ * lost no more than h times it. What has faded below the rounding of g is certified so. */
+static inline bool has_faded_f32(const event_set_f32 *set, const event_function_f32 *g, const propagator_f32 *start,
+                                  const jet_f32 *from, float h, float bound) {
+    const hopform_poles_f32 *poles = set->poles;
+    const hopform_basis_f32 *w = &start->basis;
+    const deflated_f32 deflated = deflated_at_f32(poles, set->node, g, start);
+    const float mu = 0.5f * poles->p;
+    const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
+    const float wY =
+        (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles->q * deflated.A) * deflated.R;
+    const float amplitude = sqrt_f32(d * d + wY * wY / (poles->q - mu * mu));
+    const float rounding =
+        16.0f * HOPFORM_EPS_f32 * (fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W));
+    const float falls = rounding - hopform_lesser_f32(from->rate, 0.0f) + 1.001f * h * amplitude;
+    return from->value + bound > h * falls;
+}
+
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
     const float mu = 0.5f * poles->p;
@@ -665,7 +684,8 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
     return (!(d < 0.0f) && is_held_up_by_slope_f32(set->node->pole, from, to, h, rounding))
            || quiet_time_f32(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f32
-               && is_held_up_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding));
+               && (is_held_up_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding)
+                   || has_faded_f32(set, g, &in->low, from, h, rounding)));
 }
 
 /* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,

@@ -412,6 +412,25 @@ static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const 
     return left > -h * from->rate && left * hopform_greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
 }
 
+/* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
+ * not grow. So g' falls below 0 by no more than its start, with its rounding, and h times that amplitude, and g has
+ * lost no more than h times it. What has faded below the rounding of g is certified so. */
+static inline bool has_faded_f64(const event_set_f64 *set, const event_function_f64 *g, const propagator_f64 *start,
+                                  const jet_f64 *from, double h, double bound) {
+    const hopform_poles_f64 *poles = set->poles;
+    const hopform_basis_f64 *w = &start->basis;
+    const deflated_f64 deflated = deflated_at_f64(poles, set->node, g, start);
+    const double mu = 0.5 * poles->p;
+    const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
+    const double wY =
+        (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles->q * deflated.A) * deflated.R;
+    const double amplitude = sqrt_f64(d * d + wY * wY / (poles->q - mu * mu));
+    const double rounding =
+        16.0 * HOPFORM_EPS_f64 * (fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W));
+    const double falls = rounding - hopform_lesser_f64(from->rate, 0.0) + 1.001 * h * amplitude;
+    return from->value + bound > h * falls;
+}
+
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
     const double mu = 0.5 * poles->p;
@@ -665,7 +684,8 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
     return (!(d < 0.0) && is_held_up_by_slope_f64(set->node->pole, from, to, h, rounding))
            || quiet_time_f64(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f64
-               && is_held_up_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding));
+               && (is_held_up_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding)
+                   || has_faded_f64(set, g, &in->low, from, h, rounding)));
 }
 
 /* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,

@@ -3969,6 +3969,23 @@ def is_held_up_by_slope(l_: Real, from_: Jet, to: Jet, h: Real, bound: Real) -> 
     return left > -h * from_.rate and left * greater(1.0 - l_ * h, ZERO) > -h * to.rate
 
 
+def has_faded(set: EventSet, g: EventFunction, start: Propagator, from_: Jet, h: Real, bound: Real) -> bool:
+    """Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that
+    does not grow. So g' falls below 0 by no more than its start, with its rounding, and h times that amplitude, and
+    g has lost no more than h times it. What has faded below the rounding of g is certified so.
+    """
+    poles = set.poles
+    w = start.basis
+    deflated = deflated_at(poles, set.node, g, start)
+    mu = 0.5 * poles.p
+    d = deflated.A * deflated.Rd + deflated.B * deflated.R
+    wY = (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles.q * deflated.A) * deflated.R
+    amplitude = sqrt(d * d + wY * wY / (poles.q - mu * mu))
+    rounding = 16.0 * EPS * (abs(g.H3 * w.Wdd) + abs(g.H2 * w.Wd) + abs(g.H1 * w.W))
+    falls = rounding - lesser(from_.rate, ZERO) + 1.001 * h * amplitude
+    return from_.value + bound > h * falls
+
+
 def sixth_derivative_bound(poles: Poles, g: EventFunction) -> Real:
     """Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes."""
     mu = 0.5 * poles.p
@@ -4257,8 +4274,8 @@ def is_certified(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
     h = in_.high.t - in_.low.t
     rounding = rounding_of(g, in_.high, to.rate)
     return not d < 0.0 and is_held_up_by_slope(set.node.pole, from_, to, h, rounding) or quiet_time(set, g, in_.low,
-        from_, rounding) > h or set.node.half_period < NEVER and is_held_up_by_bernstein(set.poles, g, from_, to, h,
-        n == in_.found, rounding)
+        from_, rounding) > h or set.node.half_period < NEVER and (is_held_up_by_bernstein(set.poles, g, from_, to, h,
+        n == in_.found, rounding) or has_faded(set, g, in_.low, from_, h, rounding))
 
 
 def is_certified_inside(set: EventSet, in_: Interval, n: int, d: Real) -> bool:

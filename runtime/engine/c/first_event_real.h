@@ -412,6 +412,25 @@ static inline bool is_held_up_by_slope_real(real l, const jet_real *from, const 
     return left > -h * from->rate && left * hopform_greater_real(1.0 - l * h, 0.0) > -h * to->rate;
 }
 
+/* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
+ * not grow. So g' falls below 0 by no more than its start, with its rounding, and h times that amplitude, and g has
+ * lost no more than h times it. What has faded below the rounding of g is certified so. */
+static inline bool has_faded_real(const event_set_real *set, const event_function_real *g, const propagator_real *start,
+                                  const jet_real *from, real h, real bound) {
+    const hopform_poles_real *poles = set->poles;
+    const hopform_basis_real *w = &start->basis;
+    const deflated_real deflated = deflated_at_real(poles, set->node, g, start);
+    const real mu = 0.5 * poles->p;
+    const real d = deflated.A * deflated.Rd + deflated.B * deflated.R;
+    const real wY =
+        (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles->q * deflated.A) * deflated.R;
+    const real amplitude = sqrt_real(d * d + wY * wY / (poles->q - mu * mu));
+    const real rounding =
+        16.0 * HOPFORM_EPS_real * (fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W));
+    const real falls = rounding - hopform_lesser_real(from->rate, 0.0) + 1.001 * h * amplitude;
+    return from->value + bound > h * falls;
+}
+
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
 static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, const event_function_real *g) {
     const real mu = 0.5 * poles->p;
@@ -665,7 +684,8 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
     return (!(d < 0.0) && is_held_up_by_slope_real(set->node->pole, from, to, h, rounding))
            || quiet_time_real(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_real
-               && is_held_up_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding));
+               && (is_held_up_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding)
+                   || has_faded_real(set, g, &in->low, from, h, rounding)));
 }
 
 /* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,
