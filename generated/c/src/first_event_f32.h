@@ -386,7 +386,9 @@ static inline float deflated_derivative_f32(const event_set_f32 *set, const even
     const float value = decided_f32(of_A + of_B, fabs_f32(of_A) + fabs_f32(of_B));
     if (fabs_f32(value) > 0.0f) { return value; }
     const float of_Rd = (d.B - d.sum * d.A) * d.Rd, of_R = d.product * (d.A * d.R);
-    return side * decided_f32(of_Rd - of_R, fabs_f32(of_Rd) + fabs_f32(of_R));
+    const float terms = fabs_f32(of_Rd) + fabs_f32(of_R);
+    if (!(terms > 0.0f) && side > 0.0f) { return 1.0f; /* d is 0 for good, and e^(lt) g' keeps its sign */ }
+    return side * decided_f32(of_Rd - of_R, terms);
 }
 
 /* Whether a rate is negative by more than rounding. */

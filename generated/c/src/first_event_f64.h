@@ -386,7 +386,9 @@ static inline double deflated_derivative_f64(const event_set_f64 *set, const eve
     const double value = decided_f64(of_A + of_B, fabs_f64(of_A) + fabs_f64(of_B));
     if (fabs_f64(value) > 0.0) { return value; }
     const double of_Rd = (d.B - d.sum * d.A) * d.Rd, of_R = d.product * (d.A * d.R);
-    return side * decided_f64(of_Rd - of_R, fabs_f64(of_Rd) + fabs_f64(of_R));
+    const double terms = fabs_f64(of_Rd) + fabs_f64(of_R);
+    if (!(terms > 0.0) && side > 0.0) { return 1.0; /* d is 0 for good, and e^(lt) g' keeps its sign */ }
+    return side * decided_f64(of_Rd - of_R, terms);
 }
 
 /* Whether a rate is negative by more than rounding. */

@@ -3982,7 +3982,10 @@ def deflated_derivative(set: EventSet, g: EventFunction, at: Propagator, side: R
         return value
     of_Rd = (d.B - d.sum * d.A) * d.Rd
     of_R = d.product * (d.A * d.R)
-    return side * decided(of_Rd - of_R, abs(of_Rd) + abs(of_R))
+    terms = abs(of_Rd) + abs(of_R)
+    if not terms > 0.0 and side > 0.0:
+        return 1.0  # d is 0 for good, and e^(lt) g' keeps its sign
+    return side * decided(of_Rd - of_R, terms)
 
 
 def falls_for_certain(g: EventFunction, at: Propagator, rate: Real) -> bool:

@@ -386,7 +386,9 @@ static inline real deflated_derivative_real(const event_set_real *set, const eve
     const real value = decided_real(of_A + of_B, fabs_real(of_A) + fabs_real(of_B));
     if (fabs_real(value) > 0.0) { return value; }
     const real of_Rd = (d.B - d.sum * d.A) * d.Rd, of_R = d.product * (d.A * d.R);
-    return side * decided_real(of_Rd - of_R, fabs_real(of_Rd) + fabs_real(of_R));
+    const real terms = fabs_real(of_Rd) + fabs_real(of_R);
+    if (!(terms > 0.0) && side > 0.0) { return 1.0; /* d is 0 for good, and e^(lt) g' keeps its sign */ }
+    return side * decided_real(of_Rd - of_R, terms);
 }
 
 /* Whether a rate is negative by more than rounding. */
