@@ -442,12 +442,13 @@ def _arguments(types: Types, columns: Columns, max_phases: int) -> tuple[bytes, 
     """hopform_stances_in for these columns, and the memory of those that are numbers; both must outlive it."""
     states = len(package.STATES)
     ordered = *columns[states:], *columns[:states]
-    numbers = np.array([0.0 if isinstance(column, np.ndarray) else column for column in ordered], types.dtype)
+    numbers = np.zeros(len(ordered), types.dtype)
     own, size, packed = _address(numbers), numbers.itemsize, list[int]()
     for n, column in enumerate(ordered):
         if isinstance(column, np.ndarray):
             packed += _address(column), column.strides[0]
         else:
+            numbers[n] = column
             packed += own + n * size, 0
     return types.stances_in.pack(*packed, max_phases), numbers
 
