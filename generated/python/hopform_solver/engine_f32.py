@@ -6368,7 +6368,7 @@ def stance_end_phase(chain: StanceChain, end: StanceSearch) -> int:
     chain.aed += aed_in_phase(chain, length) if chain.adds_up else ZERO
     stance_arrive(chain, end.in_.high.basis)
     show_phase(chain, start, length, end.in_.high.basis, end.owner == CONTACT)
-    chain.t = until if passes else chain.t + length
+    chain.t = until if passes else lesser(chain.t + length, until)  # not behind it by rounding
     if end.owner == CONTACT:
         chain.at.y = ZERO
         return ENDING_TAKEOFF

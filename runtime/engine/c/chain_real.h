@@ -687,7 +687,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
     stance_arrive_real(chain, &end->in.high.basis);
     show_phase_real(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_real);
-    chain->t = passes ? until : chain->t + length;
+    chain->t = passes ? until : hopform_lesser_real(chain->t + length, until); /* not behind it by rounding */
     if (end->owner == CONTACT_real) {
         real *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
         *compression = HOPFORM_CONTACT_IS_COMPRESSION || *compression < 0.0 ? 0.0 : *compression;
