@@ -65,12 +65,24 @@ class Expressions:
             if number.p != 1:
                 above.insert(0, repr(float(number.p)))
             below.insert(0, repr(float(number.q)))
+        if len(below) > 1 and not below[0][0].isdigit() and len(above) >= len(below):
+            return "*".join(self._quotients(above, below))
         top = "*".join(above) or "1.0"
         if not below:
             return top
-        if self.divide and not below[0][0].isdigit():
-            return f"{self.divide}({top}, {'*'.join(below)})"
-        return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({'*'.join(below)})"
+        return self._quotient(top, below[0] if len(below) == 1 else f"({'*'.join(below)})")
+
+    def _quotients(self, above: list[str], below: list[str]) -> Iterator[str]:
+        """A product of quotients: it stays in the range of numbers where a product of small masses does not."""
+        numbers = above[:1] if above[0][0].isdigit() else []
+        names = above[len(numbers) :]
+        yield from numbers
+        for n, bottom in enumerate(below):
+            top = "*".join(names[n : n + 1] if n + 1 < len(below) else names[n:]) or "1.0"
+            yield f"({self._quotient(top, bottom)})"
+
+    def _quotient(self, top: str, bottom: str) -> str:
+        return f"{self.divide}({top}, {bottom})" if self.divide and not bottom[0].isdigit() else f"{top}/{bottom}"
 
     def _factor(self, base: sp.Expr) -> str:
         if base.is_Symbol:

@@ -293,23 +293,23 @@ static inline hopform_rates_f64 hopform_rates_of_f64(const hopform_robot_f64 *ro
 {
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const double b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2, g = robot->g;
-    const double a1_y = -k/m_eff;                            /* (3) per y */
-    const double a1_v1 = -b1/m_eff;                          /* (3) per v1 */
-    const double a1_v2 = 0.0;                                /* (3) per v2 */
-    const double a2_y = k/m_s;                               /* (4) per y */
-    const double a2_v1 = 0.0;                                /* (4) per v1 */
-    const double a2_v2 = -b2/m_s;                            /* (4) per v2 */
-    const double a1_u = -gamma2/m_eff;                       /* (3) per u */
-    const double a1_0 = c*k/m_eff;                           /* (3) constant */
-    const double a2_0 = -g;                                  /* (4) constant */
-    const double s_1 = b1/m_eff + b2/m_s;                    /* (11) denominator */
-    const double s_2 = k/m_eff + k/m_s + b1*b2/(m_eff*m_s);  /* (11) denominator */
-    const double s_3 = b1*k/(m_eff*m_s) + b2*k/(m_eff*m_s);  /* (11) denominator */
-    const double p_1 = b1/m_eff;                             /* (6) denominator */
-    const double q_1 = k/m_eff;                              /* (6) denominator */
-    const double p_2 = b2/m_s;                               /* (7) denominator */
-    const double q_2 = k/m_s;                                /* (7) denominator */
-    const double damping = b1*b2/(m_eff*m_s);                /* (11) denominator without the spring */
+    const double a1_y = -k/m_eff;                                /* (3) per y */
+    const double a1_v1 = -b1/m_eff;                              /* (3) per v1 */
+    const double a1_v2 = 0.0;                                    /* (3) per v2 */
+    const double a2_y = k/m_s;                                   /* (4) per y */
+    const double a2_v1 = 0.0;                                    /* (4) per v1 */
+    const double a2_v2 = -b2/m_s;                                /* (4) per v2 */
+    const double a1_u = -gamma2/m_eff;                           /* (3) per u */
+    const double a1_0 = c*k/m_eff;                               /* (3) constant */
+    const double a2_0 = -g;                                      /* (4) constant */
+    const double s_1 = b1/m_eff + b2/m_s;                        /* (11) denominator */
+    const double s_2 = k/m_eff + k/m_s + (b1/m_eff)*(b2/m_s);    /* (11) denominator */
+    const double s_3 = (b1/m_eff)*(k/m_s) + (b2/m_eff)*(k/m_s);  /* (11) denominator */
+    const double p_1 = b1/m_eff;                                 /* (6) denominator */
+    const double q_1 = k/m_eff;                                  /* (6) denominator */
+    const double p_2 = b2/m_s;                                   /* (7) denominator */
+    const double q_2 = k/m_s;                                    /* (7) denominator */
+    const double damping = (b1/m_eff)*(b2/m_s);                  /* (11) denominator without the spring */
     const hopform_rates_f64 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping};
     return result;
 }
@@ -936,18 +936,18 @@ static inline hopform_slopes_f64 hopform_slopes_of_f64(const hopform_robot_f64 *
     const double d_b1 = robot_change->d_b1, d_b2 = robot_change->d_b2;
     const double d_f1 = robot_change->d_f1, d_f2 = robot_change->d_f2;
     const double d_gamma2 = robot_change->d_gamma2, d_g = robot_change->d_g;
-    const double d_a1_y = d_m_eff*k/(m_eff*m_eff) - d_k/m_eff;                    /* change of (3) per y */
-    const double d_a1_v1 = b1*d_m_eff/(m_eff*m_eff) - d_b1/m_eff;                 /* change of (3) per v1 */
-    const double d_a1_v2 = 0.0;                                                   /* change of (3) per v2 */
-    const double d_a2_y = d_k/m_s - d_m_s*k/(m_s*m_s);                            /* change of (4) per y */
-    const double d_a2_v1 = 0.0;                                                   /* change of (4) per v1 */
-    const double d_a2_v2 = b2*d_m_s/(m_s*m_s) - d_b2/m_s;                         /* change of (4) per v2 */
-    const double a1_u = -gamma2/m_eff;                                            /* (3) per u */
-    const double d_a1_u = d_m_eff*gamma2/(m_eff*m_eff) - d_gamma2/m_eff;          /* change of (3) per u */
-    const double d_a1_0 = c*d_k/m_eff + d_c*k/m_eff - c*d_m_eff*k/(m_eff*m_eff);  /* change of (3) constant */
-    const double d_a2_0 = -d_g;                                                   /* change of (4) constant */
-    const double d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1;              /* change of (3), in (10) lambda_2 measured from y = 0 */
-    const double d_C_2 = d_a2_0 - d_f2*side_2;                                    /* change of (4), in (8) -gamma measured from y = 0 */
+    const double d_a1_y = (d_m_eff/m_eff)*(k/m_eff) - d_k/m_eff;                    /* change of (3) per y */
+    const double d_a1_v1 = (b1/m_eff)*(d_m_eff/m_eff) - d_b1/m_eff;                 /* change of (3) per v1 */
+    const double d_a1_v2 = 0.0;                                                     /* change of (3) per v2 */
+    const double d_a2_y = d_k/m_s - (d_m_s/m_s)*(k/m_s);                            /* change of (4) per y */
+    const double d_a2_v1 = 0.0;                                                     /* change of (4) per v1 */
+    const double d_a2_v2 = (b2/m_s)*(d_m_s/m_s) - d_b2/m_s;                         /* change of (4) per v2 */
+    const double a1_u = -gamma2/m_eff;                                              /* (3) per u */
+    const double d_a1_u = (d_m_eff/m_eff)*(gamma2/m_eff) - d_gamma2/m_eff;          /* change of (3) per u */
+    const double d_a1_0 = c*d_k/m_eff + d_c*k/m_eff - (c/m_eff)*(d_m_eff*k/m_eff);  /* change of (3) constant */
+    const double d_a2_0 = -d_g;                                                     /* change of (4) constant */
+    const double d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1;                /* change of (3), in (10) lambda_2 measured from y = 0 */
+    const double d_C_2 = d_a2_0 - d_f2*side_2;                                      /* change of (4), in (8) -gamma measured from y = 0 */
     const hopform_slopes_f64 result = {d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2};
     return result;
 }
@@ -981,8 +981,8 @@ static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot,
     const double v2 = state->v2;
     const double d_g = robot_change->d_g;
     const double d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
-    const double v_up = 0.5*fabs_f64(v2) + 0.5*v2;                            /* max(v_2, 0) */
-    const double d_apex = d_x1 + d_v2*v_up/g - d_y - 0.5*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
+    const double v_up = 0.5*fabs_f64(v2) + 0.5*v2;                              /* max(v_2, 0) */
+    const double d_apex = d_x1 + d_v2*v_up/g - d_y - 0.5*(d_g/g)*(v_up*v_up/g);  /* change of apex of the ballistic flight */
     return d_apex;
 }
 

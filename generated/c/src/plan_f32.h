@@ -39,10 +39,6 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
-    const float lighter = robot->m_eff < robot->m_s ? robot->m_eff : robot->m_s;
-    if (!(lighter * lighter > 0.0f)) { /* derivatives by the masses divide by their squares */
-        return HOPFORM_ERROR_NUMBERS;
-    }
     const hopform_rates_f32 rates = hopform_rates_of_f32(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
     if ((value) < 0.0f) { return HOPFORM_ERROR_UNSTABLE; }

@@ -39,10 +39,6 @@ static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
-    const double lighter = robot->m_eff < robot->m_s ? robot->m_eff : robot->m_s;
-    if (!(lighter * lighter > 0.0)) { /* derivatives by the masses divide by their squares */
-        return HOPFORM_ERROR_NUMBERS;
-    }
     const hopform_rates_f64 rates = hopform_rates_of_f64(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
     if ((value) < 0.0) { return HOPFORM_ERROR_UNSTABLE; }

@@ -1671,13 +1671,13 @@ def rates_of(robot: Robot) -> Rates:
     a1_0 = c*k/m_eff  # (3) constant
     a2_0 = -g  # (4) constant
     s_1 = b1/m_eff + b2/m_s  # (11) denominator
-    s_2 = k/m_eff + k/m_s + b1*b2/(m_eff*m_s)  # (11) denominator
-    s_3 = b1*k/(m_eff*m_s) + b2*k/(m_eff*m_s)  # (11) denominator
+    s_2 = k/m_eff + k/m_s + (b1/m_eff)*(b2/m_s)  # (11) denominator
+    s_3 = (b1/m_eff)*(k/m_s) + (b2/m_eff)*(k/m_s)  # (11) denominator
     p_1 = b1/m_eff  # (6) denominator
     q_1 = k/m_eff  # (6) denominator
     p_2 = b2/m_s  # (7) denominator
     q_2 = k/m_s  # (7) denominator
-    damping = b1*b2/(m_eff*m_s)  # (11) denominator without the spring
+    damping = (b1/m_eff)*(b2/m_s)  # (11) denominator without the spring
     return Rates(a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping)
 
 
@@ -2166,15 +2166,15 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     d_c, d_b1, d_b2 = robot_change.d_c, robot_change.d_b1, robot_change.d_b2
     d_f1, d_f2, d_gamma2 = robot_change.d_f1, robot_change.d_f2, robot_change.d_gamma2
     d_g = robot_change.d_g
-    d_a1_y = d_m_eff*k/(m_eff*m_eff) - d_k/m_eff  # change of (3) per y
-    d_a1_v1 = b1*d_m_eff/(m_eff*m_eff) - d_b1/m_eff  # change of (3) per v1
+    d_a1_y = (d_m_eff/m_eff)*(k/m_eff) - d_k/m_eff  # change of (3) per y
+    d_a1_v1 = (b1/m_eff)*(d_m_eff/m_eff) - d_b1/m_eff  # change of (3) per v1
     d_a1_v2 = ZERO  # change of (3) per v2
-    d_a2_y = d_k/m_s - d_m_s*k/(m_s*m_s)  # change of (4) per y
+    d_a2_y = d_k/m_s - (d_m_s/m_s)*(k/m_s)  # change of (4) per y
     d_a2_v1 = ZERO  # change of (4) per v1
-    d_a2_v2 = b2*d_m_s/(m_s*m_s) - d_b2/m_s  # change of (4) per v2
+    d_a2_v2 = (b2/m_s)*(d_m_s/m_s) - d_b2/m_s  # change of (4) per v2
     a1_u = -gamma2/m_eff  # (3) per u
-    d_a1_u = d_m_eff*gamma2/(m_eff*m_eff) - d_gamma2/m_eff  # change of (3) per u
-    d_a1_0 = c*d_k/m_eff + d_c*k/m_eff - c*d_m_eff*k/(m_eff*m_eff)  # change of (3) constant
+    d_a1_u = (d_m_eff/m_eff)*(gamma2/m_eff) - d_gamma2/m_eff  # change of (3) per u
+    d_a1_0 = c*d_k/m_eff + d_c*k/m_eff - (c/m_eff)*(d_m_eff*k/m_eff)  # change of (3) constant
     d_a2_0 = -d_g  # change of (4) constant
     d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1  # change of (3), in (10) lambda_2 measured from y = 0
     d_C_2 = d_a2_0 - d_f2*side_2  # change of (4), in (8) -gamma measured from y = 0
@@ -2203,7 +2203,7 @@ def apex_change(robot: Robot, state: State, robot_change: RobotChange, state_cha
     d_g = robot_change.d_g
     d_x1, d_v2, d_y = state_change.d_x1, state_change.d_v2, state_change.d_y
     v_up = 0.5*abs(v2) + 0.5*v2  # max(v_2, 0)
-    d_apex = d_x1 + d_v2*v_up/g - d_y - 0.5*d_g*v_up*v_up/(g*g)  # change of apex of the ballistic flight
+    d_apex = d_x1 + d_v2*v_up/g - d_y - 0.5*(d_g/g)*(v_up*v_up/g)  # change of apex of the ballistic flight
     return d_apex
 
 
@@ -7812,9 +7812,6 @@ def rates_of_plan(plan: Plan) -> int:
         and robot.gamma2 <= NEVER) or not (robot.g >= 0.0
         and robot.g <= NEVER) or not robot.x1_min <= NEVER or not robot.x1_max >= -NEVER or not robot.u_max >= 0.0 or not (robot.impact_loss >= 0.0 and robot.impact_loss < 1.0):
         return ERROR_ROBOT
-    lighter = robot.m_eff if robot.m_eff < robot.m_s else robot.m_s
-    if not lighter * lighter > 0.0:  # derivatives by the masses divide by their squares
-        return ERROR_NUMBERS
     rates = rates_of(robot)
     plan.rates.put(rates)
     return OK

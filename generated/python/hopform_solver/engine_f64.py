@@ -1671,13 +1671,13 @@ def rates_of(robot: Robot) -> Rates:
     a1_0 = div(c*k, m_eff)  # (3) constant
     a2_0 = -g  # (4) constant
     s_1 = div(b1, m_eff) + div(b2, m_s)  # (11) denominator
-    s_2 = div(k, m_eff) + div(k, m_s) + div(b1*b2, m_eff*m_s)  # (11) denominator
-    s_3 = div(b1*k, m_eff*m_s) + div(b2*k, m_eff*m_s)  # (11) denominator
+    s_2 = div(k, m_eff) + div(k, m_s) + (div(b1, m_eff))*(div(b2, m_s))  # (11) denominator
+    s_3 = (div(b1, m_eff))*(div(k, m_s)) + (div(b2, m_eff))*(div(k, m_s))  # (11) denominator
     p_1 = div(b1, m_eff)  # (6) denominator
     q_1 = div(k, m_eff)  # (6) denominator
     p_2 = div(b2, m_s)  # (7) denominator
     q_2 = div(k, m_s)  # (7) denominator
-    damping = div(b1*b2, m_eff*m_s)  # (11) denominator without the spring
+    damping = (div(b1, m_eff))*(div(b2, m_s))  # (11) denominator without the spring
     return Rates(a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping)
 
 
@@ -2126,7 +2126,7 @@ def apex_from_energy(robot: Robot, state: State, aed: Real, x1_T: Real, step: Re
     x1, v2 = state.x1, state.v2
     E_td = 0.5*m_s*v2*v2  # (25), after the impact
     E_dist = -g*m_s*step  # (26) without the 1/2, signed
-    apex = x1 + div((E_dist + E_td + aed + 0.5*k*x1*x1 - 0.5*k*x1_T*x1_T), g*m_s)  # (27) with the spring coordinate
+    apex = x1 + div((E_dist + E_td + aed + 0.5*k*x1*x1 - 0.5*k*x1_T*x1_T), (g*m_s))  # (27) with the spring coordinate
     return apex
 
 
@@ -2166,15 +2166,15 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     d_c, d_b1, d_b2 = robot_change.d_c, robot_change.d_b1, robot_change.d_b2
     d_f1, d_f2, d_gamma2 = robot_change.d_f1, robot_change.d_f2, robot_change.d_gamma2
     d_g = robot_change.d_g
-    d_a1_y = div(d_m_eff*k, m_eff*m_eff) - div(d_k, m_eff)  # change of (3) per y
-    d_a1_v1 = div(b1*d_m_eff, m_eff*m_eff) - div(d_b1, m_eff)  # change of (3) per v1
+    d_a1_y = (div(d_m_eff, m_eff))*(div(k, m_eff)) - div(d_k, m_eff)  # change of (3) per y
+    d_a1_v1 = (div(b1, m_eff))*(div(d_m_eff, m_eff)) - div(d_b1, m_eff)  # change of (3) per v1
     d_a1_v2 = 0.0  # change of (3) per v2
-    d_a2_y = div(d_k, m_s) - div(d_m_s*k, m_s*m_s)  # change of (4) per y
+    d_a2_y = div(d_k, m_s) - (div(d_m_s, m_s))*(div(k, m_s))  # change of (4) per y
     d_a2_v1 = 0.0  # change of (4) per v1
-    d_a2_v2 = div(b2*d_m_s, m_s*m_s) - div(d_b2, m_s)  # change of (4) per v2
+    d_a2_v2 = (div(b2, m_s))*(div(d_m_s, m_s)) - div(d_b2, m_s)  # change of (4) per v2
     a1_u = -div(gamma2, m_eff)  # (3) per u
-    d_a1_u = div(d_m_eff*gamma2, m_eff*m_eff) - div(d_gamma2, m_eff)  # change of (3) per u
-    d_a1_0 = div(c*d_k, m_eff) + div(d_c*k, m_eff) - div(c*d_m_eff*k, m_eff*m_eff)  # change of (3) constant
+    d_a1_u = (div(d_m_eff, m_eff))*(div(gamma2, m_eff)) - div(d_gamma2, m_eff)  # change of (3) per u
+    d_a1_0 = div(c*d_k, m_eff) + div(d_c*k, m_eff) - (div(c, m_eff))*(div(d_m_eff*k, m_eff))  # change of (3) constant
     d_a2_0 = -d_g  # change of (4) constant
     d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1  # change of (3), in (10) lambda_2 measured from y = 0
     d_C_2 = d_a2_0 - d_f2*side_2  # change of (4), in (8) -gamma measured from y = 0
@@ -2203,7 +2203,8 @@ def apex_change(robot: Robot, state: State, robot_change: RobotChange, state_cha
     d_g = robot_change.d_g
     d_x1, d_v2, d_y = state_change.d_x1, state_change.d_v2, state_change.d_y
     v_up = 0.5*abs(v2) + 0.5*v2  # max(v_2, 0)
-    d_apex = d_x1 + div(d_v2*v_up, g) - d_y - div(0.5*d_g*v_up*v_up, g*g)  # change of apex of the ballistic flight
+    # change of apex of the ballistic flight
+    d_apex = d_x1 + div(d_v2*v_up, g) - d_y - 0.5*(div(d_g, g))*(div(v_up*v_up, g))
     return d_apex
 
 
@@ -2336,7 +2337,7 @@ def pull_numerator(gains: Gains, v1: Real, acc1: Real, poles: Poles) -> Numerato
 def critical_gains(robot: Robot, time: Real) -> Gains:
     """Gains that bring the actuator back in a given time, critically damped."""
     m_eff, b1 = robot.m_eff, robot.b1
-    settled_rate = 20.0/(3.0*time)  # (1 + 20/3) exp(-20/3) < 1/100
+    settled_rate = div(20.0, (3.0*time))  # (1 + 20/3) exp(-20/3) < 1/100
     shortfall = 2.0*m_eff*settled_rate - b1  # critical damping less b_1
     Kd = 0.5*abs(shortfall) + 0.5*shortfall  # what the motor adds to b_1
     damping = Kd + b1  # b_1 + K_d
@@ -7839,9 +7840,6 @@ def rates_of_plan(plan: Plan) -> int:
         and robot.gamma2 <= NEVER) or not (robot.g >= 0.0
         and robot.g <= NEVER) or not robot.x1_min <= NEVER or not robot.x1_max >= -NEVER or not robot.u_max >= 0.0 or not (robot.impact_loss >= 0.0 and robot.impact_loss < 1.0):
         return ERROR_ROBOT
-    lighter = robot.m_eff if robot.m_eff < robot.m_s else robot.m_s
-    if not lighter * lighter > 0.0:  # derivatives by the masses divide by their squares
-        return ERROR_NUMBERS
     rates = rates_of(robot)
     plan.rates.put(rates)
     return OK

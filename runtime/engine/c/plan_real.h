@@ -39,10 +39,6 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
-    const real lighter = robot->m_eff < robot->m_s ? robot->m_eff : robot->m_s;
-    if (!(lighter * lighter > 0.0)) { /* derivatives by the masses divide by their squares */
-        return HOPFORM_ERROR_NUMBERS;
-    }
     const hopform_rates_real rates = hopform_rates_of_real(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
     if ((value) < 0.0) { return HOPFORM_ERROR_UNSTABLE; }
