@@ -41,14 +41,28 @@ def compression_rate() -> Steps:
     yield Step(sp.Symbol("rate_y", real=True), v1 - v2, "(3), (4)")
 
 
+_FREE = (
+    (free_1, (a1_0, a1_u * u, a1_y * y, a1_v2 * v2), "(3)"),
+    (free_2, (a2_0, a2_y * y, a2_v1 * v1), "(4)"),
+)
+"""Free accelerations of both masses, term by term."""
+
+
 @function(takes=(RATES, STATE, CURRENT), returns=FREE)
 def free_accelerations() -> Steps:
     """Free accelerations of both masses.
 
     They are (3), (4) at v_i = 0 without the friction of mass i.
     """
-    yield Step(free_1, a1_0 + a1_u * u + a1_y * y + a1_v2 * v2, "(3) at v_1 = 0")
-    yield Step(free_2, a2_0 + a2_y * y + a2_v1 * v1, "(4) at v_2 = 0")
+    for name, terms, equation in _FREE:
+        yield Step(name, sp.Add(*terms), f"{equation} at v_i = 0")
+
+
+@function(takes=(RATES, STATE, CURRENT), returns=FREE)
+def free_terms() -> Steps:
+    """Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them."""
+    for name, terms, equation in _FREE:
+        yield Step(name, sp.Add(*map(sp.Abs, terms)), f"{equation} at v_i = 0, by magnitude")
 
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)

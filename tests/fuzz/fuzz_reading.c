@@ -46,7 +46,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const int kind = next_byte(&from), sensible = kind & 1;
     const T(robot) robot = next_robot(&from, kind);
     T(plan) plan;
-    if (T(plan_init)(&plan, &robot) != HOPFORM_OK) {
+    if (T(plan_init)(&plan, &robot) < 0) {
         return 0;
     }
     T(state) start;

@@ -106,27 +106,47 @@ static inline hopform_free_by_element_f32 free_of_f32(const stance_chain_f32 *ch
     return free;
 }
 
-/* Where an element at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
-static inline int direction_f32(const stance_chain_f32 *chain, int element) {
+/* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
+static inline float terms_of_free_f32(const stance_chain_f32 *chain, int element) {
+    hopform_free_by_element_f32 terms;
+    terms.named = hopform_free_terms_f32(&chain->plan->rates, &chain->at.named, current_of_chain_f32(chain));
+    return terms.of[element] + level_of_f32(&chain->plan->robot, element);
+}
+
+/* Where an element at rest goes: held while |a_i| <= f_i. On the threshold, which is where rounding may have taken
+ * a_i - f_i from, its first non-zero derivative decides. Known from the motion, the acceleration is exact. */
+typedef struct {
+    int side;
+    bool on_threshold;
+} direction_f32;
+
+static inline direction_f32 direction_from_rest_f32(const stance_chain_f32 *chain, int element) {
+    const bool known = chain->alone == element;
     const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
-    const float acceleration = chain->alone == element ? chain->free : free.of[element];
+    const float acceleration = known ? chain->free : free.of[element];
     const float friction = level_of_f32(&chain->plan->robot, element);
+    const float rounding = known ? 0.0f : 16.0f * HOPFORM_EPS_f32 * terms_of_free_f32(chain, element);
+    const bool on_threshold = fabs_f32(fabs_f32(acceleration) - friction) <= rounding;
     float goes = hopform_goes_f32(acceleration, friction);
-    if (!(fabs_f32(acceleration) < friction) && !(fabs_f32(goes) > 0.0f)) {
+    if (on_threshold) {
         const float drift = drift_of_free_f32(chain, element);
-        goes = acceleration * drift >= 0.0f ? hopform_goes_f32(drift, 0.0f) : 0.0f;
+        goes = acceleration * drift > 0.0f || friction <= rounding ? hopform_goes_f32(drift, 0.0f) : 0.0f;
     }
-    const int side = (int)goes;
-    return stance_blocked_f32(chain, element, side) ? 0 : side;
+    const direction_f32 direction = {stance_blocked_f32(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
+    return direction;
 }
 
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. */
+ * the others do. One that starts on its threshold has no acceleration there. */
 static inline void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting) {
     const bool several = (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
         for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) { chain->side[element] = direction_f32(chain, element); }
+            if ((resting & 1u << (uint32_t)element) != 0) {
+                const direction_f32 direction = direction_from_rest_f32(chain, element);
+                chain->side[element] = direction.side;
+                if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
+            }
         }
     }
 }
@@ -164,6 +184,7 @@ static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, con
     g->H1 = sign * h->H1;
     g->H0 = 0.0f;
     g->start = sign * start;
+    g->cancels = 0.0f;
     g->owner = owner;
     g->side = 0;
     g->shape = shape;
@@ -181,13 +202,15 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
     if (!open[0] && !open[1]) { return; }
     const hopform_numerator_f32 h = free_numerator_f32(&chain->plan->rates, element, &chain->motion.named);
     const float drift = fabs_f32(h.H3) > 0.0f ? h.H3 : h.H2;
+    const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
         const float sign = (float)side;
         if (open[side > 0] && (sign * drift > 0.0f || HOPFORM_IS_COUPLED)) {
-            const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
             const float level = sign * level_of_f32(&chain->plan->robot, element);
-            add_event_function_f32(set, &h, free.of[element] - level, -sign, ELEMENT_f32 + element, shape)->side =
-                side;
+            event_function_f32 *slips =
+                add_event_function_f32(set, &h, free.of[element] - level, -sign, ELEMENT_f32 + element, shape);
+            slips->side = side;
+            slips->cancels = 0.25f * terms_of_free_f32(chain, element); /* each term is rounded four times at most */
         }
     }
 }
@@ -231,10 +254,8 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     }
     add_stop_f32(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
-        hopform_numerator_f32 h = chain->motion.of.velocity[element];
-        h.H3 = chain->just_switched == element ? 0.0f : h.H3;
-        (void)add_event_function_f32(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (float)side[element],
-                                      ELEMENT_f32 + element, MAY_TURN_f32);
+        (void)add_event_function_f32(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
+                                      (float)side[element], ELEMENT_f32 + element, MAY_TURN_f32);
     }
     if (several) { return; }
     const float sign = (float)side[slips];
@@ -342,7 +363,7 @@ typedef struct {
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
  * how many functions each phase has; not zeros, for which compilers call memset. */
 static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, stance_search_f32 *search) {
-    const event_function_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f, 1.0f, NO_OWNER_f32, 0, MAY_TURN_f32};
+    const event_function_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, NO_OWNER_f32, 0, MAY_TURN_f32};
     const jet_f32 one = {1.0f, 0.0f, 0.0f, 0.0f};
     for (int n = 0; n < MOST_EVENT_FUNCTIONS_f32; n++) {
         search->events.set.function[n] = nothing;
@@ -510,7 +531,7 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
     stance_settle_f32(chain, 1u << (uint32_t)element);
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
-    if (stops && after != before) {
+    if ((stops && after != before) || (touches && after == 0)) {
         stance_record_f32(chain, HOPFORM_EVENT_HITS_STOP);
     } else {
         stance_record_f32(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
@@ -581,10 +602,25 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_basi
     chain->from_upper += way;
 }
 
+/* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
+ * zero, and what follows from it, too: rounding would let it go back at once. */
+static inline void start_on_threshold_f32(stance_chain_f32 *chain) {
+    const int element = chain->just_switched;
+    const int *side = chain->side;
+    if (element < 0 || side[0] == 0 || side[1] == 0) { return; }
+    float *drive = &chain->drive.of[element];
+    *drive = 0.0f;
+    hopform_numerators_f32 others;
+    others.named =
+        hopform_motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
+    *drive = -others.of.velocity[element].H3;
+}
+
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
     const int element = chain->alone;
     chain->drive = drive_of_chain_f32(chain, chain->side);
+    start_on_threshold_f32(chain);
     chain->motion.named = hopform_motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named,
                                                     chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {

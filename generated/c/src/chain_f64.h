@@ -106,27 +106,47 @@ static inline hopform_free_by_element_f64 free_of_f64(const stance_chain_f64 *ch
     return free;
 }
 
-/* Where an element at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
-static inline int direction_f64(const stance_chain_f64 *chain, int element) {
+/* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
+static inline double terms_of_free_f64(const stance_chain_f64 *chain, int element) {
+    hopform_free_by_element_f64 terms;
+    terms.named = hopform_free_terms_f64(&chain->plan->rates, &chain->at.named, current_of_chain_f64(chain));
+    return terms.of[element] + level_of_f64(&chain->plan->robot, element);
+}
+
+/* Where an element at rest goes: held while |a_i| <= f_i. On the threshold, which is where rounding may have taken
+ * a_i - f_i from, its first non-zero derivative decides. Known from the motion, the acceleration is exact. */
+typedef struct {
+    int side;
+    bool on_threshold;
+} direction_f64;
+
+static inline direction_f64 direction_from_rest_f64(const stance_chain_f64 *chain, int element) {
+    const bool known = chain->alone == element;
     const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
-    const double acceleration = chain->alone == element ? chain->free : free.of[element];
+    const double acceleration = known ? chain->free : free.of[element];
     const double friction = level_of_f64(&chain->plan->robot, element);
+    const double rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_f64 * terms_of_free_f64(chain, element);
+    const bool on_threshold = fabs_f64(fabs_f64(acceleration) - friction) <= rounding;
     double goes = hopform_goes_f64(acceleration, friction);
-    if (!(fabs_f64(acceleration) < friction) && !(fabs_f64(goes) > 0.0)) {
+    if (on_threshold) {
         const double drift = drift_of_free_f64(chain, element);
-        goes = acceleration * drift >= 0.0 ? hopform_goes_f64(drift, 0.0) : 0.0;
+        goes = acceleration * drift > 0.0 || friction <= rounding ? hopform_goes_f64(drift, 0.0) : 0.0;
     }
-    const int side = (int)goes;
-    return stance_blocked_f64(chain, element, side) ? 0 : side;
+    const direction_f64 direction = {stance_blocked_f64(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
+    return direction;
 }
 
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. */
+ * the others do. One that starts on its threshold has no acceleration there. */
 static inline void stance_settle_f64(stance_chain_f64 *chain, uint32_t resting) {
     const bool several = (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
         for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) { chain->side[element] = direction_f64(chain, element); }
+            if ((resting & 1u << (uint32_t)element) != 0) {
+                const direction_f64 direction = direction_from_rest_f64(chain, element);
+                chain->side[element] = direction.side;
+                if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
+            }
         }
     }
 }
@@ -164,6 +184,7 @@ static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, con
     g->H1 = sign * h->H1;
     g->H0 = 0.0;
     g->start = sign * start;
+    g->cancels = 0.0;
     g->owner = owner;
     g->side = 0;
     g->shape = shape;
@@ -181,13 +202,15 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
     if (!open[0] && !open[1]) { return; }
     const hopform_numerator_f64 h = free_numerator_f64(&chain->plan->rates, element, &chain->motion.named);
     const double drift = fabs_f64(h.H3) > 0.0 ? h.H3 : h.H2;
+    const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
         const double sign = (double)side;
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
-            const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
             const double level = sign * level_of_f64(&chain->plan->robot, element);
-            add_event_function_f64(set, &h, free.of[element] - level, -sign, ELEMENT_f64 + element, shape)->side =
-                side;
+            event_function_f64 *slips =
+                add_event_function_f64(set, &h, free.of[element] - level, -sign, ELEMENT_f64 + element, shape);
+            slips->side = side;
+            slips->cancels = 0.25 * terms_of_free_f64(chain, element); /* each term is rounded four times at most */
         }
     }
 }
@@ -231,10 +254,8 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     }
     add_stop_f64(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
-        hopform_numerator_f64 h = chain->motion.of.velocity[element];
-        h.H3 = chain->just_switched == element ? 0.0 : h.H3;
-        (void)add_event_function_f64(set, &h, at[HOPFORM_VELOCITY_AXIS(element)], (double)side[element],
-                                      ELEMENT_f64 + element, MAY_TURN_f64);
+        (void)add_event_function_f64(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
+                                      (double)side[element], ELEMENT_f64 + element, MAY_TURN_f64);
     }
     if (several) { return; }
     const double sign = (double)side[slips];
@@ -342,7 +363,7 @@ typedef struct {
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
  * how many functions each phase has; not zeros, for which compilers call memset. */
 static inline void stance_search_nothing_f64(const hopform_poles_f64 *poles, stance_search_f64 *search) {
-    const event_function_f64 nothing = {0.0, 0.0, 0.0, 0.0, 1.0, NO_OWNER_f64, 0, MAY_TURN_f64};
+    const event_function_f64 nothing = {0.0, 0.0, 0.0, 0.0, 1.0, 0.0, NO_OWNER_f64, 0, MAY_TURN_f64};
     const jet_f64 one = {1.0, 0.0, 0.0, 0.0};
     for (int n = 0; n < MOST_EVENT_FUNCTIONS_f64; n++) {
         search->events.set.function[n] = nothing;
@@ -510,7 +531,7 @@ static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, boo
     stance_settle_f64(chain, 1u << (uint32_t)element);
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
-    if (stops && after != before) {
+    if ((stops && after != before) || (touches && after == 0)) {
         stance_record_f64(chain, HOPFORM_EVENT_HITS_STOP);
     } else {
         stance_record_f64(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
@@ -581,10 +602,25 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const hopform_basi
     chain->from_upper += way;
 }
 
+/* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
+ * zero, and what follows from it, too: rounding would let it go back at once. */
+static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
+    const int element = chain->just_switched;
+    const int *side = chain->side;
+    if (element < 0 || side[0] == 0 || side[1] == 0) { return; }
+    double *drive = &chain->drive.of[element];
+    *drive = 0.0;
+    hopform_numerators_f64 others;
+    others.named =
+        hopform_motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
+    *drive = -others.of.velocity[element].H3;
+}
+
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->alone;
     chain->drive = drive_of_chain_f64(chain, chain->side);
+    start_on_threshold_f64(chain);
     chain->motion.named = hopform_motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named,
                                                     chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {

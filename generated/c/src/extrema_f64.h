@@ -60,7 +60,7 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f6
                                                             const hopform_node_f64 *node,
                                                             const hopform_numerator_f64 *h, double value,
                                                             const propagator_f64 *end, double most) {
-    const event_function_f64 function = {h->H3, h->H2, h->H1, 0.0, value, 0, 0, MAY_TURN_f64};
+    const event_function_f64 function = {h->H3, h->H2, h->H1, 0.0, value, 0.0, 0, 0, MAY_TURN_f64};
     const event_function_f64 *g = &function;
     const jet_f64 from = jet_at_start_f64(poles, g);
     const jet_f64 to = jet_at_f64(poles, g, end);

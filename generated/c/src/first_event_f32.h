@@ -43,6 +43,7 @@ enum { MAY_TURN_f32, MONOTONE_f32, DISTANCE_f32 };
 typedef struct {
     float H3, H2, H1, H0; /* its numerator */
     float start;
+    float cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
     int32_t owner;
     int32_t side;
     int32_t shape;
@@ -160,7 +161,7 @@ static inline jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_fun
 /* Bound of what rounding may have done to the value of an event function. */
 static inline float rounding_of_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
     return 16.0f * HOPFORM_EPS_f32
-           * (fabs_f32(g->start) + fabs_f32(g->H3 * at->basis.Wd) + fabs_f32(g->H2 * at->basis.W)
+           * (fabs_f32(g->start) + g->cancels + fabs_f32(g->H3 * at->basis.Wd) + fabs_f32(g->H2 * at->basis.W)
               + fabs_f32(g->H1 * at->basis.W1) + fabs_f32(g->H0 * at->basis.W2) + at->t * fabs_f32(rate));
 }
 
@@ -643,8 +644,9 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
     }
 }
 
-/* Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met, only
- * where the roots are within 8 ulp of the time. */
+/* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root: the later one,
+ * so that its time does not jump where the other one begins to count. Over a limit that is met it wins only where the
+ * roots are within 8 ulp of the time. */
 static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in) {
     const event_function_f32 *found = &set->function[in->found];
     const float other = rate_at_f32(found, &in->high);
@@ -657,6 +659,7 @@ static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in) {
         if (found->shape == DISTANCE_f32 ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
                                           : (value - 4.0f * rounding) * fabs_f32(other)
                                                 < fabs_f32(rate) * rounding_of_f32(found, &in->high, other)) {
+            if (value > 0.0f) { end_interval_at_f32(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
         }
@@ -752,7 +755,7 @@ static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in
 static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32 *in) {
     float quiet = HOPFORM_NEVER_f32;
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
-        const float rounding = 16.0f * HOPFORM_EPS_f32 * fabs_f32(set->function[n].start);
+        const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(set->function[n].start) + set->function[n].cancels);
         if (set->function[n].shape != DISTANCE_f32) { /* one that is monotone is looked at where the interval ends */
             quiet =
                 hopform_lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);

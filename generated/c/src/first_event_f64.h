@@ -43,6 +43,7 @@ enum { MAY_TURN_f64, MONOTONE_f64, DISTANCE_f64 };
 typedef struct {
     double H3, H2, H1, H0; /* its numerator */
     double start;
+    double cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
     int32_t owner;
     int32_t side;
     int32_t shape;
@@ -160,7 +161,7 @@ static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_fun
 /* Bound of what rounding may have done to the value of an event function. */
 static inline double rounding_of_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
     return 16.0 * HOPFORM_EPS_f64
-           * (fabs_f64(g->start) + fabs_f64(g->H3 * at->basis.Wd) + fabs_f64(g->H2 * at->basis.W)
+           * (fabs_f64(g->start) + g->cancels + fabs_f64(g->H3 * at->basis.Wd) + fabs_f64(g->H2 * at->basis.W)
               + fabs_f64(g->H1 * at->basis.W1) + fabs_f64(g->H0 * at->basis.W2) + at->t * fabs_f64(rate));
 }
 
@@ -643,8 +644,9 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
     }
 }
 
-/* Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met, only
- * where the roots are within 8 ulp of the time. */
+/* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root: the later one,
+ * so that its time does not jump where the other one begins to count. Over a limit that is met it wins only where the
+ * roots are within 8 ulp of the time. */
 static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in) {
     const event_function_f64 *found = &set->function[in->found];
     const double other = rate_at_f64(found, &in->high);
@@ -657,6 +659,7 @@ static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in) {
         if (found->shape == DISTANCE_f64 ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
                                           : (value - 4.0 * rounding) * fabs_f64(other)
                                                 < fabs_f64(rate) * rounding_of_f64(found, &in->high, other)) {
+            if (value > 0.0) { end_interval_at_f64(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
         }
@@ -752,7 +755,7 @@ static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in
 static inline double quiet_until_f64(const event_set_f64 *set, const interval_f64 *in) {
     double quiet = HOPFORM_NEVER_f64;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
-        const double rounding = 16.0 * HOPFORM_EPS_f64 * fabs_f64(set->function[n].start);
+        const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(set->function[n].start) + set->function[n].cancels);
         if (set->function[n].shape != DISTANCE_f64) { /* one that is monotone is looked at where the interval ends */
             quiet =
                 hopform_lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);

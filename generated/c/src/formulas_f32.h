@@ -507,8 +507,21 @@ static inline hopform_free_f32 hopform_free_accelerations_f32(const hopform_rate
 {
     const float a1_y = rates->a1_y, a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_y = rates->a2_y, a2_0 = rates->a2_0;
     const float y = state->y;
-    const float free_1 = a1_0 + a1_u*u + a1_y*y;  /* (3) at v_1 = 0 */
-    const float free_2 = a2_0 + a2_y*y;           /* (4) at v_2 = 0 */
+    const float free_1 = a1_0 + a1_u*u + a1_y*y;  /* (3) at v_i = 0 */
+    const float free_2 = a2_0 + a2_y*y;           /* (4) at v_i = 0 */
+    const hopform_free_f32 result = {free_1, free_2};
+    return result;
+}
+
+/* Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them. */
+static inline hopform_free_f32 hopform_free_terms_f32(const hopform_rates_f32 *rates,
+    const hopform_state_f32 *state,
+    float u)
+{
+    const float a1_y = rates->a1_y, a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_y = rates->a2_y, a2_0 = rates->a2_0;
+    const float y = state->y;
+    const float free_1 = fabs_f32(a1_0) + fabs_f32(a1_u*u) + fabs_f32(a1_y*y);  /* (3) at v_i = 0, by magnitude */
+    const float free_2 = fabs_f32(a2_0) + fabs_f32(a2_y*y);                      /* (4) at v_i = 0, by magnitude */
     const hopform_free_f32 result = {free_1, free_2};
     return result;
 }

@@ -140,9 +140,9 @@ static inline void hopform_look_for_minimum_f32(hopform_tally_f32 *tally, const 
     }
     if (!passage->leaves || tally->trial->minima > 0) { return; }
     const hopform_numerator_f32 h_u = hopform_contact_numerator_f32(robot, by_u);
-    const event_function_f32 contact = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
+    const event_function_f32 contact = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
     const event_function_f32 contact_u = {
-        h_u.H3, h_u.H2, h_u.H1, 0.0f, hopform_contact_slope_f32(robot, &tally->change.named), 0, 0, MAY_TURN_f32};
+        h_u.H3, h_u.H2, h_u.H1, 0.0f, hopform_contact_slope_f32(robot, &tally->change.named), 0.0f, 0, 0, MAY_TURN_f32};
     const jet_f32 at = jet_at_f32(poles, &contact, &end);
     const jet_f32 at_u = short_jet_at_f32(&contact_u, &end);
     if (at.rate < 0.0f && at.curvature > 0.0f) {

@@ -140,9 +140,9 @@ static inline void hopform_look_for_minimum_f64(hopform_tally_f64 *tally, const 
     }
     if (!passage->leaves || tally->trial->minima > 0) { return; }
     const hopform_numerator_f64 h_u = hopform_contact_numerator_f64(robot, by_u);
-    const event_function_f64 contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0, 0, MAY_TURN_f64};
+    const event_function_f64 contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_f64};
     const event_function_f64 contact_u = {
-        h_u.H3, h_u.H2, h_u.H1, 0.0, hopform_contact_slope_f64(robot, &tally->change.named), 0, 0, MAY_TURN_f64};
+        h_u.H3, h_u.H2, h_u.H1, 0.0, hopform_contact_slope_f64(robot, &tally->change.named), 0.0, 0, 0, MAY_TURN_f64};
     const jet_f64 at = jet_at_f64(poles, &contact, &end);
     const jet_f64 at_u = short_jet_at_f64(&contact_u, &end);
     if (at.rate < 0.0 && at.curvature > 0.0) {

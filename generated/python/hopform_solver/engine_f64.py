@@ -1840,8 +1840,17 @@ def free_accelerations(rates: Rates, state: State, u: Real) -> Free:
     """Free accelerations of both masses."""
     a1_y, a1_u, a1_0, a2_y, a2_0 = rates.a1_y, rates.a1_u, rates.a1_0, rates.a2_y, rates.a2_0
     y = state.y
-    free_1 = a1_0 + a1_u*u + a1_y*y  # (3) at v_1 = 0
-    free_2 = a2_0 + a2_y*y  # (4) at v_2 = 0
+    free_1 = a1_0 + a1_u*u + a1_y*y  # (3) at v_i = 0
+    free_2 = a2_0 + a2_y*y  # (4) at v_i = 0
+    return Free(free_1, free_2)
+
+
+def free_terms(rates: Rates, state: State, u: Real) -> Free:
+    """Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them."""
+    a1_y, a1_u, a1_0, a2_y, a2_0 = rates.a1_y, rates.a1_u, rates.a1_0, rates.a2_y, rates.a2_0
+    y = state.y
+    free_1 = abs(a1_0) + abs(a1_u*u) + abs(a1_y*y)  # (3) at v_i = 0, by magnitude
+    free_2 = abs(a2_0) + abs(a2_y*y)  # (4) at v_i = 0, by magnitude
     return Free(free_1, free_2)
 
 
@@ -3480,23 +3489,26 @@ class Passage:
 
 class EventFunction:
     """An event function. `owner` and `side` are the caller's."""
-    __slots__ = ("H3", "H2", "H1", "H0", "start", "owner", "side", "shape",)
-    SIZE = 56
+    __slots__ = ("H3", "H2", "H1", "H0", "start", "cancels", "owner", "side", "shape",)
+    SIZE = 64
     PARTS: tuple[str, ...] = ()
 
     def __init__(self, H3: Real = 0.0, H2: Real = 0.0, H1: Real = 0.0, H0: Real = 0.0, start: Real = 0.0,
-            owner: int = 0, side: int = 0, shape: int = 0) -> None:
+            cancels: Real = 0.0, owner: int = 0, side: int = 0, shape: int = 0) -> None:
         self.H3 = H3  # its numerator
         self.H2 = H2  # its numerator
         self.H1 = H1  # its numerator
         self.H0 = H0  # its numerator
         self.start = start
+        # the magnitudes that the start is a difference of, where it is rounded by more than its own
+        self.cancels = cancels
         self.owner = owner
         self.side = side
         self.shape = shape
 
     def copy(self) -> "EventFunction":
-        return EventFunction(self.H3, self.H2, self.H1, self.H0, self.start, self.owner, self.side, self.shape)
+        return EventFunction(self.H3, self.H2, self.H1, self.H0, self.start, self.cancels, self.owner, self.side,
+            self.shape)
 
     def put(self, other: "EventFunction") -> None:
         self.H3 = other.H3
@@ -3504,6 +3516,7 @@ class EventFunction:
         self.H1 = other.H1
         self.H0 = other.H0
         self.start = other.start
+        self.cancels = other.cancels
         self.owner = other.owner
         self.side = other.side
         self.shape = other.shape
@@ -3512,7 +3525,7 @@ class EventFunction:
 class EventSet:
     """The active event functions of a phase, in the order in which they win a tie."""
     __slots__ = ("poles", "node", "count", "function",)
-    SIZE = 248
+    SIZE = 280
     PARTS: tuple[str, ...] = ("function",)
 
     def __init__(self, poles: Any = None, node: Any = None, count: int = 0, function: Any = None) -> None:
@@ -3644,8 +3657,8 @@ def jet_at(poles: Poles, g: EventFunction, at: Propagator) -> Jet:
 
 def rounding_of(g: EventFunction, at: Propagator, rate: Real) -> Real:
     """Bound of what rounding may have done to the value of an event function."""
-    return 16.0 * EPS * (abs(g.start) + abs(g.H3 * at.basis.Wd) + abs(g.H2 * at.basis.W) + abs(g.H1 * at.basis.W1)
-        + abs(g.H0 * at.basis.W2) + at.t * abs(rate))
+    return 16.0 * EPS * (abs(g.start) + g.cancels + abs(g.H3 * at.basis.Wd) + abs(g.H2 * at.basis.W)
+        + abs(g.H1 * at.basis.W1) + abs(g.H0 * at.basis.W2) + at.t * abs(rate))
 
 
 def rough_root(from_: Jet, to: Jet, h: Real) -> Real:
@@ -4278,8 +4291,9 @@ def end_at_first_crossing(set: EventSet, in_: Interval, shape: int) -> None:
 
 
 def settle_ties(set: EventSet, in_: Interval) -> None:
-    """Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met,
-    only where the roots are within 8 ulp of the time.
+    """Two roots within rounding are at the same time, and the owner that comes first wins, at its own root: the later
+    one, so that its time does not jump where the other one begins to count. Over a limit that is met it wins only
+    where the roots are within 8 ulp of the time.
     """
     found = set.function[in_.found]
     other = rate_at(found, in_.high)
@@ -4294,6 +4308,8 @@ def settle_ties(set: EventSet, in_: Interval) -> None:
         value = value_at(g, in_.high)
         if value < 8.0 * EPS * in_.high.t * abs(rate) if found.shape == DISTANCE else (value
             - 4.0 * rounding) * abs(other) < abs(rate) * rounding_of(found, in_.high, other):
+            if value > 0.0:
+                end_interval_at(set, in_, in_.high.t - div(value, rate))
             in_.found = n
             return
         n += 1
@@ -4394,7 +4410,7 @@ def quiet_until(set: EventSet, in_: Interval) -> Real:
     for n in range(set.count):
         if not quiet > 0.0:
             break
-        rounding = 16.0 * EPS * abs(set.function[n].start)
+        rounding = 16.0 * EPS * (abs(set.function[n].start) + set.function[n].cancels)
         if set.function[n].shape != DISTANCE:  # one that is monotone is looked at where the interval ends
             quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
     return in_.low.t + quiet
@@ -4527,7 +4543,7 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
     period of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero
     and goes back.
     """
-    function = EventFunction(h.H3, h.H2, h.H1, 0.0, value, 0, 0, MAY_TURN)
+    function = EventFunction(h.H3, h.H2, h.H1, 0.0, value, 0.0, 0, 0, MAY_TURN)
     g = function
     from_ = jet_at_start(poles, g)
     to = jet_at(poles, g, end)
@@ -4705,8 +4721,8 @@ def look_for_minimum(tally: Tally, passage: Passage, by_u: Any, turns: bool) -> 
     if not passage.leaves or tally.trial.minima > 0:
         return
     h_u = contact_numerator(robot, by_u)
-    contact = EventFunction(h.H3, h.H2, h.H1, 0.0, 0.0, 0, 0, MAY_TURN)
-    contact_u = EventFunction(h_u.H3, h_u.H2, h_u.H1, 0.0, contact_slope(robot, tally.change), 0, 0, MAY_TURN)
+    contact = EventFunction(h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN)
+    contact_u = EventFunction(h_u.H3, h_u.H2, h_u.H1, 0.0, contact_slope(robot, tally.change), 0.0, 0, 0, MAY_TURN)
     at = jet_at(poles, contact, end)
     at_u = short_jet_at(contact_u, end)
     if at.rate < 0.0 and at.curvature > 0.0:
@@ -5819,29 +5835,60 @@ def free_of(chain: StanceChain, state: State) -> FreeByElement:
     return free
 
 
-def direction(chain: StanceChain, element: int) -> int:
-    """Where an element at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides.
+def terms_of_free(chain: StanceChain, element: int) -> Real:
+    """The magnitudes that the free acceleration of an element, less its friction, is a sum of."""
+    terms = FreeByElement()
+    terms.put(free_terms(chain.plan.rates, chain.at, current_of_chain(chain)))
+    return terms[element] + level_of(chain.plan.robot, element)
+
+
+class Direction:
+    """Where an element at rest goes: held while |a_i| <= f_i. On the threshold, which is where rounding may have taken
+    a_i - f_i from, its first non-zero derivative decides. Known from the motion, the acceleration is exact.
     """
+    __slots__ = ("side", "on_threshold",)
+    SIZE = 8
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, side: int = 0, on_threshold: bool = False) -> None:
+        self.side = side
+        self.on_threshold = on_threshold
+
+    def copy(self) -> "Direction":
+        return Direction(self.side, self.on_threshold)
+
+    def put(self, other: "Direction") -> None:
+        self.side = other.side
+        self.on_threshold = other.on_threshold
+
+
+def direction_from_rest(chain: StanceChain, element: int) -> Direction:
+    known = chain.alone == element
     free = free_of(chain, chain.at)
-    acceleration = chain.free if chain.alone == element else free[element]
+    acceleration = chain.free if known else free[element]
     friction = level_of(chain.plan.robot, element)
+    rounding = 0.0 if known else 16.0 * EPS * terms_of_free(chain, element)
+    on_threshold = abs(abs(acceleration) - friction) <= rounding
     goes_ = goes(acceleration, friction)
-    if not abs(acceleration) < friction and not abs(goes_) > 0.0:
+    if on_threshold:
         drift = drift_of_free(chain, element)
-        goes_ = goes(drift, 0.0) if acceleration * drift >= 0.0 else 0.0
-    side = whole(goes_)
-    return 0 if stance_blocked(chain, element, side) else side
+        goes_ = goes(drift, 0.0) if acceleration * drift > 0.0 or friction <= rounding else 0.0
+    direction = Direction(0 if stance_blocked(chain, element, whole(goes_)) else whole(goes_), on_threshold)
+    return direction
 
 
 def stance_settle(chain: StanceChain, resting: int) -> None:
     """Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on
-    what the others do.
+    what the others do. One that starts on its threshold has no acceleration there.
     """
     several = resting & ((resting - 1) & 0xFFFFFFFF) != 0
     for _ in range(2 if several else 1):
         for element in range(2):
             if resting & ((1 << (element & 0xFFFFFFFF)) & 0xFFFFFFFF) != 0:
-                chain.side[element] = direction(chain, element)
+                direction = direction_from_rest(chain, element)
+                chain.side[element] = direction.side
+                if direction.on_threshold and direction.side != 0:
+                    chain.just_switched = element
 
 
 def held_elements(chain: StanceChain) -> int:
@@ -5863,7 +5910,7 @@ class StanceEvents:
     slips alone, whose time to rest is known, and what cannot happen while the velocities keep their signs.
     """
     __slots__ = ("set", "rest_time", "rests",)
-    SIZE = 264
+    SIZE = 296
     PARTS: tuple[str, ...] = ("set",)
 
     def __init__(self, set: "EventSet | None" = None, rest_time: Real = 0.0, rests: int = 0) -> None:
@@ -5890,6 +5937,7 @@ def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, own
     g.H1 = sign * h.H1
     g.H0 = 0.0
     g.start = sign * start
+    g.cancels = 0.0
     g.owner = owner
     g.side = 0
     g.shape = shape
@@ -5906,13 +5954,15 @@ def add_thresholds(chain: StanceChain, element: int, shape: int, set: EventSet) 
         return
     h = free_numerator(chain.plan.rates, element, chain.motion)
     drift = h.H3 if abs(h.H3) > 0.0 else h.H2
+    free = free_of(chain, chain.at)
     side = -1
     while side <= 1:
         sign = float(side)
         if open[side > 0] and sign * drift > 0.0:
-            free = free_of(chain, chain.at)
             level = sign * level_of(chain.plan.robot, element)
-            add_event_function(set, h, free[element] - level, -sign, ELEMENT + element, shape).side = side
+            slips = add_event_function(set, h, free[element] - level, -sign, ELEMENT + element, shape)
+            slips.side = side
+            slips.cancels = 0.25 * terms_of_free(chain, element)  # each term is rounded four times at most
         side += 2
 
 
@@ -5955,9 +6005,8 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
     for element in range(2):
         if not several:
             break
-        h = chain.motion.velocity[element].copy()
-        h.H3 = 0.0 if chain.just_switched == element else h.H3
-        add_event_function(set, h, at[element + 1], float(side[element]), ELEMENT + element, MAY_TURN)
+        add_event_function(set, chain.motion.velocity[element], at[element + 1], float(side[element]), ELEMENT
+            + element, MAY_TURN)
     if several:
         return
     sign = float(side[slips])
@@ -6051,7 +6100,7 @@ class StanceSearch:
     interval.
     """
     __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
-    SIZE = 568
+    SIZE = 600
     PARTS: tuple[str, ...] = ("events", "in_",)
 
     def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = 0.0,
@@ -6087,7 +6136,7 @@ def stance_search_nothing(poles: Poles, search: StanceSearch) -> None:
     """A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not
     follow how many functions each phase has; not zeros, for which compilers call memset.
     """
-    nothing = EventFunction(0.0, 0.0, 0.0, 0.0, 1.0, NO_OWNER, 0, MAY_TURN)
+    nothing = EventFunction(0.0, 0.0, 0.0, 0.0, 1.0, 0.0, NO_OWNER, 0, MAY_TURN)
     one = Jet(1.0, 0.0, 0.0, 0.0)
     for n in range(4):
         search.events.set.function[n].put(nothing)
@@ -6251,7 +6300,7 @@ def end_of_velocity(chain: StanceChain, element: int, stops: bool, touches: bool
     stance_settle(chain, (1 << (element & 0xFFFFFFFF)) & 0xFFFFFFFF)
     after = chain.side[element]
     event = 2 + 4 * element if after == 0 else 1 + 4 * element
-    if stops and after != before:
+    if stops and after != before or touches and after == 0:
         stance_record(chain, 4)
     else:
         stance_record(chain, EVENT_NONE if after == before else event)  # none: a touch, it goes on
@@ -6319,10 +6368,25 @@ def stance_arrive(chain: StanceChain, basis: Basis) -> None:
     chain.from_upper += way
 
 
+def start_on_threshold(chain: StanceChain) -> None:
+    """Put the constant acceleration of an element that starts on its threshold so that its acceleration there is
+    exactly zero, and what follows from it, too: rounding would let it go back at once.
+    """
+    element = chain.just_switched
+    side = chain.side
+    if element < 0 or side[0] == 0 or side[1] == 0:
+        return
+    chain.drive[element] = 0.0
+    others = Numerators()
+    others.put(motion_under(chain.plan.rates, chain.drive, chain.at, side[0], side[1]))
+    chain.drive[element] = -others.velocity[element].H3
+
+
 def stance_begin_phase(chain: StanceChain) -> None:
     """The drive and the numerators of the phase that begins at the chain's state."""
     element = chain.alone
     chain.drive = drive_of_chain(chain, chain.side)
+    start_on_threshold(chain)
     chain.motion.put(motion_under(chain.plan.rates, chain.drive, chain.at, chain.side[0], chain.side[1]))
     if element >= 0 and chain.side[element] != 0:
         level = float(chain.side[element]) * level_of(chain.plan.robot, element)
@@ -6504,7 +6568,7 @@ class Fall:
     by is a motion of the pair alone: whether it begins below 0, and when it changes its sign.
     """
     __slots__ = ("set", "is_rate", "relaxes", "is_negative", "turn",)
-    SIZE = 280
+    SIZE = 312
     PARTS: tuple[str, ...] = ("set",)
 
     def __init__(self, set: "EventSet | None" = None, is_rate: bool = False, relaxes: Real = 0.0,
@@ -6531,7 +6595,7 @@ class FlightChain:
     __slots__ = ("robot", "gains", "rates", "largest", "fall", "horizon", "start", "leg", "relaxes", "now", "poles",
         "height", "last", "airborne", "highest", "at_highest", "max_phases", "capacity", "intervals", "phases",
         "flight",)
-    SIZE = 544
+    SIZE = 552
     PARTS: tuple[str, ...] = ("gains", "rates", "start", "now", "poles", "height", "last", "at_highest",)
 
     def __init__(self, robot: Any = None, gains: "Gains | None" = None, rates: "FlightRates | None" = None,
@@ -6606,7 +6670,7 @@ def way_in_flight(poles: Poles, phase: FlightPhase, at: Propagator) -> Jet:
     """How far the element has moved since a phase began, its velocity and its acceleration."""
     rest = Jet()
     h = way_numerator(phase.v1, phase.acc1, poles)
-    way = EventFunction(h.H3, h.H2, h.H1, 0.0, 0.0, 0, 0, MAY_TURN)
+    way = EventFunction(h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN)
     return short_jet_at(way, at) if phase.side != 0 else rest.copy()
 
 
@@ -6644,7 +6708,7 @@ def height_in_flight(chain: FlightChain) -> EventFunction:
     rise = (start.v2 - 0.5 * g * now.t) * now.t
     way = way_numerator(now.v1, now.acc1, poles)
     height = EventFunction(rate - way.H3, poles.p * rate - g - way.H2, poles.q * rate - poles.p * g, -poles.q * g,
-        start.x1 - now.x1 + rise - start.y, 0, 0, MAY_TURN)
+        start.x1 - now.x1 + rise - start.y, 0.0, 0, 0, MAY_TURN)
     return height
 
 
@@ -6652,7 +6716,7 @@ def rate_of_height(chain: FlightChain, sign: Real) -> EventFunction:
     """Its rate, with a sign."""
     g = chain.height
     rate = EventFunction(sign * (g.H2 - chain.poles.p * g.H3), sign * (g.H1 - chain.poles.q * g.H3), sign * g.H0, 0.0,
-        sign * g.H3, 0, 0, MAY_TURN)
+        sign * g.H3, 0.0, 0, 0, MAY_TURN)
     return rate
 
 

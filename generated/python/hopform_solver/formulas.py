@@ -259,8 +259,20 @@ def free_accelerations(rates: Rates, state: LegState, u: Real) -> Free:
     """
     a1_y, a1_u, a1_0, a2_y, a2_0 = rates.a1_y, rates.a1_u, rates.a1_0, rates.a2_y, rates.a2_0
     y = state.y
-    free_1 = a1_0 + a1_u*u + a1_y*y  # (3) at v_1 = 0
-    free_2 = a2_0 + a2_y*y           # (4) at v_2 = 0
+    free_1 = a1_0 + a1_u*u + a1_y*y  # (3) at v_i = 0
+    free_2 = a2_0 + a2_y*y           # (4) at v_i = 0
+    return Free(free_1, free_2)
+
+
+def free_terms(rates: Rates, state: LegState, u: Real) -> Free:
+    """Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them.
+
+    u [A] current.
+    """
+    a1_y, a1_u, a1_0, a2_y, a2_0 = rates.a1_y, rates.a1_u, rates.a1_0, rates.a2_y, rates.a2_0
+    y = state.y
+    free_1 = fabs(a1_0) + fabs(a1_u*u) + fabs(a1_y*y)  # (3) at v_i = 0, by magnitude
+    free_2 = fabs(a2_0) + fabs(a2_y*y)                 # (4) at v_i = 0, by magnitude
     return Free(free_1, free_2)
 
 

@@ -60,7 +60,7 @@ static inline hopform_least_real hopform_least_minimum_real(const hopform_poles_
                                                             const hopform_node_real *node,
                                                             const hopform_numerator_real *h, real value,
                                                             const propagator_real *end, real most) {
-    const event_function_real function = {h->H3, h->H2, h->H1, 0.0, value, 0, 0, MAY_TURN_real};
+    const event_function_real function = {h->H3, h->H2, h->H1, 0.0, value, 0.0, 0, 0, MAY_TURN_real};
     const event_function_real *g = &function;
     const jet_real from = jet_at_start_real(poles, g);
     const jet_real to = jet_at_real(poles, g, end);

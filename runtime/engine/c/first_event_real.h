@@ -43,6 +43,7 @@ enum { MAY_TURN_real, MONOTONE_real, DISTANCE_real };
 typedef struct {
     real H3, H2, H1, H0; /* its numerator */
     real start;
+    real cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
     int32_t owner;
     int32_t side;
     int32_t shape;
@@ -160,7 +161,7 @@ static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_
 /* Bound of what rounding may have done to the value of an event function. */
 static inline real rounding_of_real(const event_function_real *g, const propagator_real *at, real rate) {
     return 16.0 * HOPFORM_EPS_real
-           * (fabs_real(g->start) + fabs_real(g->H3 * at->basis.Wd) + fabs_real(g->H2 * at->basis.W)
+           * (fabs_real(g->start) + g->cancels + fabs_real(g->H3 * at->basis.Wd) + fabs_real(g->H2 * at->basis.W)
               + fabs_real(g->H1 * at->basis.W1) + fabs_real(g->H0 * at->basis.W2) + at->t * fabs_real(rate));
 }
 
@@ -643,8 +644,9 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
     }
 }
 
-/* Two roots within rounding are at the same time, and the owner that comes first wins; over a limit that is met, only
- * where the roots are within 8 ulp of the time. */
+/* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root: the later one,
+ * so that its time does not jump where the other one begins to count. Over a limit that is met it wins only where the
+ * roots are within 8 ulp of the time. */
 static inline void settle_ties_real(const event_set_real *set, interval_real *in) {
     const event_function_real *found = &set->function[in->found];
     const real other = rate_at_real(found, &in->high);
@@ -657,6 +659,7 @@ static inline void settle_ties_real(const event_set_real *set, interval_real *in
         if (found->shape == DISTANCE_real ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
                                           : (value - 4.0 * rounding) * fabs_real(other)
                                                 < fabs_real(rate) * rounding_of_real(found, &in->high, other)) {
+            if (value > 0.0) { end_interval_at_real(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
         }
@@ -752,7 +755,7 @@ static inline void begin_interval_real(const event_set_real *set, interval_real 
 static inline real quiet_until_real(const event_set_real *set, const interval_real *in) {
     real quiet = HOPFORM_NEVER_real;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
-        const real rounding = 16.0 * HOPFORM_EPS_real * fabs_real(set->function[n].start);
+        const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(set->function[n].start) + set->function[n].cancels);
         if (set->function[n].shape != DISTANCE_real) { /* one that is monotone is looked at where the interval ends */
             quiet =
                 hopform_lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);

@@ -140,9 +140,9 @@ static inline void hopform_look_for_minimum_real(hopform_tally_real *tally, cons
     }
     if (!passage->leaves || tally->trial->minima > 0) { return; }
     const hopform_numerator_real h_u = hopform_contact_numerator_real(robot, by_u);
-    const event_function_real contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0, 0, MAY_TURN_real};
+    const event_function_real contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_real};
     const event_function_real contact_u = {
-        h_u.H3, h_u.H2, h_u.H1, 0.0, hopform_contact_slope_real(robot, &tally->change.named), 0, 0, MAY_TURN_real};
+        h_u.H3, h_u.H2, h_u.H1, 0.0, hopform_contact_slope_real(robot, &tally->change.named), 0.0, 0, 0, MAY_TURN_real};
     const jet_real at = jet_at_real(poles, &contact, &end);
     const jet_real at_u = short_jet_at_real(&contact_u, &end);
     if (at.rate < 0.0 && at.curvature > 0.0) {
