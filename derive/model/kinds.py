@@ -37,6 +37,7 @@ STATUSES = Kind("Status: 0 ok, negative an error, positive an answer with a warn
     Word(1, "phases_not_kept", "the phase buffer was too small; everything else is exact"),
     Word(2, "no_derivative", "no take-off, an event that grazes, or derivatives out of range"),
     Word(3, "searching", "the search for a current goes on"),
+    Word(4, "ill_conditioned", "the actuator is too stiff for the precision: events of its creep may be wrong"),
     Word(-1, "error_null", "a pointer is NULL"),
     Word(-2, "error_robot", "a parameter of the robot is out of its domain, or the plan was not made"),
     Word(-3, "error_state", "a state is not finite, x_1 is beyond its stroke, or what is fixed moves"),

@@ -93,6 +93,9 @@ LIMITS = (
     Constant("FASTEST_LEG", 1e-10, 1e-90, "a leg that relaxes in less time [s] does so at once"),
     Constant("REACHED_WITHIN", 1e-6, 1e-14, "[m] the search for a current ends this near"),
     Constant("NEAR_WITHIN", 4e-6, 2e-10, "[m] an apex this near is reached"),
+    Constant(
+        "STIFFEST", 1e3, 1e7, "a real pole this many times the frequency of the body on the spring: ill-conditioned"
+    ),
     TERMS,
     Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0"),
     Constant("PREDICTION", 0.1, 0.1, "a shorter step, of the share, predicts a root well enough"),

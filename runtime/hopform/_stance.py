@@ -135,7 +135,9 @@ class Stance(Motion):
         rests = start.x1 == getattr(robot, stop) and start.v1 == 0.0 and robot.x1_min < robot.x1_max
         most = self.compression_max + rest_of(robot) if travel < math.inf else 0.0
         lowest = min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
+        stiff = records.STATUSES.get(self._solved.plan_status(robot.parameters)) == "ill_conditioned"
         cases = (
+            (stiff, f"ill_conditioned: the actuator is too stiff for {self.dtype}: events of its creep may be wrong"),
             (abs(largest) > robot.u_max, f"u = {largest!r} A is above u_max = {robot.u_max!r} A"),
             (moves_up(start), moves_up(start)),
             (rests and force != 0.0, f"u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"),

@@ -6,7 +6,10 @@ inputs, whatever they are: the touches come from y = 0, v1 = v2 and no friction,
 2 (pi - atan(v w/g))/w, w^2 = k/m_s.
 """
 
+import itertools
 import math
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import mpmath
@@ -16,9 +19,10 @@ import pytest
 import hopform
 from hopform import ufuncs
 from hopform_solver.records import EVENTS, ROBOT_FIELDS
+from tests.oracle import reference
 
 COUNT = 400
-G = 9.81
+G, REST = 9.81, 0.4
 NAMES = [field.name for field in ROBOT_FIELDS]
 DEFAULTS = {"L0": 0.4, "g": G, "gamma2": -1.0, "x1_min": -math.inf, "x1_max": math.inf, "u_max": 3.0}
 
@@ -149,3 +153,104 @@ def test_a_stop_that_is_touched_where_the_actuator_turns_is_no_event(backend, dt
     assert (batch.event_kind == reverses).all()
     half_periods = np.arange(1, 7) * (np.pi * np.sqrt(m_eff / k))[:, np.newaxis]
     assert np.abs(batch.event_time / half_periods - 1.0).max() < (1e-12 if dtype is np.float64 else 1e-5)
+
+
+def edges(dtype: Any, seed: int, count: int) -> Iterator[tuple[dict[str, float], dict[str, float], list[str]]]:
+    """Robots of which a mass, or both, starts at rest within 4 ulp of its level of friction: the robot, the start, and
+    the names of these levels.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        m_eff, m_s, k = (math.exp(rng.uniform(math.log(a), math.log(b))) for a, b in ((1, 50), (1, 10), (500, 5000)))
+        b1, b2 = (rng.choice([0.0, rng.uniform(0.0, most)]) for most in (400.0, 20.0))
+        gamma2, u, y = -rng.uniform(5.0, 100.0), rng.choice([0.0, rng.uniform(-3.0, 3.0)]), rng.uniform(0.001, 0.08)
+        v1, v2 = rng.uniform(-1.0, 1.0), rng.uniform(-2.0, 2.0)
+        numbers = [float(dtype(value)) for value in (m_eff, m_s, k, b1, b2, gamma2, u, y, v1, v2, G)]
+        m_eff, m_s, k, b1, b2, gamma2, u, y, v1, v2, g = numbers
+        x2 = float(dtype(REST) - dtype(y))
+        y = float(dtype(REST)) - x2  # exact
+        level = {"f1": abs(gamma2 * u + k * y) / m_eff, "f2": abs(k * y / m_s - g)}
+        resting = [["f1"], ["f2"], ["f1", "f2"]][int(rng.integers(3))]
+        for name, value in level.items():
+            level[name] = float(dtype(value if name in resting else rng.uniform(0.05, 2.0)))
+            for _ in range(int(rng.integers(0, 5)) if name in resting else 0):
+                level[name] = float(np.nextafter(dtype(level[name]), dtype(rng.choice([0.0, np.inf]))))
+        robot = dict(zip(("m_eff", "m_s", "k", "b1", "b2", "gamma2"), (m_eff, m_s, k, b1, b2, gamma2), strict=True))
+        start = {"v1": 0.0 if "f1" in resting else v1, "v2": 0.0 if "f2" in resting else v2, "u": u, "x2": x2}
+        yield robot | level | {"L0": float(dtype(REST)), "g": g}, start, resting
+
+
+@both_precisions
+def test_a_mass_at_rest_on_its_friction_level_decides_once(dtype):
+    """No two phases in a row are alike, and none ends at once without an event: 1 000 starts within 4 ulp."""
+    for robot, start, _ in edges(dtype, 6, 1000):
+        stance = hopform.solve_stance(hopform.Robot(**robot), dtype=dtype, max_phases=64, **start)
+        modes = [(phase.mode_1, phase.mode_2) for phase in stance.phases]
+        assert all(one != next_one for one, next_one in itertools.pairwise(modes)), (robot, start)
+        assert stance.status != "too_many_phases" or len(stance.events) > 32, (robot, start)
+
+
+@both_precisions
+def test_a_mass_at_rest_on_its_friction_level_moves_as_one_beside_it(dtype):
+    """The list is that of 50 digits for a level that is 32 ulp higher or lower, or just there."""
+    for robot, start, resting in edges(dtype, 7, 25):
+        stance = hopform.solve_stance(hopform.Robot(**robot), dtype=dtype, **start)
+        moved = itertools.product((-32.0, 0.0, 32.0), repeat=len(resting))
+        lists = set()
+        for ulps in moved:
+            beside = robot | {
+                name: robot[name] * (1.0 + n * float(np.finfo(dtype).eps))
+                for name, n in zip(resting, ulps, strict=True)
+            }
+            exact = reference.solve(beside | {"c": 0.0}, **start)
+            lists.add((exact.status, *(event.kind for event in exact.events)))
+        assert (stance.status, *(event.kind for event in stance.events)) in lists, (robot, start)
+
+
+def test_take_off_does_not_jump_where_a_slip_before_it_begins_to_count():
+    """In float32 a slip up to 200 ulp before the take-off is within the rounding of its time, and merges with it."""
+    robot = hopform.load_robot("hopper_c")
+    currents = 0.3 * (1.0 + np.linspace(-0.5e-4, 2.5e-4, 61))
+    exact = hopform.solve_stances(robot, v2=-1.93, u=currents)
+    single = hopform.solve_stances(robot, v2=-1.93, u=currents, dtype=np.float32)
+    assert np.abs(single.duration / exact.duration - 1.0).max() < 8.0 * np.finfo(np.float32).eps
+    assert set(exact.event_count.tolist()) == {1, 5}  # the slip is there
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_an_actuator_that_comes_to_rest_just_at_its_stop_hits_it(backend, dtype):
+    """Undamped, the body held: it turns 2 (a - f1)/w^2 from where it starts at rest, and stays for a = 2 f1."""
+    rng = np.random.default_rng(8)
+    k, m_eff, f1 = over(rng, 1.0, 2e4), over(rng, 0.1, 10.0), over(rng, 0.1, 5.0)
+    robot = hopform.Robot(m_eff=1.0, m_s=1.0, k=1.0, L0=0.4, f2=1e5, gamma2=-1.0, g=G, u_max=1e6)
+    batch = hopform.solve_stances(
+        robot, k=k, m_eff=m_eff, f1=f1, x1=0.0, x2=0.4, v2=0.0, u=2.0 * f1 * m_eff, x1_min=-np.inf,
+        x1_max=2.0 * f1 * m_eff / k, events=True, backend=backend, dtype=dtype, horizon=3.5 * np.pi * np.sqrt(m_eff / k),
+    )  # fmt: skip
+    hits = next(number for number, word in EVENTS.items() if word == "x1_hits_stop")
+    assert (batch.event_kind[:, 0] == hits).all()
+    assert (batch.words == "rest").all()
+
+
+def test_units_in_which_the_product_of_the_masses_underflows_cost_no_digit(backend):
+    """Forces and masses by 2^-75 of their numbers: the same phases to the last bit, in float32."""
+    robot = hopform.load_robot("hopper_c")
+    small = replace(
+        robot, **{name: getattr(robot, name) * 2.0**-75 for name in ("m_eff", "m_s", "k", "b1", "b2", "gamma2")}
+    )
+    one, other = (
+        hopform.solve_stance(each, v2=-1.93, u=0.75, dtype=np.float32, backend=backend) for each in (robot, small)
+    )
+    assert one.events == other.events
+    assert one.end == other.end
+
+
+def test_a_robot_too_stiff_for_the_precision_says_so(backend):
+    """a/w above 1e3 in float32, 1e7 in float64; a is about b1/m_eff, w = sqrt(k/m_s)."""
+    robot = replace(hopform.load_robot("hopper_c"), b1=0.0)
+    w = math.sqrt(robot.k / robot.m_s)
+    for dtype, most in ((np.float32, 1e3), (np.float64, 1e7)):
+        for share, warned in ((0.9, False), (1.1, True)):
+            stiff = replace(robot, b1=share * most * w * robot.m_eff)
+            stance = hopform.solve_stance(stiff, v2=-1.93, dtype=dtype, backend=backend)
+            assert any(text.startswith("ill_conditioned") for text in stance.warnings) == warned

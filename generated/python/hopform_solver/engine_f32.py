@@ -16,6 +16,7 @@ OK = 0  # the answer, without a warning
 PHASES_NOT_KEPT = 1  # the phase buffer was too small; everything else is exact
 NO_DERIVATIVE = 2  # no take-off, an event that grazes, or derivatives out of range
 SEARCHING = 3  # the search for a current goes on
+ILL_CONDITIONED = 4  # the actuator is too stiff for the precision: events of its creep may be wrong
 ERROR_NULL = -1  # a pointer is NULL
 ERROR_ROBOT = -2  # a parameter of the robot is out of its domain, or the plan was not made
 ERROR_STATE = -3  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves
@@ -59,6 +60,7 @@ UNDERFLOW = real(1e-30)  # below this, squares and quotients lose digits
 FASTEST_LEG = real(1e-10)  # a leg that relaxes in less time [s] does so at once
 REACHED_WITHIN = real(1e-6)  # [m] the search for a current ends this near
 NEAR_WITHIN = real(4e-6)  # [m] an apex this near is reached
+STIFFEST = real(1e3)  # a real pole this many times the frequency of the body on the spring: ill-conditioned
 TERMS = 24  # terms of the power series of W
 SMALLEST_EXPONENT = real(-87.0)  # exp of less counts as 0
 PREDICTION = real(0.1)  # a shorter step, of the share, predicts a root well enough
@@ -7906,6 +7908,14 @@ def steps_are_sound(steps: Any, count: int) -> bool:
     return True
 
 
+def is_stiff(plan: Plan) -> bool:
+    """Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
+    events by: a is that pole, a w^2 the product of all three.
+    """
+    a = plan.node_both.pole
+    return a * a * a > STIFFEST * STIFFEST * plan.rates.s_3
+
+
 def fill_plan(plan: Plan) -> int:
     """Fill a plan from its robot."""
     status = rates_of_plan(plan)
@@ -7913,7 +7923,8 @@ def fill_plan(plan: Plan) -> int:
         return status
     rates = plan.rates
     both = factor_cubic(rates.s_1, rates.s_2, rates.s_3)
-    return poles_of_plan(plan, both, True)
+    made = poles_of_plan(plan, both, True)
+    return ILL_CONDITIONED if made == OK and is_stiff(plan) else made
 
 
 def plan_init(plan: Any, robot: Any) -> int:

@@ -68,6 +68,7 @@ Status: TypeAlias = Literal[
     "phases_not_kept",
     "no_derivative",
     "searching",
+    "ill_conditioned",
     "error_null",
     "error_robot",
     "error_state",
@@ -89,6 +90,7 @@ STATUSES: dict[int, Status] = {
     1: "phases_not_kept",  # the phase buffer was too small; everything else is exact
     2: "no_derivative",  # no take-off, an event that grazes, or derivatives out of range
     3: "searching",  # the search for a current goes on
+    4: "ill_conditioned",  # the actuator is too stiff for the precision: events of its creep may be wrong
     -1: "error_null",  # a pointer is NULL
     -2: "error_robot",  # a parameter of the robot is out of its domain, or the plan was not made
     -3: "error_state",  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves

@@ -167,6 +167,10 @@ class Solved(_Motion):
         duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
         return ending, duration, tuple_of(LegState, (x1, v1, v2, y)), apex, aed
 
+    def plan_status(self, parameters: tuple[Any, ...]) -> int:
+        """The status of the plan of a robot in this precision, 0 or a warning."""
+        return made_plan(self.types, parameters)[1]
+
     def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         rows = self.types.phase.iter_unpack(self.structs[2])
@@ -283,12 +287,16 @@ def columns_of(arrays: Iterable[NDArray[Any]]) -> Any:
     return (ctypes.c_void_p * len(addresses))(*addresses)
 
 
+def made_plan(types: Types, parameters: tuple[Any, ...]) -> tuple[Any, int]:
+    """The plan of a robot and its status, 0 or a warning."""
+    plan = types.Plan()
+    return plan, types.library.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.Robot(*parameters)))
+
+
 @lru_cache(maxsize=256)
 def plan_of(types: Types, parameters: tuple[Any, ...]) -> bytes:
     """The plan of a robot."""
-    plan = types.Plan()
-    types.library.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.Robot(*parameters)))
-    return bytes(plan)
+    return bytes(made_plan(types, parameters)[0])
 
 
 def with_room(types: Types, name: str, phase: Any, most: int, given: tuple[Any, ...], *answer: Any) -> Any:

@@ -85,12 +85,16 @@ class Engine(NamedTuple):
         return [self.array(getattr(struct, name) for struct in structs) for name in names]
 
 
+def _made_plan(engine: Engine, parameters: tuple[Any, ...]) -> tuple[Any, int]:
+    """The plan of a robot and its status, 0 or a warning."""
+    plan = engine.module.Plan()
+    return plan, engine.call("plan_init", plan, engine.made("Robot", *parameters))
+
+
 @lru_cache(maxsize=256)
 def _plan_of(engine: Engine, parameters: tuple[Any, ...]) -> Any:
     """The plan of a robot."""
-    plan = engine.module.Plan()
-    engine.call("plan_init", plan, engine.made("Robot", *parameters))
-    return plan
+    return _made_plan(engine, parameters)[0]
 
 
 def _with_room(engine: Engine, kind: str, most: int, solve: Callable[[list[Any], int], int]) -> list[Any]:
@@ -122,6 +126,10 @@ class Solved(NamedTuple):
 
     def _call(self, name: str, *arguments: Any) -> int:
         return self.engine.call(name, self.plan, self.steps, self.phases, self.stance, *arguments)
+
+    def plan_status(self, parameters: tuple[Any, ...]) -> int:
+        """The status of the plan of a robot in this precision, 0 or a warning."""
+        return _made_plan(self.engine, parameters)[1]
 
     def outcome(self) -> tuple[int, float, LegState, float, float]:
         """Ending, duration, state at the ending, apex, AED."""

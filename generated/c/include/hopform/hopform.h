@@ -40,6 +40,7 @@ extern "C" {
 #define HOPFORM_PHASES_NOT_KEPT 1    /**< the phase buffer was too small; everything else is exact */
 #define HOPFORM_NO_DERIVATIVE 2      /**< no take-off, an event that grazes, or derivatives out of range */
 #define HOPFORM_SEARCHING 3          /**< the search for a current goes on */
+#define HOPFORM_ILL_CONDITIONED 4    /**< the actuator is too stiff for the precision: events of its creep may be wrong */
 #define HOPFORM_ERROR_NULL (-1)      /**< a pointer is NULL */
 #define HOPFORM_ERROR_ROBOT (-2)     /**< a parameter of the robot is out of its domain, or the plan was not made */
 #define HOPFORM_ERROR_STATE (-3)     /**< a state is not finite, x_1 is beyond its stroke, or what is fixed moves */

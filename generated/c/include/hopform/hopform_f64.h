@@ -308,7 +308,8 @@ typedef struct {
 } hopform_stances_in_f64;
 
 /** Coefficients and poles of a robot, which may lie in the plan. A refusal zeroes the plan, and every function refuses
- * it. */
+ * it. HOPFORM_ILL_CONDITIONED where the actuator is too stiff for the precision: the plan is made, and what it solves may
+ * lack events of the creep after the transient. */
 int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *robot);
 
 /** Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
