@@ -15,6 +15,9 @@ from tests.oracle.checker import ANSWER, PHASE, PROBLEM
 
 MAX_PHASES = 100
 MOST_PUSH, MOST_PULL, MOST_SPEED = 30.0, 20.0, 100.0  # m/s^2 by the offset, by the motor; m/s
+NEAR_THRESHOLD = 0.002
+"""Share of stances in which a mass starts at rest within ulps of its friction: the 50-digit reference judges them."""
+
 DEGENERATE = (
     "frictionless",
     "triple",
@@ -54,6 +57,7 @@ def draw_stances(seed: int, count: int) -> Any:
     for kind in DEGENERATE:
         _degenerate(draw, p, kind, draw.random(count) < 0.025)
     _restrain(p)
+    _rest_near_threshold(draw, p, draw.random(count) < NEAR_THRESHOLD)
     p["v1"] = np.where(p["y"] > 0.0, p["v1"], np.maximum(p["v1"], 0.5 * p["v2"]))  # or the leg would not compress
     return p
 
@@ -111,6 +115,18 @@ def _degenerate(draw: Any, p: Any, kind: str, here: Any) -> None:
     if kind.startswith("near"):
         for name in ("k", "b1"):
             q[name] *= 1.0 + draw.integers(-3, 4, q.size) * np.finfo(float).eps
+    p[here] = q
+
+
+def _rest_near_threshold(draw: Any, p: Any, here: Any) -> None:
+    """A mass at rest whose level of friction lies within 4 ulp of its free acceleration, the leg being compressed."""
+    q = p[here]
+    q["y"] = np.where(q["y"] > 0.0, q["y"], 0.01 * q["m_s"] * q["g"] / q["k"])
+    spring, first = q["k"] * (q["c"] - q["y"]), draw.random(q.size) < 0.5
+    free = np.abs(spring - q["gamma2"] * q["u"]) / q["m_eff"], np.abs(q["k"] * q["y"] / q["m_s"] - q["g"])
+    for level, speed, rests, exact in zip(("f1", "f2"), ("v1", "v2"), (first, ~first), free, strict=True):
+        near = exact * (1.0 + draw.integers(-4, 5, q.size) * np.finfo(float).eps)
+        q[level], q[speed] = np.where(rests, near, q[level]), np.where(rests, 0.0, q[speed])
     p[here] = q
 
 

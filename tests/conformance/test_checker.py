@@ -13,9 +13,8 @@ import pytest
 
 from hopform_solver.records import EVENTS
 from tests.conformance.exhaustive import (
-    BY_EVENT,
     HIGH_CONDITION,
-    RIGHT,
+    RIGHTS,
     SHARE_OF_HIGH,
     case_of,
     examine,
@@ -36,7 +35,7 @@ def test_every_random_stance_is_certified():
     """
     found = examine(seed=SEED, count=1000, sampled=0)
     assert found.outcomes[CERTIFIED] >= 0.99 * found.stances, f"HOPFORM_SEED={SEED}: {found.reasons}"
-    wrong = [case for case in map(refer, found.flagged) if case["verdict"] not in (RIGHT, BY_EVENT)]
+    wrong = [case for case in map(refer, found.flagged) if case["verdict"] not in RIGHTS]
     assert not wrong, f"HOPFORM_SEED={SEED}"
     assert len(found.flagged) >= found.stances - found.outcomes[CERTIFIED]
     assert len(found.modes) == 9 and len(found.events) == len(EVENTS), f"HOPFORM_SEED={SEED}"
@@ -44,7 +43,7 @@ def test_every_random_stance_is_certified():
 
 @pytest.mark.parametrize("case", json.loads(FOUND.read_text()), ids=lambda case: f"{case['seed']}-{case['lane']}")
 def test_what_was_wrong_once_is_right(case: dict[str, Any]):
-    assert solved_again(case)["verdict"] in (RIGHT, BY_EVENT)
+    assert solved_again(case)["verdict"] in RIGHTS
 
 
 def test_a_seed_is_repeated_or_fresh():
