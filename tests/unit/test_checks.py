@@ -37,13 +37,14 @@ def test_expected_intervals_are_those_of_the_fit(seed, planned):
 
 
 def test_twice_the_noise_doubles_the_intervals_and_four_recordings_halve_them():
-    def widths(noise, count):
-        made = [record(HOPPER, "decay", height=0.04, noise=noise, quantum=0.0, seed=n) for n in range(count)]
+    def widths(noise, seeds):
+        made = [record(HOPPER, "decay", height=0.04, noise=noise, quantum=0.0, seed=n) for n in seeds]
         found = check({"decay": made}, {"m_s": 3.0}, TRUTH).expected
         return np.array([half(each) for each in found if not each.own])
 
-    assert widths(4e-4, 1) == pytest.approx(2.0 * widths(2e-4, 1), rel=0.1)
-    assert widths(2e-4, 4) == pytest.approx(0.5 * widths(2e-4, 1), rel=0.1)
+    alone = np.mean([widths(2e-4, [n]) for n in range(4)], axis=0)  # each estimates the noise for itself
+    assert np.mean([widths(4e-4, [n]) for n in range(4)], axis=0) == pytest.approx(2.0 * alone, rel=0.1)
+    assert widths(2e-4, range(4)) == pytest.approx(0.5 * alone, rel=0.1)
 
 
 def test_what_recordings_do_not_tell_is_named_with_the_recording_that_would():

@@ -77,7 +77,9 @@ def record(
     whole("repeats", repeats, most=1000)
     if repeats > 1 and test not in ("drop", "decay"):
         raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
-    draw = np.random.default_rng() if seed is None else np.random.default_rng(whole("seed", seed, 0, math.inf))
+    # Of one seed each test has noise of its own.
+    own = None if seed is None else [whole("seed", seed, 0, math.inf), TESTS.index(test)]
+    draw = np.random.default_rng(own)
     encoder = nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw
     against = flag("spring", spring) and test == "ramp"
     length = positive("duration", (8.0 if test == "ramp" else 2.0) if duration is None else duration, "s")
