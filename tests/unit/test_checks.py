@@ -150,6 +150,6 @@ def test_a_fit_reads_files_as_it_takes_recordings(tmp_path):
 @pytest.mark.parametrize(("wrong", "name"), [(["air", "--export", "foo"], "--export"), (["fall"], "kind")])
 def test_a_wrong_word_is_answered_with_those_that_there_are(wrong, name, capsys):
     assert main(["identify", wrong[0], "x.csv", *wrong[1:]]) == 2
-    words = {"--export": "'mjcf', 'urdf', 'isaac'", "kind": "'drop', 'free', 'decay', 'step', 'air', 'ramp', 'all', "}
+    words = {"--export": "'mjcf', 'urdf', 'isaac'", "kind": "'drop', 'free', 'decay', 'step', 'air', 'all', "}
     message = capsys.readouterr().err
     assert message.startswith(f"hopform: Invalid value for '{name}': '{wrong[-1]}' is not one of {words[name]}")

@@ -11,7 +11,6 @@ import pytest
 import hopform
 from hopform._cli import main
 from hopform._identify.drop import fit_drop_test, oscillation_of
-from hopform._identify.ramp import friction_threshold
 from hopform._identify.recordings import (
     COLUMNS,
     noise_of,
@@ -207,7 +206,7 @@ SCALED = {
     "drop": ("x2", 1000.0, "reaches 600.429 m; a position of a hopper is within 10 m"),
     "decay": ("x2", 100.0, "moves over 7.3 m; a body on its spring does over 3 m at most"),
     "step": ("x1", 1000.0, "within 10 m"),
-    "ramp": ("x1", 1e-3, "0.5 mm to 10 m"),
+    "air": ("x1", 1e-4, "0.5 mm to 10 m"),
     "free": ("current", 1e-3, "reaches 0.003 A; what drives a hopper reaches 0.01 to 300 A"),
 }
 
@@ -219,7 +218,7 @@ def test_a_column_in_another_unit_than_its_name_is_refused_with_what_is_allowed(
     made = record(HOPPER, test, seed=seed, height=height)
     path = tmp_path / "scaled.csv"
     path.write_text(with_column(made, column, factor * made.columns[column].values))
-    for command in (test,) if test == "ramp" else (test, "all"):
+    for command in (test, "all"):
         said = refused(path, command, capsys=capsys, role=f"{test}:")
         assert f"scaled.csv, line {said.partition('line ')[2].partition(',')[0]}, column '{column}_" in said
         assert words in said
@@ -307,12 +306,6 @@ def test_a_current_at_its_limit_and_outliers_are_seen():
     broken = np.arange(7, x.size, 97)
     x[broken] += 0.05
     assert np.flatnonzero(outliers(x)).tolist() == broken.tolist()
-
-
-def test_a_ramp_under_which_nothing_moves_is_refused():
-    stuck = dataclasses.replace(HOPPER, f1=20.0)
-    with pytest.raises(hopform.HopformError, match="does not move"):
-        friction_threshold(record(stuck, "ramp", duration=4.0, current=1.0, seed=1))
 
 
 @pytest.mark.parametrize(

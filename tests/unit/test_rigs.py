@@ -32,7 +32,6 @@ RIGS = {
     },
     "held": {"m_eff": 0.9, "k": 315.0, "b1": 4.0, "f1": 0.8, "gamma2": -20.0, "rest": 0.001, "x": 0.002, "v": 0.01},
     "air": {"m_eff": 25.0, "b1": 150.0, "f1": 0.3, "gamma2": -65.0, "offset": 0.01, "x": 0.0, "v": 0.01},
-    "threshold": {"m_eff": 25.0, "f1": 0.78, "gamma2": -65.0},
 }  # fmt: skip
 
 
@@ -60,7 +59,7 @@ SENSOR = {"delay": 0.0043, "gain": 1.02, "clock": 0.98, "lag": 0.004}
 
 
 @pytest.mark.parametrize("of", ["x1", "x2"])
-@pytest.mark.parametrize("kind", [kind for kind in RIGS if kind != "threshold"])
+@pytest.mark.parametrize("kind", RIGS)
 @pytest.mark.parametrize("letters", [("delay",), ("gain", "clock"), ("lag",), ("delay", "gain", "clock", "lag")])
 def test_derivatives_by_sensor_clock_and_logger_are_the_limits_of_differences(kind, letters, of):
     """Also those by all other letters. A lag filters derivatives by cubics between samples 2 ms apart: to 1e-3; without

@@ -81,6 +81,16 @@ def test_a_current_that_changes_in_a_gap_is_taken_as_unknown_there():
         assert fit[name].value == pytest.approx(value, rel=2e-3)
 
 
+def test_a_current_that_creeps_both_ways_shows_friction_as_an_air_recording():
+    """To 2 %, with the load that shifts both thresholds."""
+    creep = np.concatenate([np.zeros(100), np.linspace(0.0, 0.6, 900), np.zeros(300), np.linspace(0.0, -0.6, 900)])
+    x = simulate(dataclasses.replace(RIG, k=0.0), creep + 0.02, RATE)
+    fit = fit_step_response(recording(x, creep), spring=False, known={"m_eff": 25.0}, **ALONE)
+    assert fit["f1"].low <= 0.78 <= fit["f1"].high
+    assert fit["f1"].high - fit["f1"].low < 0.02 * 0.78
+    assert fit["offset"].value == pytest.approx(0.02, abs=1e-3)
+
+
 @pytest.mark.sliced
 def test_a_long_recording_is_fitted_with_all_that_a_fit_says():
     u = np.repeat([0.0, 3.0, -3.0], 5600)

@@ -7,7 +7,6 @@
 | free | the same over an actuator that moves under a given current | (3), (4), the actuator alone in flight |
 | held | an actuator on a spring whose other end is held | (3), body held; the spring is relaxed at x1 = `rest` |
 | air | an actuator without a spring: the leg in the air, an axis | (3) with k = 0; `offset` is a constant current |
-| threshold | nothing yet: the current at which the actuator begins to move | (5) |
 
 Sensor, clock and logger make of a motion x(t) under a current u(t)
 
@@ -104,7 +103,7 @@ class _Filter:
         return np.asarray(of_scipy("linalg").solve_banded((1, 0), bands, gain, check_finite=False))
 
 
-Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
+Kind = Literal["attached", "ground", "free", "held", "air"]
 
 LETTERS: dict[Kind, tuple[str, ...]] = {
     "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
@@ -113,7 +112,6 @@ LETTERS: dict[Kind, tuple[str, ...]] = {
              "x1_max", "x", "v", "x1", "v1"),
     "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
     "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
-    "threshold": ("m_eff", "f1", "gamma2"),
 }  # fmt: skip
 """What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it
 is free, with x1, v1 of the actuator)."""
@@ -138,8 +136,7 @@ class Experiment:
 
     time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of`
     says; steps: the current. names: a letter's parameter, also of `SENSOR`. constants: letters that are known.
-    added_mass [kg] on the body. backend: of the solver, the best if None. noise: standard deviation of what was
-    measured, where the residuals are too few to show it.
+    added_mass [kg] on the body. backend: of the solver, the best if None.
     """
 
     label: str
@@ -152,7 +149,6 @@ class Experiment:
     added_mass: float = 0.0
     begin: float = 0.0
     backend: str | None = None
-    noise: float | None = None
     of: Literal["x1", "x2"] = "x2"
 
     def preload(self, at: Values, steps: Steps) -> float:
@@ -203,13 +199,12 @@ class Experiment:
 
     def response_to_stribeck(self, values: Values, shares: Sequence[float]) -> Array:
         """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level, a column
-        for each v_s, a share of the largest velocity: of the actuator's friction where both masses move; 0 for a
-        threshold.
+        for each v_s, a share of the largest velocity: of the actuator's friction where both masses move.
         """
         letters = self.letters(values)
         at, steps = in_recorded_time(letters, letters["clock"]), delayed(self.steps, letters["delay"])
         alone = self.kind in ("attached", "ground")
-        if self.kind == "threshold" or at["f2" if alone else "f1"] == 0.0:
+        if at["f2" if alone else "f1"] == 0.0:
             return np.zeros((self.time.size, len(shares)))
         finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
@@ -359,15 +354,6 @@ def actuator_robot(at: Values, preload: float) -> Robot:
     return _NOTHING._replace(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
 
 
-def _threshold(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
-    """The current of (5) in A, in place of a position."""
-    u = at["m_eff"] * at["f1"] / abs(at["gamma2"])
-    by = {"m_eff": u / at["m_eff"], "f1": at["m_eff"] / abs(at["gamma2"]), "gamma2": -u / at["gamma2"]}
-    row = np.tile([1.0, 0.0], (time.size, 1))
-    return (u * row, {letter: value * row for letter, value in by.items()}), {}
-
-
 _PREDICT: Mapping[Kind, Callable[[Experiment, Values, Steps, Array], tuple[Moved, Rates]]] = {
     "attached": _attached, "ground": _ground, "free": _free, "held": _actuator, "air": _actuator,
-    "threshold": _threshold,
 }  # fmt: skip

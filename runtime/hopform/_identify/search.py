@@ -225,8 +225,6 @@ def _level(problem: Problem, found: Solution) -> float:
 def _limit(experiment: Experiment) -> float:
     """Largest residual of a recording that counts as noise [m]: 1.15 times its noise, or a two thousandth of its
     motion."""
-    if experiment.noise is not None:  # of a single measurement, which is off by three times its noise in 1 case of 400
-        return 3.0 * experiment.noise
     noise = max(noise_of(experiment.measured), quantum_of(experiment.measured))
     return max(1.15 * noise, 5e-4 * float(np.ptp(experiment.measured)), 1e-15)
 
@@ -258,10 +256,10 @@ def _weighed(problem: Problem, found: Solution, fixed: Values) -> Solution:
     noise, loss = found.sigma, problem.loss
     solve = partial(estimation.again, experiments=problem.experiments, fixed=fixed, loss=loss)
     if len(problem.experiments) > 1 or loss != "linear":
-        noise = estimation.deviations(solve(found, most=1), problem.experiments)
+        noise = estimation.deviations(solve(found, most=1))
     for _ in range(rounds):
         found = solve(found, sigma=noise, most=20, precision=precision)
-        last, noise = noise, estimation.deviations(found, problem.experiments)
+        last, noise = noise, estimation.deviations(found)
         changes = np.array(noise) / np.array(last)
         change = changes.max() / changes.min() if loss == "linear" else np.exp(np.abs(np.log(changes)).max())
         if float(change) < _STEADY:
