@@ -42,7 +42,6 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "touchdown_velocity": (hopform.touchdown_velocity, {"robot": HOPPER, "height": 0.2}),
     "design_return": (hopform.design_return, {"robot": HOPPER, "time": 0.3}),
     "delayed_apex": (hopform.delayed_apex, START | {"delay": 0.01, "u": 1.0}),
-    "friction_threshold": (hopform.friction_threshold, {"recordings": DECAY}),
     "sweep": (hopform.sweep, START),
     "compare": (hopform.compare, {"robot": HOPPER, "controllers": {"0 A": 0.0}, "grounds": [[0.0]], "height": 0.2}),
     "animate": (hopform.animate, {"run": RUN, "seconds": 0.1, "rate": 5}),

@@ -18,7 +18,6 @@ from hopform._hopping.run import Errors, Hop, Run, simulate
 from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.joint import fit_robot
-from hopform._identify.ramp import friction_threshold
 from hopform._identify.recordings import read_recording
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record
@@ -45,7 +44,7 @@ __all__ = [
     "__version__", "animate", "BackendError", "backends", "Batch", "choose_current", "choose_current_as_printed",
     "Command", "compare", "controllers", "delayed_apex", "design_return", "Energy", "Equation", "equations", "Errors",
     "Event", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
-    "FlightPhase", "friction_threshold", "Gains", "Hop", "HopformError", "Ledger", "library_message", "load_robot",
+    "FlightPhase", "Gains", "Hop", "HopformError", "Ledger", "library_message", "load_robot",
     "ManySensitivities", "MissingExtra", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
     "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_stance",
     "solve_stances", "Stance", "State", "sweep", "terrain", "touchdown_velocity", "TouchdownDetector", "ufuncs",

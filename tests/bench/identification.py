@@ -93,7 +93,7 @@ def by_solve_ivp(p: Array, times: Array) -> Array:
 
 
 def whole_fits() -> None:
-    """What whole fits take, with intervals, the old model and the hold-out, of recordings of 2 s (a ramp: 8 s)."""
+    """What whole fits take, with intervals, the old model and the hold-out, of recordings of 2 s."""
     hopper = hopform.load_robot("hopper_c")
     jobs: dict[str, Callable[[float], object]] = {
         "drop": lambda f: fit_drop_test(record(hopper, "drop", rate=f, seed=1), known={"m_s": MASS}),
@@ -104,11 +104,10 @@ def whole_fits() -> None:
         "free drop": lambda f: fit_drop_test(
             record(hopper, "free", rate=f, seed=4), free=True, known={"m_s": MASS, "x1_min": 0.0, "x1_max": 0.08}
         ),
-        "drop, decay, step, ramp together": lambda f: fit_robot(
+        "drop, decay, step together": lambda f: fit_robot(
             drops=[record(hopper, "drop", rate=f, seed=1)],
             decays=[record(hopper, "decay", rate=f, height=0.04, seed=5)],
             steps=[record(hopper, "step", rate=f, seed=2)],
-            ramps=[record(hopper, "ramp", rate=f, seed=3)],
             known={"m_s": MASS},
         ),
     }

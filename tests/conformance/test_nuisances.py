@@ -154,16 +154,16 @@ def axis(amplitude: float, noise: float = 2e-6, **changes: float) -> Recording:
 @pytest.mark.parametrize("known", [{"gamma2": -35.0}, {"m_eff": 95.0}], ids=str)
 @pytest.mark.parametrize("loss", ["linear", "huber"])
 def test_a_fit_in_force_names_a_delay_and_has_it_on_request(known, loss):
-    """The voltage of the recording is held from sample to sample, which the equation sees half a sample late."""
+    """The voltage of the recording is held from sample to sample, which the equation knows."""
     how = {"known": known, "position": False, "loss": loss}
     plain = fit_force(axis(10.0, delay=0.006), **how)
     assert plain.diagnoses[0].name == "delay"
-    assert plain.diagnoses[0].values["delay"] == pytest.approx(0.0065, rel=0.05)
+    assert plain.diagnoses[0].values["delay"] == pytest.approx(0.006, rel=0.05)
     assert "fit it with --delay" in plain.warnings[-1]
     assert plain.warnings[-1].count(" N; ") == 1
     fit = fit_force(axis(10.0, delay=0.006), nuisances=["delay"], **how)
-    assert fit["delay"].value == pytest.approx(0.0065, abs=3e-5)
-    assert fit["delay"].low < 0.0065 < fit["delay"].high
+    assert fit["delay"].value == pytest.approx(0.006, abs=3e-5)
+    assert fit["delay"].low < 0.006 < fit["delay"].high
     assert fit.rms < 0.2 * plain.rms
     off = {name: abs(fit[name].value - value) for name, value in (("b1", 200.0), ("f1", 0.2))}
     assert all(each <= 1.5 * (fit[name].high - fit[name].value) for name, each in off.items())

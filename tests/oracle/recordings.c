@@ -4,8 +4,10 @@
  *     m x'' = gamma u(t) - k (x - rest) - b x' - m f (1 + s e^(-(x'/v_s)^2)) sign(x')        on a spring
  *     m x'' = k (length - x) - b x' - m g - the same friction, while x < length              a drop, else x'' = -g
  *
- * True time is `clock` times that of the recording. The current holds from sample to sample, late by `delay`; the
- * sensor follows x through lag y' + y = x and shows gain y. */
+ * Two further forces act on a spring: drag |x'| x' of the air and a load that grows by `drift` per second. At the place
+ * `stop` the mass loses its velocity. True time is `clock` times that of the recording. The current holds from sample
+ * to sample, late by `delay`; the sensor follows x through lag y' + y = x and a play of the width `play`, and shows
+ * gain y. */
 #include <math.h>
 
 #define STEP 1e-5
@@ -13,15 +15,17 @@
 typedef struct {
     double mass, k, b, f, stribeck, speed, gamma, rest, drops, g, loss, start, held;
     double delay, gain, clock, lag;
+    double drag, drift, play, stop;
 } Rig;
 
 typedef struct {
-    double x, v, y;
+    double x, v, y, t;
     int flies;
 } State;
 
-static double pull(const Rig *rig, double x, double v, double u) {
-    return (rig->gamma * u - rig->k * (x - rig->rest) - rig->b * v) / rig->mass - rig->g;
+static double pull(const Rig *rig, const State *s, double x, double v, double u) {
+    double further = rig->drift * s->t - rig->drag * fabs(v) * v;
+    return (rig->gamma * u - rig->k * (x - rig->rest) - rig->b * v + further) / rig->mass - rig->g;
 }
 
 static double friction(const Rig *rig, double v) {
@@ -30,14 +34,14 @@ static double friction(const Rig *rig, double v) {
 }
 
 static void slide(const Rig *rig, State *s, double u, double h) {
-    double free = pull(rig, s->x, s->v, u), level = friction(rig, s->v);
+    double free = pull(rig, s, s->x, s->v, u), level = friction(rig, s->v);
     if (s->v == 0.0 && fabs(free) <= level) {
         return;
     }
     double drag = copysign(level, s->v != 0.0 ? s->v : free);
     double middle = s->v + 0.5 * h * (free - drag);
     double level_there = copysign(friction(rig, middle), drag);
-    double after = s->v + h * (pull(rig, s->x + 0.5 * h * s->v, middle, u) - level_there);
+    double after = s->v + h * (pull(rig, s, s->x + 0.5 * h * s->v, middle, u) - level_there);
     if (after * drag < 0.0 && s->v * drag > 0.0) {
         double turn = h * s->v / (s->v - after);
         s->x += 0.5 * turn * s->v;
@@ -67,7 +71,7 @@ static void fall(const Rig *rig, State *s, double h) {
     }
     slide(rig, s, 0.0, h);
     if (s->x > length && s->v > 0.0) { /* since the time at which the foot came off it has flown */
-        s->v -= (s->x - length) / s->v * (pull(rig, s->x, s->v, 0.0) - friction(rig, s->v) + rig->g);
+        s->v -= (s->x - length) / s->v * (pull(rig, s, s->x, s->v, 0.0) - friction(rig, s->v) + rig->g);
         s->flies = 1;
     }
 }
@@ -82,15 +86,22 @@ static void advance(const Rig *rig, State *s, double u, double time) {
         } else {
             slide(rig, s, u, h);
         }
+        s->t += h;
+        if (s->x > rig->stop) {
+            s->x = rig->stop;
+            s->v = 0.0;
+        }
         s->y = decay * s->y + (rig->lag > 0.0 ? (1.0 - decay) * 0.5 * (before + s->x) : s->x);
     }
 }
 
 /* measured: `count` samples `step` apart by the clock of the recording; u: the current at each. */
 void record(const Rig *rig, const double *u, int count, double step, double *measured) {
-    State s = {rig->start, 0.0, rig->start, rig->drops != 0.0};
+    State s = {rig->start, 0.0, rig->start, 0.0, rig->drops != 0.0};
+    double shown = rig->start; /* behind the play */
     for (int n = 0; n < count; n++) {
-        measured[n] = rig->gain * s.y;
+        shown = fmin(fmax(shown, s.y - 0.5 * rig->play), s.y + 0.5 * rig->play);
+        measured[n] = rig->gain * shown;
         double begin = n * step, end = begin + step;
         if (end <= rig->held + 1e-12) {
             continue;

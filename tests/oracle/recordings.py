@@ -39,6 +39,10 @@ class Rig:
     gain: float = 1.0
     clock: float = 1.0
     lag: float = 0.0
+    drag: float = 0.0
+    drift: float = 0.0
+    play: float = 0.0
+    stop: float = math.inf
 
 
 @cache
@@ -53,7 +57,7 @@ def _library() -> Any:
 def simulate(rig: Rig, u: np.ndarray, rate: float) -> np.ndarray:
     """What is measured of a rig at a rate [Hz], a sample for each of the current [A]."""
     given, found = np.ascontiguousarray(u, dtype=float), np.empty(len(u))
-    fields = (ctypes.c_double * 17)(*astuple(rig))
+    fields = (ctypes.c_double * len(astuple(rig)))(*astuple(rig))
     address = ctypes.POINTER(ctypes.c_double)
     _library().record(
         fields, given.ctypes.data_as(address), len(given), ctypes.c_double(1.0 / rate), found.ctypes.data_as(address)

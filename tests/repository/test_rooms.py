@@ -29,7 +29,7 @@ LAYERS = (
     ("_hopping", "_hopping.run", "_hopping.touchdown"),
     ("_identify.motion",), ("_identify.recordings",), ("_identify.segments",),
     ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.nuisances", "_identify.kinds"),
-    ("_identify.fits",), ("_identify.drop", "_identify.ramp", "_identify.step", "_identify.synthetic"),
+    ("_identify.fits",), ("_identify.drop", "_identify.step", "_identify.synthetic"),
     ("_identify.joint", "_identify.simulators"), ("_identify",),
     ("_studies",), ("_all",),
     ("_export",),

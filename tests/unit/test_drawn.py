@@ -394,12 +394,11 @@ def made(name):
             HOPPER, np.linspace(0.02, 0.3, 15), np.linspace(0.0, 3.0, 5), stop_margin=0.015
         ),
         "Command": lambda: hopform.choose_current(HOPPER, **fast, h_des=0.2),
-        "Recording": lambda: hopform.record(HOPPER, "ramp", duration=4.0, seed=1),
+        "Recording": lambda: hopform.record(HOPPER, "air", duration=4.0, seed=1),
         "Fit": lambda: hopform.fit_drop_test(
             hopform.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3), attached=True, known={"m_s": 3.0},
             holdout=False,
         ),
-        "Threshold": lambda: hopform.friction_threshold(made("Recording")),
         "Sensitivities": lambda: hopform.solve_stance(HOPPER, **fast, u=3.0).sensitivities,
     }  # fmt: skip
     return kinds[name]()
@@ -485,28 +484,12 @@ def fit_panels(fit):
     ]
 
 
-def threshold_panels(threshold):
-    panels = list[Panel]()
-    for rise in threshold.rises:
-        onset = rise.onset
-        within = (onset.time_low, onset.time_high)
-        panels += [
-            Panel({**rise_lines(rise), "": (onset.time, None)}, {}, [within]),
-            Panel({"": [(rise.time, rise.u), (onset.time, None)]}, {}, ANY_SHADES),
-        ]
-    return panels
-
-
-def rise_lines(rise):
-    return {"measured": (rise.time, rise.x1), "rest, then a rise": (rise.time, rise.fitted)}
-
-
 RESULTS: dict[str, tuple[Callable[[Any], list[Panel]], int]] = {
     "Stance": (stance_panels, 1), "Flight": (flight_panels, 0), "Hop": (hop_panels, 0),
     "Run": (lambda run: motion_panels(run, heights(run)), 0),
     "Batch": (lambda batch: [Panel({"": (np.arange(batch.apex.size), batch.apex)})], 0),
     "Reachability": (reach_panels, 0), "Command": (command_panels, 0), "Recording": (recording_panels, 0),
-    "Fit": (fit_panels, 0), "Threshold": (threshold_panels, 0),
+    "Fit": (fit_panels, 0),
 }  # fmt: skip
 """What the panels of each result must show, and which one is drawn alone."""
 
@@ -522,9 +505,8 @@ def test_a_line_of_a_plot_is_the_method_of_its_name(name):
 def test_the_main_panel_alone_shows_the_same(name):
     result, axes = made(name), Figure().subplots()
     panels, main = RESULTS[name]
-    panel = Panel(rise_lines(result.rises[0])) if name == "Threshold" else panels(result)[main]
     assert result.plot(axes) is axes
-    check(axes, panel)
+    check(axes, panels(result)[main])
 
 
 def test_every_plot_has_an_oracle():

@@ -9,10 +9,7 @@ import pytest
 import hopform
 from tests.calls import DECAY, HOPPER, OBJECTS, STEP
 
-ANSWERS = OBJECTS | {
-    "recording": DECAY,
-    "threshold": hopform.friction_threshold(hopform.record(HOPPER, "ramp", duration=4.0, seed=1)),
-}
+ANSWERS = OBJECTS | {"recording": DECAY}
 
 
 @pytest.mark.parametrize("name", ANSWERS)

@@ -14,7 +14,6 @@ from hopform._cli import main
 from hopform._identify.drop import ATTACHED, GROUND, fit_drop_test
 from hopform._identify.joint import fit_robot
 from hopform._identify.kinds import problem_of
-from hopform._identify.ramp import friction_threshold
 from hopform._identify.recordings import Column, Recording, parse_recording
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record, to_csv
@@ -125,17 +124,6 @@ def test_uneven_time_stamps_and_a_gap_do_no_harm():
     assert any("gap" in each for each in fit.warnings)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_a_slow_ramp_identifies_the_threshold_of_motion_in_both_directions(seed):
-    ramp = record(HOPPER, "ramp", seed=seed)
-    threshold = friction_threshold(ramp, m_eff=25.0, gamma2=-65.0)
-    assert [each.direction for each in threshold.onsets] == [1, -1]
-    assert threshold.low <= 0.3 <= threshold.high
-    assert threshold.high - threshold.low < 0.02
-    assert threshold.f1 == pytest.approx(0.78, rel=0.03)
-    assert abs(threshold.load) < 0.01
-
-
 def closed_loop(rng) -> Recording:
     """An axis that follows a reference, 1 kHz: the current is what its motion takes, with noise on both."""
     time = np.arange(12000) / 1000.0
@@ -164,7 +152,6 @@ def test_all_recordings_together_make_a_robot():
         drops=[record(HOPPER, "drop", seed=1)],
         steps=[record(HOPPER, "step", seed=2)],
         air=[record(HOPPER, "air", seed=4, duration=1.0)],
-        ramps=[record(HOPPER, "ramp", seed=3)],
         known={"m_s": 3.0},
         compare=False,
         holdout=False,
@@ -205,7 +192,7 @@ def test_intervals_hold_the_truth_in_19_of_20_cases():
     assert 0.88 <= count.share <= 0.99, dict(count.inside)
 
 
-# ---- the actuator free, several motions in a recording, ramps against a spring ----
+# ---- the actuator free, several motions in a recording ----
 
 
 @pytest.mark.parametrize("with_x1", [True, False])
@@ -253,19 +240,6 @@ def test_several_motions_in_a_recording_are_found_and_fitted_together(test, dura
                             known={"m_s": 3.0}, **ALONE)  # fmt: skip
         holds(fit, k=1200.0, b2=5.0, f2=0.6)
         assert fit["k"].stderr < 0.75 * one["k"].stderr
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_ramp_against_the_spring_identifies_the_threshold_where_its_load_is_taken_off(seed):
-    """After the first ramp the actuator sticks 1 cm off rest: k x1 then counts for 0.2 A of the second."""
-    ramp = record(HOPPER, "ramp", duration=10.0, current=1.2, hold=1.0, spring=True, free_stroke=True, seed=seed)
-    threshold = friction_threshold(ramp, spring=True, m_eff=25.0, gamma2=-65.0, k=1200.0)
-    assert threshold.low - 0.002 <= 0.3 <= threshold.high + 0.002
-    assert threshold.high - threshold.low < 0.02
-    assert abs(threshold.load) < 0.01
-    raw = friction_threshold(ramp, spring=True)
-    assert abs(raw.u - 0.3) > 0.03
-    assert any("what the spring carries" in each for each in raw.statements)
 
 
 def test_a_closed_loop_with_gaps_uneven_times_and_outliers_is_fitted_in_force():
@@ -317,14 +291,14 @@ def test_record_and_identify_go_from_a_robot_to_a_robot(tmp_path, capsys):
 
 def test_identify_all_finds_out_what_each_file_is(tmp_path, capsys):
     files = []
-    for test in ("drop", "step", "ramp"):
+    for test in ("drop", "step"):
         file = tmp_path / f"{test}.csv"
         assert main(["record", test, "--seed", "2", "--csv", str(file)]) == 0
         files.append(str(file))
     report = tmp_path / "report.md"
     assert main(["identify", "all", *files, "--known", "m_s=3", "--report", str(report)]) == 0
     said = capsys.readouterr().out
-    assert "threshold of friction" in said
+    assert "drop.csv" in said and "step.csv" in said
     text = report.read_text("utf-8")
     assert "| m_eff |" in text
     assert (tmp_path / "report.svg").exists()
@@ -347,7 +321,7 @@ def test_options_are_checked(arguments, words, tmp_path, capsys):
     assert words in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("kind", ["drop", "ramp", "check"])
+@pytest.mark.parametrize("kind", ["drop", "check"])
 def test_json_is_what_the_document_says(kind, tmp_path, capsys):
     """Every field that the schema names, of the type that it names, and no other."""
     file = tmp_path / f"{kind}.csv"

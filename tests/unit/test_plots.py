@@ -224,15 +224,9 @@ def test_a_robots_name_is_drawn_as_it_is(name, kind):
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("kind", ["fit", "threshold"])
-def test_a_recordings_name_is_drawn_as_it_is(name, kind):
-    if kind == "fit":
-        fit = a_fit()
-        answer = dataclasses.replace(fit, traces=tuple(dataclasses.replace(each, label=name) for each in fit.traces))
-    else:
-        threshold = a_threshold()
-        rises = tuple(each._replace(onset=each.onset._replace(source=name)) for each in threshold.rises)
-        answer = dataclasses.replace(threshold, rises=rises)
+def test_a_recordings_name_is_drawn_as_it_is(name):
+    fit = a_fit()
+    answer = dataclasses.replace(fit, traces=tuple(dataclasses.replace(each, label=name) for each in fit.traces))
     assert as_drawn(name) in drawn_titles(results.figure_of(answer))
 
 
@@ -240,11 +234,6 @@ def test_a_recordings_name_is_drawn_as_it_is(name, kind):
 def a_fit():
     recording = hopform.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3)
     return hopform.fit_drop_test(recording, attached=True, known={"m_s": 3.0}, compare=False, holdout=False)
-
-
-@cache
-def a_threshold():
-    return hopform.friction_threshold(hopform.record(HOPPER, "ramp", duration=4.0, seed=1))
 
 
 @given(st.text(st.characters()))

@@ -9,11 +9,10 @@ from scipy.signal import lfilter
 from scipy.stats import t as student
 
 import hopform
-from hopform._cli import main
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.joint import fit_robot
 from hopform._identify.step import fit_step_response
-from hopform._identify.synthetic import record, to_csv
+from hopform._identify.synthetic import record
 from hopform._robots import Provenance, robot_from_toml
 from tests.fits import ALONE
 
@@ -114,18 +113,6 @@ def test_friction_of_several_recordings_is_their_mean_with_the_covariance_of_a_m
     at = robot.fit.names.index("f2")
     assert robot.f2 == pytest.approx(0.5 * (fit["f2@0"].value + fit["f2@1"].value))
     assert robot.fit.covariance[at][at] == pytest.approx(expected)
-
-
-def test_a_ramp_writes_its_friction_with_an_interval_and_marks_the_rest(tmp_path):
-    ramp, out = tmp_path / "ramp.csv", tmp_path / "mine.toml"
-    ramp.write_text(to_csv(record(HOPPER, "ramp", seed=3)), "utf-8")
-    known = ["--known", "m_eff=25", "--known", "gamma2=-65"]
-    assert main(["identify", "ramp", str(ramp), *known, "--out", str(out)]) == 0
-    robot = hopform.load_robot(out)
-    assert robot.fit.names == ("f1",)
-    assert robot.fit.low[0] <= robot.f1 <= robot.fit.high[0]
-    (line,) = (line for line in out.read_text("utf-8").splitlines() if line.startswith("k = "))
-    assert line.endswith("; from hopper_c, NOT IDENTIFIED")
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ import pytest
 import hopform
 from hopform._cli import main
 from hopform._identify.drop import fit_drop_test, oscillation_of
-from hopform._identify.ramp import friction_threshold
 from hopform._identify.recordings import (
     COLUMNS,
     noise_of,
@@ -63,6 +62,11 @@ BAD = {
     "milliseconds called seconds": (
         rows(*(f"{5 * n},{0.02 * math.cos(0.2 * n)}" for n in range(200))), ("time_s", "unit"),
     ),
+    "milliseconds called seconds, at 2 kHz and more": (
+        rows(*(f"{0.5 * n},{0.02 * math.cos(0.02 * n)}" for n in range(2000))), ("line 2", "x2_m", "unit of time"),
+    ),
+    "no units at all": (rows(*GOOD, head="Time,Height"), ("line 1", "'Time_s,Height_m'")),
+    "a unit that is none": (rows(*GOOD, head="t [s],x2 [furlong]"), ("line 1", "x2 [furlong]", "x2_m")),
     "swapped columns": (rows(*(",".join(reversed(line.split(","))) for line in GOOD)), ("line", "time_s", "swapped")),
     "a constant signal": (rows(*(f"{0.005 * n},0.1" for n in range(200))), ("x2_m", "constant")),
     "too short": (rows(*GOOD[:12]), ("12 samples",)),
@@ -116,6 +120,25 @@ def test_a_file_that_is_no_text_is_refused_with_its_line(broken, tmp_path):
     path.write_bytes(b"time_s,x1_m\n" + broken)
     with pytest.raises(hopform.HopformError, match=r"a\.csv, line 2: is no text in UTF-8"):
         read_recording(path)
+
+
+HEADS = ['"Time (s)","Height (m)"', "t [s], x2 [m]", "time,x2\ns,m", "# rig 3, new motor\ntime,height\n[s],[m]"]
+
+
+@pytest.mark.parametrize("head", HEADS)
+def test_headers_of_other_loggers_are_read(head):
+    read = parse_recording(rows(*GOOD[:60], "# a pause", *GOOD[60:], head=head), "log.csv")
+    plain = parse_recording(rows(*GOOD), "log.csv")
+    assert np.array_equal(read.position("x2"), plain.position("x2"))
+    assert np.array_equal(read.time, plain.time)
+    assert "a pause" in read.remarks
+
+
+@pytest.mark.parametrize("last", ["0.9995", "0.9995,", "0.9995,-"])
+def test_a_last_line_that_is_cut_short_is_left_out_and_said(last):
+    read = parse_recording(rows(*GOOD, last), "log.csv")
+    assert np.array_equal(read.time, parse_recording(rows(*GOOD), "log.csv").time)
+    assert "line 202 is cut short, so left out" in read.notes
 
 
 def test_a_motion_that_identifies_no_friction_is_refused_in_force():
@@ -181,9 +204,9 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
 
 SCALED = {
     "drop": ("x2", 1000.0, "reaches 600.429 m; a position of a hopper is within 10 m"),
-    "decay": ("x2", 100.0, "moves over 7.24 m; a body on its spring does over 3 m at most"),
+    "decay": ("x2", 100.0, "moves over 7.3 m; a body on its spring does over 3 m at most"),
     "step": ("x1", 1000.0, "within 10 m"),
-    "ramp": ("x1", 1e-3, "0.5 mm to 10 m"),
+    "air": ("x1", 1e-4, "0.5 mm to 10 m"),
     "free": ("current", 1e-3, "reaches 0.003 A; what drives a hopper reaches 0.01 to 300 A"),
 }
 
@@ -195,7 +218,7 @@ def test_a_column_in_another_unit_than_its_name_is_refused_with_what_is_allowed(
     made = record(HOPPER, test, seed=seed, height=height)
     path = tmp_path / "scaled.csv"
     path.write_text(with_column(made, column, factor * made.columns[column].values))
-    for command in (test,) if test == "ramp" else (test, "all"):
+    for command in (test, "all"):
         said = refused(path, command, capsys=capsys, role=f"{test}:")
         assert f"scaled.csv, line {said.partition('line ')[2].partition(',')[0]}, column '{column}_" in said
         assert words in said
@@ -283,12 +306,6 @@ def test_a_current_at_its_limit_and_outliers_are_seen():
     broken = np.arange(7, x.size, 97)
     x[broken] += 0.05
     assert np.flatnonzero(outliers(x)).tolist() == broken.tolist()
-
-
-def test_a_ramp_under_which_nothing_moves_is_refused():
-    stuck = dataclasses.replace(HOPPER, f1=20.0)
-    with pytest.raises(hopform.HopformError, match="does not move"):
-        friction_threshold(record(stuck, "ramp", duration=4.0, current=1.0, seed=1))
 
 
 @pytest.mark.parametrize(

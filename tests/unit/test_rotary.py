@@ -14,7 +14,6 @@ import pytest
 import hopform
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.fits import Fit
-from hopform._identify.ramp import friction_threshold
 from hopform._identify.recordings import Units, parse_recording
 from hopform._identify.step import fit_force, fit_step_response
 from tests.fits import ALONE
@@ -115,18 +114,6 @@ def test_a_fit_in_force_is_one_in_torque():
     }  # fmt: skip
     assert fit["b1"].value == pytest.approx(SERVO.b, rel=0.1)
     assert fit["f1 m_eff"].value == pytest.approx(0.004, rel=0.1)
-
-
-def test_a_ramp_of_torque_has_its_threshold_in_torque():
-    slow = np.concatenate([np.zeros(100), np.linspace(0.0, 0.2, COUNT - 100)])
-    x = simulate(SERVO, slow, RATE)
-    moving = slice(0, int(np.argmax(x > 0.5)) or None)
-    rows = np.stack([TIME, x, 0.05 * slow], axis=1)[moving].tolist()
-    text = "\n".join(["time_s,position_rad,torque_Nm", *(",".join(map(repr, row)) for row in rows)])
-    threshold = friction_threshold(parse_recording(text, "ramp.csv"), m_eff=SERVO.mass, gamma2=-1.0)
-    assert threshold.u == pytest.approx(0.004, rel=0.02)
-    assert threshold.f1 == pytest.approx(SERVO.f, rel=0.02)
-    assert threshold.units == Units("rad", "N m")
 
 
 @pytest.mark.parametrize(

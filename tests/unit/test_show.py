@@ -16,7 +16,7 @@ import hopform
 from hopform import _show
 from hopform._figures import results
 from hopform._solver import package
-from tests.unit.test_plots import HOPPER, a_fit, a_threshold
+from tests.unit.test_plots import HOPPER, a_fit
 
 mpl.use("Agg")
 
@@ -31,7 +31,7 @@ def made() -> dict[str, _show.Shown]:
         "Command": hopform.choose_current(HOPPER, v2=-1.93, h_des=0.2),
         "Reachability": hopform.reachability(HOPPER, np.linspace(0.05, 0.3, 6), np.linspace(-3.0, 3.0, 5)),
         "Sensitivities": stance.sensitivities, "ManySensitivities": two.sensitivities, "Fit": a_fit(),
-        "Threshold": a_threshold(), "Recording": hopform.record(HOPPER, "free", seed=1),
+        "Recording": hopform.record(HOPPER, "free", seed=1),
     }  # fmt: skip
 
 

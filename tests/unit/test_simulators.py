@@ -209,7 +209,8 @@ def test_a_simulator_moves_as_the_recording_did(kind, form, seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_force_of_a_fit_in_force_is_what_mujoco_s_inverse_dynamics_asks_for(seed):
-    """At the filtered motion of the recording, beside the filtered torque."""
+    """At the filtered motion of the recording, beside the filtered torque; but about reversals, where the filter rounds
+    the sign of v."""
     x = moved(scattered(SERVO, seed), DRIVE, 0.0, seed)
     made = recorded("time_s,position_rad,torque_Nm", x, 0.05 * DRIVE)
     fit, rows = fit_force(made, known={}, position=False), filtered(made)
@@ -220,7 +221,7 @@ def test_the_force_of_a_fit_in_force_is_what_mujoco_s_inverse_dynamics_asks_for(
         mujoco.mj_inverse(model, data)
         asked.append(float(data.qfrc_inverse[0]))
     given = model.actuator_gear[0, 0] * (rows.u + model.actuator_biasprm[0, 0])
-    assert np.sqrt(np.mean((np.array(asked) - given) ** 2)) <= 2.0 * fit.rms
+    assert np.median(np.abs(np.array(asked) - given)) <= 0.5 * fit.rms
 
 
 # ---- what the files say ----

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 
 import hopform
-from hopform import friction_threshold, record
+from hopform import record
 from hopform._cli import main
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.recordings import parse_recording
@@ -65,13 +65,13 @@ LIMIT = re.compile(r"(current|height) must be <= (\S+) [Am], got")
 
 
 @SOME
-@given(robots(), st.sampled_from(TESTS), st.floats(0.05, 3.0), st.floats(0.02, 0.4), st.booleans())
-@example(HOPPER, "step", 3.0, 0.2, False)  # noqa: FBT003
-@example(dataclasses.replace(HOPPER, travel=0.1), "free", 3.0, 0.3, False)  # noqa: FBT003
-def test_a_recording_stays_within_stroke_and_travel_or_is_refused_with_what_does(robot, test, current, height, spring):
+@given(robots(), st.sampled_from(TESTS), st.floats(0.05, 3.0), st.floats(0.02, 0.4))
+@example(HOPPER, "step", 3.0, 0.2)
+@example(dataclasses.replace(HOPPER, travel=0.1), "free", 3.0, 0.3)
+def test_a_recording_stays_within_stroke_and_travel_or_is_refused_with_what_does(robot, test, current, height):
     """Of settings that are refused those that the message has are accepted; where it has none, a thousandth is not."""
     asked = {"current": current, "height": height}
-    make = partial(record, robot, test, spring=spring, duration=1.5, hold=0.1, **EXACT)
+    make = partial(record, robot, test, duration=1.5, hold=0.1, **EXACT)
     try:
         assert stays_within(robot, make(**asked))
         return
@@ -146,7 +146,7 @@ def test_an_actuator_whose_stroke_leaves_out_0_is_held_at_its_nearest_stop():
         record(robot, "drop", height=0.02)
 
 
-@pytest.mark.parametrize("test", ["step", "air", "ramp"])
+@pytest.mark.parametrize("test", ["step", "air"])
 def test_a_locked_actuator_is_not_moved(test):
     with pytest.raises(hopform.HopformError, match=r"x1_min = x1_max = 0\.0 m locks the actuator of ideal"):
         record(hopform.load_robot("ideal"), test)
@@ -155,16 +155,6 @@ def test_a_locked_actuator_is_not_moved(test):
 def test_no_current_is_above_that_of_the_robot():
     with pytest.raises(hopform.HopformError, match=r"^current must be <= u_max = 3\.0 A, got 3\.1$"):
         record(HOPPER, "step", current=3.1, free_stroke=True)
-
-
-def test_a_second_ramp_begins_at_rest():
-    """Springs throw an actuator back; with a short hold it still moves when the current grows again."""
-    how = {"spring": True, "current": 0.9, "duration": 4.0}
-    with pytest.raises(hopform.HopformError, match="still moves when the second ramp begins"):
-        record(HOPPER, "ramp", hold=0.05, **how)
-    made = record(HOPPER, "ramp", hold=1.0, **EXACT | how)
-    again = int(np.searchsorted(made.time, 3.0))
-    assert made.columns["x1"].values[again] == pytest.approx(made.columns["x1"].values[again - 10], abs=1e-12)
 
 
 def test_a_free_stroke_is_asked_for_and_said(capsys):
@@ -187,11 +177,7 @@ def test_a_free_stroke_is_asked_for_and_said(capsys):
 
 def estimates_of(robot, test, seed):
     """Whether the interval of each parameter contains it, in a fit of a default recording."""
-    made = record(robot, test.removesuffix(" against the spring"), spring=test.endswith("spring"), seed=seed)
-    if test.startswith("ramp"):
-        k = robot.k if test.endswith("spring") else None
-        found = friction_threshold(made, spring=k is not None, gamma2=robot.gamma2, k=k)
-        return [found.low <= robot.m_eff * robot.f1 / abs(robot.gamma2) <= found.high]
+    made = record(robot, test, seed=seed)
     if test in ("step", "air"):
         fit = fit_step_response(made, spring=test == "step", known={"m_eff": robot.m_eff}, **ALONE)
     else:
@@ -205,16 +191,8 @@ def estimates_of(robot, test, seed):
 
 @pytest.mark.sliced
 @pytest.mark.parametrize("robot", [HOPPER, OTHER], ids=lambda robot: robot.name)
-@pytest.mark.parametrize("test", [*TESTS, "ramp against the spring"])
+@pytest.mark.parametrize("test", TESTS)
 def test_default_recordings_give_intervals_that_hold(robot, test):
     """95 % intervals, of seven seeds: fewer may contain the truth by chance once in 10 000 times."""
     inside = [each for seed in range(7) for each in estimates_of(robot, test, seed)]
     assert sum(inside) >= binom.ppf(1e-4, len(inside), 0.95)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_the_default_ramp_contains_the_threshold(seed):
-    """And says something of it: to 2 %."""
-    found = friction_threshold(record(HOPPER, "ramp", seed=seed))
-    assert found.low <= 25.0 * 0.78 / 65.0 <= found.high
-    assert found.high - found.low < 0.02 * 25.0 * 0.78 / 65.0

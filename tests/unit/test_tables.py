@@ -311,20 +311,3 @@ def test_a_fit_is_printed(capsys):
         "white": lambda trace: "yes" if trace.tests.white else "no",
     }
     check(shown["Recordings"], columns, fit.traces)
-
-
-def test_a_threshold_is_printed(capsys):
-    recording = hopform.record(HOPPER, "ramp", duration=4.0, seed=1)
-    found = hopform.friction_threshold(recording, m_eff=HOPPER.m_eff, gamma2=HOPPER.gamma2)
-    shown, lines = shown_of(found, capsys)
-    for row, onset in zip(shown["Onsets of motion"], found.onsets, strict=True):
-        assert int(row["direction of x1"]) == onset.direction and row["recording"] == onset.source
-        near(row["t [s]"], onset.time, "s")
-        near(row["u [A]"], onset.u, "A")
-        ends = [float(each) for each in row["95 % interval"].split(" .. ")]
-        assert ends == pytest.approx([onset.u_low, onset.u_high], rel=5.1e-5)
-    u, low, high = map(float, re.findall(r"-?\d+\.\d+", line(lines, "u* = ")))
-    assert (u, low, high) == pytest.approx((found.u, found.low, found.high), rel=5.1e-5)
-    f1 = [float(each) for each in re.findall(r"-?\d+\.\d+", line(lines, "f1 = "))]
-    assert f1 == pytest.approx([found.f1, found.f1_low, found.f1_high], rel=5.1e-5)
-    numbers(line(lines, "constant load"), found.load)

@@ -30,7 +30,7 @@ ANIMATION = "animation"
 CAPTIONS, IN_TEX = "captions.md", "captions.tex"
 CAPTIONED = ("image", "tex", "none")
 FORMATS = ("svg", "png", "pdf")
-ROLES = ("drop", "step", "ramp")
+ROLES = ("drop", "step")
 What = int | str
 """A figure by its number, or the animation."""
 WIDTHS = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.27}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hopform import HopformError, Robot, fit_force, friction_threshold, load_robot, read_recording
+from hopform import HopformError, Robot, fit_force, load_robot, read_recording
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
@@ -21,14 +21,11 @@ from hopform._identify.joint import KINDS, LETTERS, Check, check
 from hopform._identify.kinds import problem_of
 from hopform._identify.motion import Values
 from hopform._identify.nuisances import said
-from hopform._identify.ramp import Threshold
 from hopform._identify.recordings import Recording
 from hopform._identify.simulators import exported, notes
 from hopform._progress import progress_bar
-from hopform._robots import Provenance, robot_file
+from hopform._robots import robot_file
 
-_NORMAL = 1.96
-"""Standard errors of half a 95 % interval."""
 STAGES = 6
 """Of a fit, about: it, the old model, intervals, what is left out."""
 
@@ -57,15 +54,12 @@ def added_masses(text: str) -> tuple[float, ...]:
 
 
 def answer_to(
-    kind: str, files: Sequence[str], read: Sequence[tuple[str, Recording]], known: Values, spring: bool, force: bool,
+    kind: str, files: Sequence[str], read: Sequence[tuple[str, Recording]], known: Values, force: bool,
     how: Options,
 ) -> reports.Answer:  # fmt: skip
     """The answer to recordings of one kind, or of their roles; HopformError names what is wrong with a file."""
     recordings = [recording for _, recording in read]
     by_role: dict[str, list[Recording]] = {role: [one for own, one in read if own == role] for role in synthetic.TESTS}
-    if kind == "ramp":
-        given = {name: known.get(name) for name in ("m_eff", "gamma2", "k")}
-        return friction_threshold(recordings, spring=spring, loss=how.get("loss", "linear"), **given)
     try:
         if kind == "check":
             return check(by_role, known)
@@ -89,7 +83,7 @@ def answer_to(
     return found
 
 
-_OTHER = {"drop": "decay", "free": "drop", "step": "air", "ramp": "step"}
+_OTHER = {"drop": "decay", "free": "drop", "step": "air"}
 """What a recording without a kind may be instead of what its columns show."""
 
 
@@ -145,15 +139,10 @@ def role_and_path(name: str) -> tuple[str | None, str]:
 
 def _role(recording: Recording) -> str:
     """The role of a recording without one: without a current a drop; with one and x2 a drop with the actuator
-    free; with a current that creeps a ramp, else steps against the spring."""
-    if "x2" in recording.columns and recording.has_current():
-        return "free"
+    free, else steps against the spring."""
     if not recording.has_current():
         return "drop"
-    u = recording.current()
-    width = max(u.size // 20, 1)
-    share = float(np.median(np.abs(u[width:] - u[:-width]))) / max(float(np.ptp(u)), 1e-12)
-    return "ramp" if 0.02 < share < 0.3 else "step"
+    return "free" if "x2" in recording.columns else "step"
 
 
 def model_of(answer: reports.Answer, form: str) -> tuple[str, list[str]]:
@@ -179,14 +168,7 @@ def files_of(
         if out or written or plot:
             raise HopformError("--out, --report and --plot need a fit: check says what one could tell")
         return files
-    if out and isinstance(answer, Threshold):
-        if np.isnan(answer.f1):
-            raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
-        error = 0.5 * (answer.f1_high - answer.f1_low) / _NORMAL
-        ends = (answer.f1_low,), (answer.f1_high,)
-        only = Provenance(("f1",), (answer.f1,), *ends, ((error**2,),), (), base.name or "another robot", white=True)
-        files.append((out, replace(base, f1=answer.f1, fit=only).to_toml().encode()))
-    elif out and isinstance(answer, Fit):
+    if out:
         _refuse_missed(answer)
         name = out.stem.encode("utf-8", "backslashreplace").decode()
         robot = model or replace(answer.robot(base), name=name, description="identified").to_toml()
@@ -202,7 +184,7 @@ def files_of(
 
 
 def identify(
-    kind: Identification, files: list[str], known: list[str] | None = None, spring: bool = False, force: bool = False,
+    kind: Identification, files: list[str], known: list[str] | None = None, force: bool = False,
     delay: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
     loss: str = "linear", robot: str = "hopper_c", out: Path | None = None, export: SimulatorFormat | None = None,
     report: Path | None = None, json: bool = False, plot: Path | None = None,
@@ -224,7 +206,7 @@ def identify(
         how: Options = {"loss": loss, "nuisances": tuple(name for name, wanted in asked.items() if wanted)}
         stages = iter(range(STAGES))
         how["progress"] = lambda _: advance(next(stages, STAGES), STAGES)
-        answer = answer_to(kind, files, [*_read(kind, files, masses)], values, spring, force, how)
+        answer = answer_to(kind, files, [*_read(kind, files, masses)], values, force, how)
         model, more = model_of(answer, export) if export else ("", [])
         written = files_of(answer, base, out, report, plot, model)
     text = reports.json_of(answer) if json else ""
@@ -235,7 +217,7 @@ def record(
     test: Recordable, robot: str = "hopper_c", duration: float | None = None, rate: float = 500.0,
     noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float | None = None,
     current: float | None = None, hold: float | None = None, added_mass: float = 0.0, repeats: int = 1,
-    spring: bool = False, free_stroke: bool = False, seed: int | None = None, plan: bool = False,
+    free_stroke: bool = False, seed: int | None = None, plan: bool = False,
     known: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
@@ -243,16 +225,12 @@ def record(
     base = load_robot(robot)
     made = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
-        hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, free_stroke=free_stroke, seed=seed,
+        hold=hold, added_mass=added_mass, repeats=repeats, free_stroke=free_stroke, seed=seed,
     )  # fmt: skip
     if plan:
-        weighed = "m_eff" if test in ("step", "air", "ramp") else "m_s"  # what is taken as known if nothing is given
+        weighed = "m_eff" if test in ("step", "air") else "m_s"  # what is taken as known if nothing is given
         given = known_values(known or []) or {weighed: getattr(base, weighed)}
         letters = {field.name: getattr(base, field.name) for field in Robot.fields()} | {"length": base.L0 + base.c}
-        if str(test) == "ramp":
-            gamma2, k = (given.get(name, letters[name]) if spring else None for name in ("gamma2", "k"))
-            show(reports.tables_of(friction_threshold([made], spring=spring, gamma2=gamma2, k=k)))
-        else:
-            show(reports.tables_of(check({str(test): [made]}, given, letters)))
+        show(reports.tables_of(check({str(test): [made]}, given, letters)))
         return
     emit(list, (), (csv or "-", lambda _: synthetic.to_csv(made)))

@@ -27,8 +27,8 @@ ControllerName = StrEnum(
 )
 Precision = StrEnum("Precision", ["float64", "float32"])
 SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
-Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "ramp"])
-Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "air", "ramp", "all", "check"])
+Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air"])
+Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "air", "all", "check"])
 
 
 def number_in(unit: str) -> Callable[[str], float]:
@@ -100,7 +100,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "test": typer.Argument(help="the test"),
         "kind": typer.Argument(help="what the files are; check says what they could tell"),
         "files": typer.Argument(
-            metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air|ramp"
+            metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
         ),
         "figures.folder": typer.Argument(metavar="DIR", help="where to; made if it is not there"),
         "export.folder": typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root"),
@@ -154,16 +154,15 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "currents": count(1, "currents of the map, over all that is allowed", MOST_CELLS // 2),
     },
     "Experiment": {
-        "duration": quantity("s", "how long; 2, a ramp 8, if left out"),
+        "duration": quantity("s", "how long; 2 if left out"),
         "rate": quantity("Hz", "samples per second"),
         "record.noise": quantity("m", "standard deviation of the position's noise"),
         "record.quantum": quantity("m", "step of the encoder, 0 for none"),
         "current": quantity("A", "largest current; the largest up to u_max that fits if left out"),
-        "hold": quantity("s", "stillness at first; 0.2, more before a ramp, if left out"),
+        "hold": quantity("s", "stillness at first; 0.2 if left out"),
         "record.added_mass": quantity("kg", "mass that the body carries beside its own"),
         "identify.added_mass": option("[kg] what the body carried, one per file", metavar="M,M,..."),
         "repeats": count(1, "drops or decays in the recording"),
-        "spring": option("a ramp against the spring, the body held"),
         "free_stroke": option("on a rig without stops, whose spring's travel has no limit"),
         "record.seed": count(0, "of the noise", math.inf),
         "plan": option("show the intervals that a fit of it would give, instead of the recording"),
@@ -185,7 +184,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
     "Figures": {
         "only": option("these figures, or the word animation; all if left out", metavar="N,N,..."),
-        "recordings": option("drop, step and ramp, fitted for Figs. 4, 9 and 10", metavar="ROLE=CSV,..."),
+        "recordings": option("drop and step, fitted for Figs. 4 and 10", metavar="ROLE=CSV,..."),
         "format": option("svg, png, pdf", metavar="EXT,..."),
         "width": option("of a figure, as 3.5in, 84mm, 8.4cm, 252pt", metavar="LENGTH"),
         "caption": option("image: under each figure; tex: captions.tex; none"),
@@ -254,7 +253,7 @@ EXAMPLES = {
     "equations": ("equations", "equations 14"),
     "stance": ("stance --height 0.20 --u 3", "stance --v2 -1.9 --u-steps 0:0,0.05:2.0 --csv stance.csv"),
     "hop": ("hop --height 0.20 --u 3", "hop --height 0.20 --terrain uniform --controller exact --h-des 0.20"),
-    "record": ("record drop --seed 1 --csv drop.csv", "record ramp --plan"),
+    "record": ("record drop --seed 1 --csv drop.csv", "record step --plan"),
     "identify": ("identify check drop.csv --known m_s=3", "identify drop drop.csv --known m_s=3 --out mine.toml"),
     "control": ("control --height 0.20 --h-des 0.20", "control --v2 -1.9 --h-des 0.15 --printed"),
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),

@@ -16,9 +16,8 @@ from hopform._cli.output import ends, number, record, table, to_json
 from hopform._errors import HopformError, printable
 from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
 from hopform._identify.joint import Check
-from hopform._identify.ramp import Threshold
 
-Answer = Fit | Threshold | Check
+Answer = Fit | Check
 SUFFIXES = (".md", ".html")
 
 
@@ -64,14 +63,6 @@ def fit_sections(fit: Fit) -> list[Section]:
     return [section for section in found if section.rows]
 
 
-def onsets(threshold: Threshold) -> list[Section]:
-    """The onsets of motion."""
-    head = ("recording", "direction of x1", "t [s]", f"u [{threshold.units.drive}]", "95 % interval")
-    found = threshold.onsets
-    rows = [(o.source, f"{o.direction:+d}", number(o.time), number(o.u), ends(o.u_low, o.u_high)) for o in found]
-    return [Section("Onsets of motion", head, rows, ("recording",))]
-
-
 def check_sections(check: Check) -> list[Section]:
     """Recordings as they were sampled, and the intervals to expect."""
     unit, drive = check.units.shown("x1")[0], f"drive [{check.units.drive}]"
@@ -91,17 +82,6 @@ def check_sections(check: Check) -> list[Section]:
     return [sampled, Section("Intervals to expect", about, expected, ("parameter", "unit", "by"))]
 
 
-def threshold_said(threshold: Threshold) -> Iterator[str]:
-    """A threshold in words."""
-    drive = threshold.units.drive
-    yield f"u* = {threshold.u:.5g} {drive}, 95 % interval {threshold.low:.5g} .. {threshold.high:.5g} {drive}"
-    if not math.isnan(threshold.load):
-        yield f"constant load: {threshold.load:.4g} {drive}"
-    if not math.isnan(threshold.f1):
-        unit = threshold.units.of("m/s^2")
-        yield f"f1 = {threshold.f1:.5g} {unit}, {threshold.f1_low:.5g} .. {threshold.f1_high:.5g}"
-
-
 def strong_correlations(fit: Fit) -> Iterator[str]:
     """Parameters that the data hardly separate, in words."""
     strong = [f"{a} with {b} {r:+.3f}" for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
@@ -113,7 +93,7 @@ def parts_of(answer: Answer) -> tuple[list[Section], list[str]]:
     """The tables of an answer, and what it says beside them."""
     if isinstance(answer, Fit):
         return fit_sections(answer), []
-    return (check_sections(answer), []) if isinstance(answer, Check) else (onsets(answer), [*threshold_said(answer)])
+    return check_sections(answer), []
 
 
 def tables_of(answer: Answer) -> Iterator[RenderableType]:
@@ -141,8 +121,7 @@ def json_of(answer: Answer) -> str:
     """An answer for JSON."""
     if isinstance(answer, Fit):
         return fit_json(answer)
-    kind = "check" if isinstance(answer, Check) else "ramp"
-    return to_json(f"identify {kind}", answer, kind=kind)
+    return to_json("identify check", answer, kind="check")
 
 
 # ---- reports ----
@@ -159,7 +138,7 @@ def paths_of(path: Path) -> tuple[Path, ...]:
     return (path,) if path.suffix.lower() == ".html" else (path, path.with_suffix(".svg"))
 
 
-def files_of(answer: Fit | Threshold, path: Path) -> list[tuple[Path, bytes]]:
+def files_of(answer: Fit, path: Path) -> list[tuple[Path, bytes]]:
     """The files of a report and what is in them; an HTML page has its picture inside."""
     from hopform._figures import plots, results
 
@@ -171,7 +150,7 @@ def files_of(answer: Fit | Threshold, path: Path) -> list[tuple[Path, bytes]]:
             sections.append(Section("Correlations", ("first", "second", "correlation"), pairs))
         statements += [rms_of(answer, trace) for trace in answer.traces if not math.isnan(trace.old_rms)]
     statements += [*answer.statements, *answer.warnings]
-    title = f"Identification: {TITLES[answer.kind if isinstance(answer, Fit) else 'ramp']}"
+    title = f"Identification: {TITLES[answer.kind]}"
     page_path, *beside = paths_of(path)
     shown = quote(os.fsencode(beside[0].name)) if beside else picture.decode()
     text = (_markdown if beside else _html)(title, sections, statements, shown)

@@ -66,7 +66,7 @@ DRAWN: dict[int, tuple[str, str, str, str, str]] = {
 title, and what the paper shows."""
 
 
-RECORDED = {4: ("drop", "step"), 9: ("ramp",), 10: ("drop", "step")}
+RECORDED = {4: ("drop", "step"), 10: ("drop", "step")}
 """The figures that recordings of these roles give."""
 MEASURED = "measured step responses (x1) and drop tests (x2) against a model"
 """What the paper shows in Figs. 4 and 10, beside recordings of another robot."""
@@ -75,7 +75,7 @@ MEASURED = "measured step responses (x1) and drop tests (x2) against a model"
 def draw(number: int, robot: Robot | None = None, sources: Mapping[str, str] = MappingProxyType({})) -> "Picture":
     """The figure of a number in `DRAWN`, its caption and its data, from a robot or from a shipped one.
 
-    sources: CSV files of recordings by their role, from which Figs. 4, 9 and 10 are drawn where all of theirs are
+    sources: CSV files of recordings by their role, from which Figs. 4 and 10 are drawn where all of theirs are
     there. Else, where gamma2 > 0, the current is counted the other way, so that it lifts. Raises HopformError for
     another number, where the robot cannot do what the figure shows, or for a recording that cannot be fitted;
     MissingExtra without matplotlib, or without scipy for a recording.
@@ -87,8 +87,8 @@ def draw(number: int, robot: Robot | None = None, sources: Mapping[str, str] = M
     own = load_robot(name) if robot is None else robot
     if number in RECORDED and sources.keys() >= set(RECORDED[number]):
         recorded = drawing("verification")
-        make = partial(recorded.threshold if number == 9 else recorded.models, sources)
-        paper = paper if number == 9 else MEASURED
+        make = partial(recorded.models, sources)
+        paper = MEASURED
     else:
         if own.gamma2 > 0.0 and number != 1:  # the same robot, its current counted so that it lifts
             own = replace(own, gamma2=-own.gamma2)

@@ -1,4 +1,4 @@
-"""Pictures of recordings, fits and friction thresholds; and the picture of each type of result, whole and as one panel:
+"""Pictures of recordings and fits; and the picture of each type of result, whole and as one panel:
 what `.plot()` and `--plot` draw.
 """
 
@@ -19,7 +19,6 @@ from hopform._errors import HopformError
 from hopform._figures import plots
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
-from hopform._identify.ramp import Rise, Threshold
 from hopform._identify.recordings import SI, Recording, Units
 from hopform._show import Shown
 
@@ -134,37 +133,6 @@ def _draw_intervals(axes: Axes, shown: Sequence[Estimate]) -> None:
     axes.margins(x=0.05, y=0.1)
 
 
-def plot_threshold(figure: Figure, threshold: Threshold) -> None:
-    """Each onset of motion with the motion that fits it, its time and interval, and the current over the same time."""
-    with plots.framed(figure, 8.0, 3.1 * len(threshold.rises) + 0.4, f"Identification: {TITLES['ramp']}"):
-        grid = figure.subplots(2 * len(threshold.rises), 1, height_ratios=[2.0, 1.0] * len(threshold.rises))
-        for n, rise in enumerate(threshold.rises):
-            _draw_rise(grid[2 * n], grid[2 * n + 1], rise, threshold.units)
-
-
-def _draw_rise(above: Axes, below: Axes, rise: Rise, units: Units) -> None:
-    onset = rise.onset
-    rise_panel(above, rise, units)
-    below.plot(rise.time, rise.u, lw=0.8, color=plots.BLUE)
-    for axes in (above, below):
-        axes.axvspan(onset.time_low, onset.time_high, color=plots.MAGENTA, alpha=0.2, label="onset, 95 %")
-        axes.axvline(onset.time, color=plots.MAGENTA, lw=0.9)
-        axes.set_xlim(float(rise.time[0]), float(rise.time[-1]))
-    below.axhspan(onset.u_low, onset.u_high, color=plots.GREY, alpha=0.3)
-    above.set(xlabel="", xticklabels=[])
-    below.set(xlabel="t [s]", ylabel=f"u [{units.drive}]")
-
-
-def rise_panel(axes: Axes, rise: Rise, units: Units) -> None:
-    """Samples around an onset of motion, and the motion that fits them."""
-    axes.plot(rise.time, 1e3 * rise.x1, ".", ms=2, color=plots.GREY, label="measured")
-    axes.plot(rise.time, 1e3 * rise.fitted, lw=1.1, color=plots.BLUE, label="rest, then a rise")
-    source = plots.literal(Path(rise.onset.source).name)
-    axes.set_title(f"{source}, direction {rise.onset.direction:+d}", loc="left", fontsize=9)
-    axes.set(xlabel="t [s]", ylabel=f"x1 [{units.shown('x1')[0]}]")
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
-
-
 Whole = Callable[[Figure, Any], None]
 Panel = Callable[[Axes, Any], object]
 
@@ -186,7 +154,6 @@ PICTURES: dict[str, tuple[Whole, Panel]] = {
     "Command": (plots.plot_command, plots.command_panel),
     "Recording": (plot_recording, recording_panel),
     "Fit": (plot_fit, lambda axes, fit: trace_panel(axes, fit.traces[0], fit.units)),
-    "Threshold": (plot_threshold, lambda axes, found: rise_panel(axes, found.rises[0], found.units)),
 }
 
 

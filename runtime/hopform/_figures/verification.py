@@ -1,5 +1,5 @@
 """The model against measurements: without dry friction on hopper_b (Fig. 4), with it on hopper_c (Fig. 10); or against
-recordings of one's own, of a ramp too (Fig. 9).
+recordings of one's own.
 
 The measurements are synthetic: the robot itself, simulated, with noise. The initial model (1), (2) has viscous friction
 alone; its two coefficients are fitted, each to its recording, so that it is not blamed for a bad guess.
@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hopform import Robot, fit_drop_test, fit_step_response, friction_threshold, read_recording, simulate, solve_stance
+from hopform import Robot, fit_drop_test, fit_step_response, read_recording, simulate, solve_stance
 from hopform._checks import Role, stream
 from hopform._figures import results
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, rms, scale, standing, volts
@@ -160,22 +160,3 @@ def under(axes: Axes) -> None:
     """The legend as in the other figures, the file's name left to the caption."""
     axes.set_title("", loc="left")
     legend(axes, 2)
-
-
-def threshold(sources: Mapping[str, str], robot: Robot) -> Drawn:
-    """Fig. 9: the current at which the actuator begins to move."""
-    found = friction_threshold(read_recording(sources["ramp"]), m_eff=robot.m_eff, gamma2=robot.gamma2)
-    rise = found.rises[0]
-    figure, (top, bottom) = panels(2, 3.4, sharex=True, height_ratios=[1.0, 0.8])
-    results.rise_panel(top, rise, found.units)
-    under(top)
-    top.set_xlabel("")
-    bottom.plot(rise.time, rise.u)
-    bottom.axhspan(rise.onset.u_low, rise.onset.u_high, alpha=0.3)
-    bottom.set(xlabel="t [s]", ylabel=f"current $u$ [{volts(robot)}]")
-    ours = (
-        f"a ramp recorded from {named(robot)}: {len(found.onsets)} onsets of motion, u* = {found.u:.4g} {volts(robot)} "
-        f"({found.low:.4g} to {found.high:.4g}), which (5), taken in magnitudes, makes f1 = {found.f1:.4g} m/s^2"
-    )
-    data = {"time": rise.time, "x1": rise.x1, "fitted": rise.fitted, "u": rise.u, "u*": np.array([found.u])}
-    return figure, ours, data

@@ -20,7 +20,18 @@ from hopform._identify.estimation import Parameter
 from hopform._identify.fits import Fit, Options, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings
 from hopform._identify.motion import Array, Known, Values
-from hopform._identify.recordings import Recording, Units, calm, mended, noise_of, quantum_of, runs, steps_of
+from hopform._identify.recordings import (
+    Recording,
+    Units,
+    calm,
+    gaps_of,
+    known_spans,
+    mended,
+    noise_of,
+    quantum_of,
+    runs,
+    steps_of,
+)
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.segments import CUTOFFS, decays, drops, filtered_part, moving_rows, rest_of
 
@@ -114,7 +125,9 @@ class _Body(Kind):
         """With what fixes the scale; HopformError for a drop of an angle, or without gravity."""
         known, recordings = group.known, group.recordings
         if self.rig != "attached" and group.units.position != "m":
-            raise recordings[0].error("is an angle; a drop is of a height in m", 1, recordings[0].column_of("x2"))
+            raise recordings[0].error(
+                "is an angle; a drop is of a height in m", recordings[0].head, recordings[0].column_of("x2")
+            )
         if self.rig != "attached" and not known["g"] > 0.0:
             raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {known['g']!r}")
         if self.driven and known["x1_min"] > known["x1_max"]:
@@ -195,7 +208,8 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     """The motions of a recording from their releases on, found to a sample where the actuator is free: until then it
     rests.
     """
-    values, rig = recording.position("x2"), kind.rig
+    rig = kind.rig
+    values = recording.oscillation("x2") if rig == "attached" else recording.position("x2")
     unit = recording.units("x2").position
     if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
         most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
@@ -207,6 +221,10 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
     cuts = list[Cut]()
     step = float(np.median(np.diff(recording.time)))
+    if driven and len(known_spans(recording)) > 1:
+        begin, length = max(gaps_of(recording.time), key=lambda gap: gap[1])
+        message = f"changes over a gap of {length:.3g} s after {begin:.4g} s: a drop needs its whole current"
+        raise recording.error_of("u", message, int(np.searchsorted(recording.time, begin)))
     for n, (seen, end) in enumerate(spans, 1):
         fallen = max(float(np.median(clean[max(seen - 20, 0) : max(seen - 5, 1)])) - float(clean[seen]), 0.0)
         if rig == "ground":

@@ -178,7 +178,7 @@ def solve(
     """
     optimize = of_scipy("optimize")
     held = dict(fixed or {})
-    weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
+    weights = tuple(sigma or [1e-4] * len(experiments))
     coordinates = _Coordinates(parameters)
     per_sample = np.repeat(weights, [each.time.size for each in experiments])
 
@@ -276,9 +276,8 @@ def better(first: Solution, other: Solution, experiments: Experiments) -> Soluti
     return min(first, other, key=lambda each: again(each, experiments, sigma=noise, most=1).cost)
 
 
-def deviations(solution: Solution, experiments: Experiments) -> tuple[float, ...]:
-    """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known
-    noise.
+def deviations(solution: Solution) -> tuple[float, ...]:
+    """Standard deviation of each recording's residuals, each counted for its share of the parameters.
 
     Under a robust loss that of the bulk, by the median, which outliers do not move.
     """
@@ -287,7 +286,7 @@ def deviations(solution: Solution, experiments: Experiments) -> tuple[float, ...
     def size(part: Array) -> float:
         return math.sqrt(max(float((part**2).mean()) if solution.loss == "linear" else scale(part) ** 2, 1e-24) / share)
 
-    return tuple(each.noise or size(part) for each, part in zip(experiments, solution.residuals, strict=True))
+    return tuple(size(part) for part in solution.residuals)
 
 
 def influence(solution: Solution) -> tuple[Array, float, float]:

@@ -26,7 +26,6 @@ from hopform._show import Arrays, Card, Curve, Shown
 
 TITLES = {
     "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
-    "ramp": "friction threshold (5) from a ramp",
 }  # fmt: skip
 """Headings by kind of answer."""
 OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
@@ -55,7 +54,7 @@ class Trace:
     """A recording beside what the fit makes of it: times [s], positions [m]; the old model (1), (2) where it was
     fitted.
 
-    quantity: x1, x2; "force", then all are in N; "threshold", then they are in A.
+    quantity: x1, x2; "force", then all are in N.
     """
 
     label: str
@@ -196,8 +195,8 @@ def mean_of(estimates: Sequence[Estimate], letter: str) -> tuple[Array, Array]:
 
 
 def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
-    sizes = [0 if trace.quantity == "threshold" else trace.time.size for trace in traces]
-    return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
+    sizes = [trace.time.size for trace in traces]
+    return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True)) / max(sum(sizes), 1))
 
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
@@ -284,12 +283,12 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     asked.stage("fit")
     problem, solution = _minimum(problem, asked.nuisances)
     inflation, tested = solution.inflation, zip(problem.experiments, solution.tests, strict=True)
-    usable = not any(each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT) for each, test in tested)
+    usable = not any(_is_off(each.measured, test.rms, _NO_FIT) for each, test in tested)
     estimates, spread = estimation.estimates(solution, inflation=inflation, profiles=usable, progress=asked.stage)
     asked.stage("diagnoses")
     diagnoses = nuisances.diagnose(problem, solution) if asked.diagnose else ()
     asked.stage("the old model")
-    old = _old(problem, solution) if asked.compare and usable and problem.coulomb else {}
+    old = _old(problem, solution) if asked.compare and usable and problem.coulomb else ()
     asked.stage("hold-out")
     left_out = _holdout(problem, solution) if asked.holdout and usable else [math.nan] * len(solution.sigma)
     repeats, differing = nuisances.repeats_of(problem, solution, estimates) if usable else ([], [])
@@ -328,13 +327,13 @@ def checked(options: Options) -> Asked:
     return Asked(loss, compare, holdout, further, wanted, options.get("backend"), stage)
 
 
-def _traces(problem: Problem, solution: Solution, old: dict[int, Array], holdout: Sequence[float]) -> tuple[Trace, ...]:
+def _traces(problem: Problem, solution: Solution, old: Sequence[Array], holdout: Sequence[float]) -> tuple[Trace, ...]:
     tests, inliers = solution.tests, solution.inliers
     found = list[Trace]()
     for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True)):
         x, of = each.measured, each.of if each.kind == "free" else _QUANTITY[each.kind]
-        worse = x + old[n] if n in old else None
-        rms = estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan
+        worse = x + old[n] if old else None
+        rms = estimation.tests_of(old[n][inliers[n]]).rms if old else math.nan
         found.append(Trace(each.label, of, each.time + each.begin, x, x + residual, worse, tests[n], rms, holdout[n]))
     return tuple(found)
 
@@ -353,23 +352,22 @@ def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution
     return wider, minimise(wider)
 
 
-def _old(problem: Problem, solution: Solution) -> dict[int, Array]:
-    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
+def _old(problem: Problem, solution: Solution) -> tuple[Array, ...]:
+    """Residuals of the model without Coulomb friction, of each experiment.
 
     It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more
     and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
     """
     inliers, shares = solution.inliers, (1.0, 1.6, 3.0)
-    numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
     viscous, at = [p for p in problem.parameters if p.name[:1] == "b"], solution.values
     starts = tuple(at | {p.name: more * at[p.name] + 0.02 * (more - 1.0) * p.scale for p in viscous} for more in shares)
-    whole, fixed = [problem.experiments[n] for n in numbers], dict.fromkeys(problem.coulomb, 0.0)
-    some = selected(whole, [inliers[n] for n in numbers])
+    whole, fixed = problem.experiments, dict.fromkeys(problem.coulomb, 0.0)
+    some = selected(whole, inliers)
     found = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)
-    return dict(zip(numbers, estimation.again(found, whole, fixed=fixed, most=1).residuals, strict=True))
+    return estimation.again(found, whole, fixed=fixed, most=1).residuals
 
 
-_QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
+_QUANTITY = {"attached": "x2", "ground": "x2", "held": "x1", "air": "x1"}
 
 
 def _holdout(problem: Problem, solution: Solution) -> list[float]:

@@ -1,7 +1,7 @@
 """All recordings of a robot: what they can tell, before anything is fitted, and their fit into one robot.
 
 The spring is the same in drop tests and in step responses against it: one weighed mass gives the scale of every force.
-A ramp adds its threshold (5) with its uncertainty. Each recording counts by its own noise.
+Each recording counts by its own noise.
 
 Before a fit, the intervals to expect are the bound of Cramer and Rao by the Fisher information,
 
@@ -23,12 +23,11 @@ from hopform._identify.estimation import Estimate, Solution
 from hopform._identify.fits import Fit, Options, blind, fit
 from hopform._identify.kinds import Recordings, problem_of, read_several
 from hopform._identify.motion import Array, Values
-from hopform._identify.ramp import RAMP
 from hopform._identify.recordings import HOPPER, Recording, Units, gaps_of, noise_of, outliers, quantum_of
 from hopform._identify.search import Problem, follow
 from hopform._identify.step import AIR, HELD
 
-KINDS = {"drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE, "ramp": RAMP}
+KINDS = {"drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE}
 """Of each role its kind; a free drop comes late, since it shows least about its starts."""
 LETTERS = tuple(dict.fromkeys(letter for kind in (GROUND, FREE) for letter in (*kind.letters, *kind.defaults)))
 
@@ -40,20 +39,19 @@ def fit_robot(
     decays: Recordings = (),
     steps: Recordings = (),
     air: Recordings = (),
-    ramps: Recordings = (),
     known: Mapping[str, float] | None = None,
     **options: Unpack[Options],
 ) -> Fit:
     """All parameters that the recordings identify, from all of them together; `fit.robot(base)` puts them into a robot.
 
     drops: of the body onto the ground, actuator held; free_drops: the same, actuator free; decays: of a body fixed to
-    its spring; steps: of the actuator against its spring, the body held; air: of the actuator with the leg in the air;
-    ramps: as `friction_threshold` takes them. known as in `fit_drop_test` and `fit_step_response`; options: `Options`.
+    its spring; steps: of the actuator against its spring, the body held; air: of the actuator with the leg in the air.
+    known as in `fit_drop_test` and `fit_step_response`; options: `Options`.
     Raises HopformError where a recording cannot be what it is given as, or none is given.
     """
     handed = {
         "drops": (GROUND, drops), "decays": (ATTACHED, decays), "steps": (HELD, steps), "air": (AIR, air),
-        "free_drops": (FREE, free_drops), "ramps": (RAMP, ramps),
+        "free_drops": (FREE, free_drops),
     }  # fmt: skip
     return fit({kind: read_several(some, name) for name, (kind, some) in handed.items()}, known, **options)
 
@@ -91,7 +89,7 @@ class Check(NamedTuple):
 
 
 def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at: Values | None = None) -> Check:
-    """What recordings, by their role (drop, free, decay, step, air, ramp), can tell of a robot; at: values of
+    """What recordings, by their role (drop, free, decay, step, air), can tell of a robot; at: values of
     parameters at which that is asked; if none, where the first start of the search leads. Raises HopformError as
     `fit_robot` does.
     """
@@ -111,7 +109,7 @@ _HELPS = {
     **dict.fromkeys(("length", "impact_loss"), "a drop onto the ground gives L0 + c and impact_loss"),
     "m_eff": "a step response against a known spring, or a known force constant, gives m_eff",
     "b1": "a step response of both signs and several sizes gives b1 and f1",
-    "f1": "a slow ramp of the current both ways gives f1",
+    "f1": "a current that creeps both ways, in the air, gives f1",
     "gamma2": "a step response of a weighed actuator, or against a known spring, gives gamma2",
 }
 """The recording that tells a parameter."""
@@ -120,7 +118,7 @@ _HELPS = {
 def expected(problem: Problem, at: Values) -> tuple[tuple[Estimate, ...], estimation.Spread]:
     """The intervals that a problem's recordings would give, with the noise that their samples show."""
     values = {p.name: at.get(p.name, p.start) for p in problem.parameters}
-    sigma = [each.noise or noise_level(each.measured) for each in problem.experiments]
+    sigma = [noise_level(each.measured) for each in problem.experiments]
     _, rows = estimation.residuals(problem.experiments, problem.parameters, values)
     # Residuals of one standard deviation, so that the covariance is that of the noise.
     share = math.sqrt(1.0 - len(problem.parameters) / max(rows.shape[0], 1))
@@ -135,7 +133,7 @@ def noise_level(values: Array) -> float:
 
 
 def _telemetry(recording: Recording, role: str) -> Telemetry:
-    x, time = recording.position("x1" if role in ("step", "air", "ramp") else "x2"), recording.time
+    x, time = recording.position("x1" if role in ("step", "air") else "x2"), recording.time
     u = recording.current() if recording.has_current() else np.zeros(1)
     return Telemetry(
         recording.source, role, time.size, float(time[-1] - time[0]), 1.0 / float(np.median(np.diff(time))),

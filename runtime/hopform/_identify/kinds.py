@@ -1,6 +1,6 @@
 """Kinds of recordings, and what a fit does before its least squares: read, check, segment, start.
 
-A `Kind` (drop, free, decay, step, air, ramp) says what these stages are for it; residuals are those of the rig that it
+A `Kind` (drop, free, decay, step, air) says what these stages are for it; residuals are those of the rig that it
 names.
 """
 
@@ -191,9 +191,8 @@ def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: 
     allowed = tuple(dict.fromkeys(letter for kind in given for letter in (*kind.letters, *kind.defaults)))
     named = mapping("known", known, MOST_KNOWN)
     some = {kind: several for kind, several in given.items() if several}
-    if all(kind.rig == "threshold" for kind in some):
-        of = " of a drop, a decay or a step; a ramp alone gives a threshold" if len(given) > 1 else ", got none"
-        raise HopformError(f"a fit needs at least one recording{of}")
+    if not some:
+        raise HopformError("a fit needs at least one recording, got none")
     shared = any("k" in kind.letters and kind.position == "x2" for kind in some) or "k" in named
     scaled = shared and any(kind.rig == "held" for kind in some)
     groups = list[Group]()
@@ -274,14 +273,7 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         first |= new[0]
         known |= problem.known
     known = {name: value for name, value in known.items() if name not in parameters}
-    experiments = list[Experiment]()
-    for each in (each for problem in problems for each in problem.experiments):
-        if each.kind != "threshold":
-            experiments.append(each)
-        elif "f1" in parameters:  # of parameters that others fit or know; it counts where friction is fitted
-            names = {letter: letter for letter in each.names if letter in parameters}
-            fixed = {name: known[name] for name in each.names if name not in names}
-            experiments.append(replace(each, names=names, constants=fixed))
+    experiments = [each for problem in problems for each in problem.experiments]
     statements = dict.fromkeys(each for p in problems for each in p.statements)
     return Problem(
         "robot", "x1, x2", tuple(experiments), tuple(parameters.values()),

@@ -109,8 +109,6 @@ def with_nuisances(problem: Problem, wanted: Sequence[str]) -> Problem:
 
 def _name(experiment: Experiment, letter: str) -> str | None:
     """The parameter that a letter of the sensor is in a recording; None where it has none."""
-    if experiment.kind == "threshold":
-        return None
     if letter == "delay":
         driven = experiment.kind in ("held", "air", "free") and len({u for _, u in experiment.steps}) > 1
         return f"delay@{experiment.names['x'].partition('@')[2]}" if driven else None
@@ -303,9 +301,8 @@ def _groups(problem: Problem) -> list[list[list[int]]]:
     """Motions of one rig under one mass, where there are several; of each the numbers of its experiments."""
     rigs = dict[tuple[str, float], dict[str, list[int]]]()
     for n, each in enumerate(problem.experiments):
-        if each.kind != "threshold":
-            motions = rigs.setdefault((each.kind, each.added_mass), {})
-            motions.setdefault(each.names["x"], []).append(n)
+        motions = rigs.setdefault((each.kind, each.added_mass), {})
+        motions.setdefault(each.names["x"], []).append(n)
     return [list(motions.values()) for motions in rigs.values() if len(motions) > 1]
 
 

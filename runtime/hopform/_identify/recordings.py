@@ -1,8 +1,7 @@
 """Recordings: a CSV with named columns and units, read into SI units, and what its samples show by themselves.
 
-The first line names the columns, each with its unit: `time_s,x_mm,current_A`; lines before it that begin with # are
-remarks. Every fault is one line with file, line,
-column. A rotary recording has its position as an angle. Then masses are moments of inertia about its axis [kg m^2],
+The first line names the columns, each with its unit: `time_s,x_mm,current_A`, `time (s),x [mm]`, or a line of units
+below it. Lines that begin with # are remarks. Every fault is one line with file, line, column. A rotary recording has its position as an angle. Then masses are moments of inertia about its axis [kg m^2],
 forces are torques [N m], lengths are angles [rad]; the equations of motion stay as they are.
 """
 
@@ -97,6 +96,9 @@ _LEAST_WAY = 5e-4
 """[m or rad] what no motion is smaller than, beyond noise and quantum: else a unit is wrong."""
 _MOST_WAY = {"length": 10.0, "angle": 1e4}
 """[m, rad] what no position and no motion is larger than."""
+_HALF_PERIODS = {"x1": (1e-3, 50.0), "x2": (1e-3, 5.0)}
+"""[s] what the half period of a hopper or a joint lies between, else the unit of time is wrong: of x2 that of its
+spring, of x1 maybe that of a slow drive."""
 _DRIVEN_BY = {"current": (0.01, 300.0), "voltage": (0.01, 1000.0), "force": (0.01, 1e5), "torque": (1e-5, 1e4)}
 """[A, V, N, N m] the same of what drives it."""
 
@@ -120,8 +122,8 @@ class Column(NamedTuple):
 class Recording(Shown):
     """A recording: times [s] that increase, and columns in SI units by their names without the unit.
 
-    line: that of the first sample in the file. added_mass [kg]: what the body carried beside itself. remarks: lines
-    before the columns that begin with #.
+    line, head: that of the first sample in the file, and that of the names. added_mass [kg]: what the body carried
+    beside itself. remarks: lines that begin with #.
     """
 
     source: str
@@ -131,6 +133,7 @@ class Recording(Shown):
     added_mass: float = 0.0
     notes: tuple[str, ...] = field(default=(), compare=False)
     remarks: tuple[str, ...] = ()
+    head: int = 1
 
     def _card(self) -> Card:
         rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
@@ -156,7 +159,7 @@ class Recording(Shown):
         others = [c for c in self.columns.values() if c.quantity in DRIVES]
         if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
             smooth = min(others, key=lambda c: _jump(c.values))
-            raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", 1, column)
+            raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", self.head, column)
         unit, most = SI[column.quantity], _MOST_WAY[column.quantity]
         allowed, small = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}", f"{1e3 * reach:.2g} m{unit}"
         if float(np.abs(values).max()) > most:
@@ -168,6 +171,15 @@ class Recording(Shown):
         if float(np.std(values)) < 3.0 * noise:
             message = f"does not move beyond its noise of {noise:.2g} {unit}: let it move further"
             raise self.error(message, self.line, column)
+        return values
+
+    def oscillation(self, of: str) -> Array:
+        """The same of what oscillates on a spring; HopformError if its half periods are those of no hopper."""
+        values, (least, most) = self.position(of), _HALF_PERIODS[of]
+        half = half_period(self.time, values)
+        if not least <= half <= most and not math.isnan(half):
+            seen, allowed = f"oscillates with half periods of {half:.3g} s", f"{least:g} to {most:g} s are allowed"
+            raise self.error(f"{seen}, {allowed}: is the unit of time right?", self.line, self.column_of(of))
         return values
 
     def current(self) -> Array:
@@ -205,9 +217,9 @@ class Recording(Shown):
         if column is None:
             titles = ", ".join(column.title for column in self.columns.values())
             wanted = f"one must be named {' or '.join(TITLES[of])}, with its unit"
-            raise self.error(f"no column is {what}: {wanted}; there are {titles}", 1)
+            raise self.error(f"no column is {what}: {wanted}; there are {titles}", self.head)
         if column.quantity not in quantities:
-            raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
+            raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", self.head, column)
         return column
 
     def units(self, of: str) -> Units:
@@ -268,37 +280,72 @@ def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
 def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recording:
     """The recording in a CSV text; source is what errors call it."""
     mass = nonnegative("added_mass", added_mass, "kg")
-    rows = rows_of(text, source)
+    rows, remarks = list[tuple[int, list[str]]](), list[str]()
+    for line, row in rows_of(text, source):
+        if row[0].lstrip().startswith("#"):
+            remarks.append(printable(",".join(row).strip().lstrip("# ")))
+        else:
+            rows.append((line, row))
     if not rows:
         raise HopformError(f"{source}: is empty")
-    remarks = list[str]()
-    while len(rows) > 1 and rows[0][1][0].lstrip().startswith("#"):
-        remarks.append(printable(",".join(rows.pop(0)[1]).strip().lstrip("# ")))
-    head_line, head = rows[0]
-    titles = [title.strip() for title in head]
-    known = [_title(title, source, head_line, n) for n, title in enumerate(titles)]
-    names = [name for name, _, _ in known]
-    for n, name in enumerate(names):
-        if name in names[:n]:
-            raise fault(source, f"{titles[names.index(name)]!r} is named {name} too", head_line, titles[n])
-    table = np.array([_numbers(row, titles, source, number) for number, row in rows[1:]], dtype=float)
+    head_line, titles, known = _head(rows, source)
+    cut = rows.pop()[0] if len(rows) > 1 and _is_cut(rows[-1][1], len(titles)) else None
+    table = np.array([_numbers(row, titles, source, number) for number, row in rows], dtype=float)
     if len(table) < FEWEST:
-        raise fault(source, f"ends after {len(table)} samples, at least {FEWEST} are needed", rows[-1][0])
-    first = rows[1][0]
+        last = rows[-1][0] if rows else head_line
+        raise fault(source, f"ends after {len(table)} samples, at least {FEWEST} are needed", last)
+    first = rows[0][0]
     columns = {
         name: Column(title, quantity, place + 1, table[:, place] * factor)
         for place, (title, (name, quantity, factor)) in enumerate(zip(titles, known, strict=True))
     }
-    time = _time(columns, source, first)
+    time = _time(columns, source, head_line, first)
     rest = {name: each for name, each in columns.items() if name not in TIMES and each.quantity != UNUSED}
     unused = [each.title for each in columns.values() if each.quantity == UNUSED]
     left_out = [f"without a unit that is known, so left out: {', '.join(map(shown, unused))}"] if unused else []
+    left_out += [f"line {cut} is cut short, so left out"] if cut else []
     notes = (*remarks, *_notes(time, rest), *left_out)
-    return Recording(source, time - time[0], rest, first, mass, notes, tuple(remarks))
+    return Recording(source, time - time[0], rest, first, mass, notes, tuple(remarks), head_line)
 
 
-def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, float]:
-    name, _, unit = title.rpartition("_")
+_BRACKETS = re.compile(r"(.*?)\s*[(\[]\s*([^()\[\]]*?)\s*[)\]]")
+"""A title with its unit in brackets, or a unit alone."""
+
+
+def _head(rows: list[tuple[int, list[str]]], source: str) -> tuple[int, list[str], list[tuple[str, str, float]]]:
+    """The line of the names, these as they stand, and of each column its name, quantity and factor; it is taken off the
+    rows, as a line of units below it.
+    """
+    line, head = rows.pop(0)
+    titles = [title.strip() for title in head]
+    spelt = [_spelt(title) for title in titles]
+    units = [_spelt(cell).lstrip("_") for cell in rows[0][1]] if rows else []
+    if len(units) == len(titles) and any(map(unit_of, units)) and all(unit_of(each) or not each for each in units):
+        del rows[0]
+        spelt = [f"{name}_{unit}" if unit else name for name, unit in zip(spelt, units, strict=True)]
+    known = [_title(title, spelt, source, line, n) for n, title in enumerate(titles)]
+    names = [name for name, _, _ in known]
+    for n, name in enumerate(names):
+        if name in names[:n]:
+            raise fault(source, f"{titles[names.index(name)]!r} is named {name} too", line, titles[n])
+    return line, titles, known
+
+
+def _spelt(title: str) -> str:
+    """A title as name_unit, whether its unit is in brackets or not."""
+    found = _BRACKETS.fullmatch(title.strip())
+    name, unit = (found[1], f"_{found[2]}") if found else (title.strip(), "")
+    unit = unit.replace(" ", "").replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")
+    return name.replace(" ", "_") + unit
+
+
+def _is_cut(row: Sequence[str], count: int) -> bool:
+    """Whether a last line is one that a logger could not end."""
+    return len(row) < count or number_of(row[-1]) is None
+
+
+def _title(title: str, spelt: Sequence[str], source: str, line: int, place: int) -> tuple[str, str, float]:
+    name, _, unit = spelt[place].rpartition("_")
     apart = next((mark for mark in ";\t|" if mark in title), None)
     if apart is not None:
         raise fault(source, f"columns must be separated by commas, got {apart!r} in {shown(title)}", line)
@@ -309,13 +356,25 @@ def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, fl
         if not name and number_of(title) is not None:
             words = "the first line must name the columns, as in time_s,x2_mm"
             raise fault(source, f"{words}, got {shown(title)}", line)
-        if not {title.lower(), name.lower()} & _NAMED:
-            return title.lower(), UNUSED, 1.0
+        if not {spelt[place].lower(), name.lower()} & _NAMED:
+            return spelt[place].lower(), UNUSED, 1.0
         raise HopformError(
             f"{source}, line {line}, column {place + 1}: {shown(title)} has no unit that is known: a name ends in one "
-            f"of {', '.join('_' + known for known in COLUMNS)}, or in counts of an encoder as position_4096perrev"
+            f"of {', '.join('_' + known for known in COLUMNS)}, or in counts of an encoder as position_4096perrev; "
+            f"the line might be {shown(','.join(map(_with_unit, spelt)))}"
         )
     return name.lower(), *found
+
+
+def _with_unit(name: str) -> str:
+    """A name as it should be, with the SI unit of what it may be where it has none that is known."""
+    bare, _, unit = name.rpartition("_")
+    if bare and unit_of(unit):
+        return name
+    bare = bare if bare.lower() in _NAMED else name
+    of = {**dict.fromkeys(TIMES, "s"), **dict.fromkeys((*TITLES["x1"], *TITLES["x2"]), "m")}
+    of |= dict.fromkeys(TITLES["u"], "A") | {"voltage": "V", "drive_voltage": "V"}
+    return f"{bare}_{of[bare.lower()]}" if bare.lower() in of else name
 
 
 def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[float]:
@@ -331,13 +390,13 @@ def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[
     return numbers
 
 
-def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
+def _time(columns: Mapping[str, Column], source: str, head: int, first: int) -> Array:
     name = next((name for name in TIMES if name in columns), None)
     if name is None:
-        raise fault(source, "no column is the time: one must be named time or t, with its unit, as in time_s", 1)
+        raise fault(source, "no column is the time: one must be named time or t, with its unit, as in time_s", head)
     column = columns[name]
     if column.quantity != "time":
-        raise fault(source, f"is to be the time, but its unit is that of a {column.quantity}", 1, column.title)
+        raise fault(source, f"is to be the time, but its unit is that of a {column.quantity}", head, column.title)
     steps = np.diff(column.values)
     if not bool((steps > 0.0).all()):
         back = int(np.argmin(steps > 0.0)) + 1
@@ -375,6 +434,16 @@ def noise_of(values: Array) -> float:
     """
     third = np.diff(values, 3)
     return float(np.median(np.abs(third - np.median(third)))) / (0.6745 * math.sqrt(20.0)) if third.size else 0.0
+
+
+def half_period(time: Array, values: Array) -> float:
+    """Time [s] from one crossing of the middle to the next, the median; NaN for fewer than three crossings."""
+    smooth = calm(values)
+    noise = 4.0 * max(noise_of(values), quantum_of(values))
+    left = smooth - 0.5 * (smooth.max() + smooth.min())
+    sides = np.sign(left[np.abs(left) > noise])
+    crossings = time[np.abs(left) > noise][1:][sides[1:] != sides[:-1]]
+    return float(np.median(np.diff(crossings))) if crossings.size >= 3 else math.nan
 
 
 def calm(values: Array, reach: int = 2, ends: Literal["edge", "reflect"] = "edge") -> Array:
@@ -437,10 +506,14 @@ def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
     return None
 
 
+_GAP = 2.5
+"""Usual steps of time beyond which one is a gap."""
+
+
 def gaps_of(time: Array) -> list[tuple[float, float]]:
     """Gaps: begin and length [s] of each pause that is over 2.5 times the usual one."""
     steps = np.diff(time)
-    return [(float(time[n]), float(steps[n])) for n in np.flatnonzero(steps > 2.5 * float(np.median(steps)))]
+    return [(float(time[n]), float(steps[n])) for n in np.flatnonzero(steps > _GAP * float(np.median(steps)))]
 
 
 def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
@@ -460,6 +533,19 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
         if may and (stay := saturated(column.values)) is not None:
             notes.append(f"{column.title} stays at its limit from sample {stay[0] + 1} to {stay[1] + 1}")
     return tuple(notes)
+
+
+def known_spans(recording: Recording) -> list[tuple[int, int]]:
+    """Spans of samples, end exclusive, in which the current is known: a gap over which it changes parts them. What is
+    too short to be fitted is left out."""
+    time, u = recording.time, recording.current()
+    broken = (np.diff(time) > _GAP * float(np.median(np.diff(time)))) & (np.diff(u) != 0.0)
+    ends = [0, *(np.flatnonzero(broken) + 1).tolist(), time.size]
+    spans = [(begin, end) for begin, end in pairwise(ends) if end - begin >= FEWEST]
+    if not spans:
+        message = f"is not known over gaps in time, and between them there are never {FEWEST} samples"
+        raise recording.error_of("u", message)
+    return spans
 
 
 def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> Steps:

@@ -7,7 +7,6 @@
 | free | the same over an actuator that moves under a given current | (3), (4), the actuator alone in flight |
 | held | an actuator on a spring whose other end is held | (3), body held; the spring is relaxed at x1 = `rest` |
 | air | an actuator without a spring: the leg in the air, an axis | (3) with k = 0; `offset` is a constant current |
-| threshold | nothing yet: the current at which the actuator begins to move | (5) |
 
 Sensor, clock and logger make of a motion x(t) under a current u(t)
 
@@ -26,12 +25,13 @@ samples.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform._errors import HopformError
 from hopform._identify import motion
 from hopform._identify.motion import AT, STATE, Array, Motion, Robot, Values, delayed, of_scipy
 from hopform._solver.package import Steps, records
@@ -103,7 +103,7 @@ class _Filter:
         return np.asarray(of_scipy("linalg").solve_banded((1, 0), bands, gain, check_finite=False))
 
 
-Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
+Kind = Literal["attached", "ground", "free", "held", "air"]
 
 LETTERS: dict[Kind, tuple[str, ...]] = {
     "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
@@ -112,7 +112,6 @@ LETTERS: dict[Kind, tuple[str, ...]] = {
              "x1_max", "x", "v", "x1", "v1"),
     "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
     "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
-    "threshold": ("m_eff", "f1", "gamma2"),
 }  # fmt: skip
 """What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it
 is free, with x1, v1 of the actuator)."""
@@ -137,8 +136,7 @@ class Experiment:
 
     time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of`
     says; steps: the current. names: a letter's parameter, also of `SENSOR`. constants: letters that are known.
-    added_mass [kg] on the body. backend: of the solver, the best if None. noise: standard deviation of what was
-    measured, where the residuals are too few to show it.
+    added_mass [kg] on the body. backend: of the solver, the best if None.
     """
 
     label: str
@@ -151,13 +149,20 @@ class Experiment:
     added_mass: float = 0.0
     begin: float = 0.0
     backend: str | None = None
-    noise: float | None = None
     of: Literal["x1", "x2"] = "x2"
 
-    @cached_property
-    def preload(self) -> float:
-        """Preload of a spring that pushes and pulls [m]."""
-        return 4.0 * (float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01)
+    def preload(self, at: Values, steps: Steps) -> float:
+        """Preload of a spring that pushes and pulls [m]: more than it moves at these letters.
+
+        From its rest a mass goes as far as it begins, and further by what the largest force does: against the spring,
+        or in so much time without it.
+        """
+        mass, omega = at["m_eff"], math.sqrt(at.get("k", 0.0) / at["m_eff"])
+        force = abs(at["gamma2"]) * (max(abs(u) for _, u in steps) + abs(at.get("offset", 0.0))) / mass
+        duration, speed = float(self.time[-1]), abs(at["v"])
+        free = speed * duration + 0.5 * force * duration**2
+        sprung = speed / omega + 4.0 * force / omega**2 if omega > 0.0 else math.inf
+        return 4.0 * (float(np.ptp(self.measured)) + abs(at["x"] - at.get("rest", 0.0)) + min(free, sprung) + 0.01)
 
     def letters(self, values: Values) -> dict[str, float]:
         """The letters of the rig, of its sensor, clock and logger under values of the parameters."""
@@ -166,7 +171,15 @@ class Experiment:
         return {letter: values[names[letter]] if letter in names else known[letter] for letter in letters}
 
     def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
-        """The predicted measurement, and its derivatives by the parameters."""
+        """The predicted measurement, and its derivatives by the parameters; HopformError for no motion up to the last
+        sample.
+        """
+        try:
+            return self._predicted(values, time)
+        except HopformError as error:
+            raise HopformError(f"{self.label}: {error}") from None
+
+    def _predicted(self, values: Values, time: Array | None) -> tuple[Array, dict[str, Array]]:
         time, at = self.time if time is None else time, self.letters(values)
         clock, gain, lag = at["clock"], at["gain"], at["lag"]
         moved, rate = _PREDICT[self.kind](self, in_recorded_time(at, clock), delayed(self.steps, at["delay"]), time)
@@ -186,17 +199,18 @@ class Experiment:
 
     def response_to_stribeck(self, values: Values, shares: Sequence[float]) -> Array:
         """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level, a column
-        for each v_s, a share of the largest velocity: of the actuator's friction where both masses move; 0 for a
-        threshold.
+        for each v_s, a share of the largest velocity: of the actuator's friction where both masses move.
         """
         letters = self.letters(values)
         at, steps = in_recorded_time(letters, letters["clock"]), delayed(self.steps, letters["delay"])
         alone = self.kind in ("attached", "ground")
-        if self.kind == "threshold" or at["f2" if alone else "f1"] == 0.0:
+        if at["f2" if alone else "f1"] == 0.0:
             return np.zeros((self.time.size, len(shares)))
-        fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
+        finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
+        places = np.arange(finer * (self.time.size - 1) + 1) / finer
+        fine = np.interp(places, np.arange(self.time.size), self.time)
         found = (self._response if alone else self._driven_response)(at, steps, fine, shares)
-        return np.asarray(letters["gain"] * found[::4])
+        return np.asarray(letters["gain"] * found[::finer])
 
     def _response(self, at: Values, steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
         """Of a body without a drive, which sticks once, at its end. With P(t) the derivatives of its state by that at
@@ -230,9 +244,8 @@ class Experiment:
             if self.kind == "free":
                 start = (at["x1"], at["v1"], at["x"], at["v"])
                 return motion.drop(_leg_robot(self, unit), start, under, fine, self.backend).states
-            return motion.states(
-                actuator_robot(unit, self.preload), (at["x"], at["v"], 0.0, 0.0), under, fine, self.backend
-            )
+            robot = actuator_robot(unit, self.preload(unit, under))
+            return motion.states(robot, (at["x"], at["v"], 0.0, 0.0), under, fine, self.backend)
 
         states = moved(force)
         (x, v, height), leg = states.T[:3], self.kind == "free"
@@ -324,7 +337,7 @@ def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved,
 
 def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
-    robot, offset = actuator_robot(at, of.preload), at.get("offset", 0.0)
+    robot, offset = actuator_robot(at, of.preload(at, steps)), at.get("offset", 0.0)
     steps = tuple((t, u + offset) for t, u in steps) if offset else steps
     moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time, of.backend)
     states, by = _rows("air", moved, 0, _OF_ACTUATOR)
@@ -338,19 +351,9 @@ def actuator_robot(at: Values, preload: float) -> Robot:
     which so pushes and pulls.
     """
     own, k = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}, at.get("k", SOFT * at["m_eff"])
-    c = preload + at["m_eff"] * at.get("g", 0.0) / k
-    return _NOTHING._replace(**own, k=k, L0=-at.get("rest", 0.0), c=c, f2=motion.FIRM)
-
-
-def _threshold(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
-    """The current of (5) in A, in place of a position."""
-    u = at["m_eff"] * at["f1"] / abs(at["gamma2"])
-    by = {"m_eff": u / at["m_eff"], "f1": at["m_eff"] / abs(at["gamma2"]), "gamma2": -u / at["gamma2"]}
-    row = np.tile([1.0, 0.0], (time.size, 1))
-    return (u * row, {letter: value * row for letter, value in by.items()}), {}
+    return _NOTHING._replace(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
 
 
 _PREDICT: Mapping[Kind, Callable[[Experiment, Values, Steps, Array], tuple[Moved, Rates]]] = {
     "attached": _attached, "ground": _ground, "free": _free, "held": _actuator, "air": _actuator,
-    "threshold": _threshold,
 }  # fmt: skip

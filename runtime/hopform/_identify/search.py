@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.motion import Array, Values
@@ -55,12 +56,23 @@ def minimise(problem: Problem) -> Solution:
     has a larger one.
     """
     if problem.loss == "linear":
-        return least_squares(problem)
+        return _moving(least_squares(problem))
     first = _weighed(problem, _without_outliers(problem, least_squares), {})
     if is_noise(problem, first):
         return first
     other = _searched(problem, {}, first.sigma)
-    return _unstuck(problem, _traded(problem, estimation.better(first, other, problem.experiments)))
+    return _moving(_unstuck(problem, _traded(problem, estimation.better(first, other, problem.experiments))))
+
+
+def _moving(found: Solution) -> Solution:
+    """A solution that is a motion of each recording; HopformError if no start led to one."""
+    for each in found.experiments:
+        try:
+            each.predict(found.values)
+        except HopformError as error:
+            asked = "are units, signs and what is known of it right"
+            raise HopformError(f"{error}; no start of the fit leads to a motion of this rig: {asked}?") from None
+    return found
 
 
 def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
@@ -73,7 +85,7 @@ def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
 def follow(problem: Problem) -> Solution:
     """The minimum that a problem's first start leads to, and no other."""
     found = _from(problem, {}, problem.starts[:1]) if problem.loss == "linear" else _without_outliers(problem, follow)
-    return _weighed(problem, found, {})
+    return _moving(_weighed(problem, found, {}))
 
 
 def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = None) -> Solution:
@@ -86,7 +98,44 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
     found = _from(problem, held, problem.starts, sigma)
     if not held and _level(problem, found) > 1.0:
         found = estimation.best([found, _from(problem, held, _further(problem.parameters, found.values), sigma)])
-    return _weighed(problem, found, held)
+    found = _weighed(problem, found, held)
+    return found if held else _basin_hopping(problem, found)
+
+
+_ROUNDS, _THROWN, _FOLLOWED, _APART = 4, 10, 3, 0.2
+"""Rounds of a search around a minimum; starts of a round, how many of them are followed, and how far apart they are,
+as a share."""
+
+
+def _basin_hopping(problem: Problem, found: Solution) -> Solution:
+    """The lowest of the minima around one that leaves more than noise: from beside it over all of the recordings, again
+    and again. The sum of squares of a motion with impacts and stops has many minima, close to each other.
+    """
+    some = [_beginning(each, 1.0) for each in problem.experiments]
+    solve = partial(estimation.again, found, some)
+    for turn in range(_ROUNDS):
+        if _level(problem, found) <= 1.0:
+            break
+        here = solve(most=1)
+        starts = [_from_start(found.parameters, each) for each in _around(found, turn)]
+        order = sorted((solve(each, most=3, precision=1e-3) for each in starts), key=lambda each: each.cost)
+        ends = [solve(estimation.started(each), most=10, precision=1e-3) for each in order[:_FOLLOWED]]
+        least = estimation.best([here, *ends])
+        if least is not here:
+            found = _better(problem, found, estimation.started(least))
+    return found
+
+
+def _around(found: Solution, turn: int) -> list[dict[str, float]]:
+    """Starts around a minimum, drawn alike every time; where a motion begins is kept."""
+    rng = np.random.default_rng([len(found.parameters), turn])
+
+    def drawn(p: Parameter) -> float:
+        value, more = found.values[p.name], 0.1 * _APART * p.scale * float(rng.random())
+        bounded = p.kind in ("nonnegative", "fraction")  # which may be 0
+        return value if p.own else value * math.exp(float(rng.uniform(-_APART, _APART))) + (more if bounded else 0.0)
+
+    return [{p.name: drawn(p) for p in found.parameters} for _ in range(_THROWN)]
 
 
 def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) -> Solution:
@@ -176,8 +225,6 @@ def _level(problem: Problem, found: Solution) -> float:
 def _limit(experiment: Experiment) -> float:
     """Largest residual of a recording that counts as noise [m]: 1.15 times its noise, or a two thousandth of its
     motion."""
-    if experiment.noise is not None:  # of a single measurement, which is off by three times its noise in 1 case of 400
-        return 3.0 * experiment.noise
     noise = max(noise_of(experiment.measured), quantum_of(experiment.measured))
     return max(1.15 * noise, 5e-4 * float(np.ptp(experiment.measured)), 1e-15)
 
@@ -209,10 +256,10 @@ def _weighed(problem: Problem, found: Solution, fixed: Values) -> Solution:
     noise, loss = found.sigma, problem.loss
     solve = partial(estimation.again, experiments=problem.experiments, fixed=fixed, loss=loss)
     if len(problem.experiments) > 1 or loss != "linear":
-        noise = estimation.deviations(solve(found, most=1), problem.experiments)
+        noise = estimation.deviations(solve(found, most=1))
     for _ in range(rounds):
         found = solve(found, sigma=noise, most=20, precision=precision)
-        last, noise = noise, estimation.deviations(found, problem.experiments)
+        last, noise = noise, estimation.deviations(found)
         changes = np.array(noise) / np.array(last)
         change = changes.max() / changes.min() if loss == "linear" else np.exp(np.abs(np.log(changes)).max())
         if float(change) < _STEADY:
@@ -266,7 +313,7 @@ def _unstuck(problem: Problem, found: Solution) -> Solution:
     for side in (1.0, -1.0):
         for p in [p for p in found.parameters if p.name[:3] == "v1@" and p.low < p.high]:
             if estimation.expected_decrease(found) >= _KINK:
-                beside = {p.name: min(max(found.values[p.name] + side * _BESIDE * p.scale, p.low), p.high)}
+                beside = {p.name: min(max(found.values[p.name] + side * _ASIDE * p.scale, p.low), p.high)}
                 found = _better(problem, found, _from_start(estimation.started(found), beside))
     for name, side in product(problem.coulomb[:1], (1.0, -1.0)):
         if estimation.expected_decrease(found) >= _KINK:
@@ -274,7 +321,7 @@ def _unstuck(problem: Problem, found: Solution) -> Solution:
     return found
 
 
-_BESIDE = 0.01
+_ASIDE = 0.01
 """Of its scale, by how much an actuator's first velocity is moved out of its kink at rest."""
 _KINK = 0.05
 """Variances by which the slopes at a minimum may still predict a decrease."""

@@ -235,7 +235,7 @@ class Filtered(NamedTuple):
 
 def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = False) -> Filtered:
     """A recording on even times, its derivatives by a zero-phase Butterworth filter, all through a second one,
-    decimated.
+    decimated. The current holds from sample to sample, so it is the smooth one of half a sample later.
 
     cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given. Each part between gaps is
     filtered by itself, and its ends are left out; where few parts are long enough for the filter, its cutoff is
@@ -245,7 +245,7 @@ def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = 
     step = float(np.median(np.diff(time)))
     cut = min(cutoff or min(0.1 / step, 50.0), 0.45 / step)
     kept = ~outliers(x) if mend else np.full(x.size, True)
-    time, x, u = time[kept], x[kept], u[kept]
+    time, x, u = time[kept], x[kept], np.interp(time - 0.5 * step, time, u)[kept]
     long, spans = _spans(time, step, cut)
     while _covered(time, long) < 0.5 * _covered(time, spans) and cut > _SLOWEST:
         cut = 0.5 * cut

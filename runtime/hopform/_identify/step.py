@@ -25,7 +25,7 @@ from hopform._identify.fits import Fit, Options, Trace, checked, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
 from hopform._identify.motion import Array, Known, Values
 from hopform._identify.nuisances import SPEEDS, Diagnosis, brought, said, stiffest
-from hopform._identify.recordings import Recording, Units, mended, noise_of, quantum_of, steps_of, units_of
+from hopform._identify.recordings import Recording, Units, known_spans, mended, noise_of, quantum_of, steps_of, units_of
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import follow
 from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, moving_rows, robust_linear
@@ -61,17 +61,26 @@ class _Actuator(Kind):
         return replace(group, known={**known, "m_eff": 1.0}, statements=(statement,), scale=False)
 
     def segment(self, group: Group, first: int) -> Group:
-        """With each recording as one motion, which may begin at rest."""
+        """With each recording as one motion, which may begin at rest; as several where its current is unknown between
+        them.
+        """
         cuts = list[Cut]()
         for n, each in enumerate(group.recordings, first):
-            x, under = each.position("x1"), steps_of(each)
-            still = {"v": 0.0} if rests_at_first(mended(x)) else {}
-            cuts.append(Cut(each, n, each.source, each.time, x, 0.0, under, still=still))
+            x = each.position("x1") if self.rig == "air" else each.oscillation("x1")
+            for part, (begin, end) in enumerate(spans := known_spans(each), 1):
+                still = {"v": 0.0} if rests_at_first(mended(x[begin:end])) else {}
+                label = f"{each.source}, part {part}" if len(spans) > 1 else each.source
+                at, under = float(each.time[begin]), steps_of(each, begin, end)
+                cuts.append(Cut(each, n, label, each.time[begin:end] - at, x[begin:end], at, under, still=still))
         return replace(group, cuts=cuts)
 
     def start(self, group: Group) -> list[list[Guess]]:
         """Least squares on the equation through each filter."""
-        return [[_regress(each, self.letters, group.known, cutoff) for each in group.recordings] for cutoff in CUTOFFS]
+        starts = [
+            [_regress(each, self.letters, group.known, cutoff) for each in group.recordings] for cutoff in CUTOFFS
+        ]
+        numbers = [each.number - group.cuts[0].number for each in group.cuts]
+        return [[_begun(some[n], cut) for n, cut in zip(numbers, group.cuts, strict=True)] for some in starts]
 
     def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
         """A recording that begins at rest begins within the noise of what is measured there, whatever the fit would
@@ -101,7 +110,6 @@ def rests_at_first(x: Array) -> bool:
 
 def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff: float) -> dict[str, float]:
     """A start from the filtered equation, a linear least squares per unit of m_eff, scaled by what is known."""
-    x = mended(recording.position("x1"))
     rows = filtered(recording, cutoff, mend=True)
     spring = "k" in letters
     found = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else []))
@@ -112,7 +120,13 @@ def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff
     mass = mass if mass > 0.0 else 1.0
     start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass, "k": k * mass}
     start |= {"rest": constant / k if spring else 0.0, "offset": -constant / gamma if gamma else 0.0}
-    return start | {"x": float(np.median(x[:5])), "v": float(np.polyfit(recording.time[:5], x[:5], 1)[0])}
+    return start
+
+
+def _begun(start: Guess, cut: Cut) -> Guess:
+    """A start with where a motion begins."""
+    x = mended(cut.x)[:5]
+    return start | {"x": float(np.median(x)), "v": float(np.polyfit(cut.time[:5], x, 1)[0])}
 
 
 def fit_force(

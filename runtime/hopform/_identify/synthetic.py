@@ -17,8 +17,8 @@ from hopform._identify.recordings import Column, Recording, current_steps
 from hopform._robots import Robot, checked_robot
 from hopform._solver.package import ENDINGS, LegState, Steps, records
 
-TESTS = ("drop", "free", "decay", "step", "air", "ramp")
-DRIVEN = ("step", "air", "ramp")
+TESTS = ("drop", "free", "decay", "step", "air")
+DRIVEN = ("step", "air")
 """Tests of an actuator, whose body is held or in the air."""
 
 MOST_SAMPLES = MEMORY // 1024
@@ -42,7 +42,6 @@ def record(
     hold: SupportsFloat | None = None,
     added_mass: SupportsFloat = 0.0,
     repeats: int = 1,
-    spring: bool = False,
     free_stroke: bool = False,
     seed: int | None = None,
 ) -> Recording:
@@ -51,21 +50,18 @@ def record(
     test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "free" (the same,
     the actuator free within its stops under currents of both signs from the release on; x1 is recorded too), "decay"
     (the body fixed to its spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn),
-    "air" (the same without a spring), "ramp" (in the air, or against the spring if `spring`, the current grows to
-    `current` [A] and, from rest again, to its negative). An actuator that is held is so at x1 = 0, or at the stop next
+    "air" (the same without a spring). An actuator that is held is so at x1 = 0, or at the stop next
     to it; one that is driven begins where its motion lies in the middle of its stroke.
 
     height, if not given: 0.2 m, of a decay 0.04 m; current: u_max, 1 A if that is infinite; both the largest that
-    stays within stroke and travel if that is less. hold [s]: of stillness at first, but in a decay; 0.2 s if not given,
-    of a ramp a sixteenth of its duration, against the spring an eighth. duration [s]: of a motion; 2 s if not given,
-    of a ramp 8 s. A drop or a decay is repeated `repeats` times, the body taken back by hand in between. rate [Hz],
+    stays within stroke and travel if that is less. hold [s]: of stillness at first, but in a decay; 0.2 s if not given.
+    duration [s]: of a motion; 2 s if not given. A drop or a decay is repeated `repeats` times, the body taken back by hand in between. rate [Hz],
     noise [m] (standard deviation), quantum [m] (0 for none). free_stroke: on a rig without stops, whose spring's
     travel has no limit, as the recording's remarks say. The same seed gives the same recording, None another one each
     time.
 
     Raises HopformError for a value that is not allowed, and for a height or a current under which the actuator reaches
-    a stop, the spring the end of its travel, or a second ramp begins before the actuator rests again; the message has
-    the largest that fits. In a free drop the actuator may reach its stops.
+    a stop, or the spring the end of its travel; the message has the largest that fits. In a free drop the actuator may reach its stops.
 
     >>> import hopform
     >>> recording = record(hopform.load_robot("hopper_c"), "step", seed=1)
@@ -77,10 +73,11 @@ def record(
     whole("repeats", repeats, most=1000)
     if repeats > 1 and test not in ("drop", "decay"):
         raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
-    draw = np.random.default_rng() if seed is None else np.random.default_rng(whole("seed", seed, 0, math.inf))
+    # Of one seed each test has noise of its own.
+    own = None if seed is None else [whole("seed", seed, 0, math.inf), TESTS.index(test)]
+    draw = np.random.default_rng(own)
     encoder = nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw
-    against = flag("spring", spring) and test == "ramp"
-    length = positive("duration", (8.0 if test == "ramp" else 2.0) if duration is None else duration, "s")
+    length = positive("duration", 2.0 if duration is None else duration, "s")
     hertz = positive("rate", rate, "Hz")
     if not 18.5 < length * hertz < records.MOST_STEPS - 0.5:
         message = f"duration times rate must give 20 to {records.MOST_STEPS} samples, got {length * hertz + 1.0:.6g}"
@@ -89,14 +86,13 @@ def record(
     if repeats * (time.size + hertz) > MOST_SAMPLES:
         most = int(MOST_SAMPLES / (time.size + hertz))
         raise HopformError(f"repeats must be at most {most} for so many samples each, got {repeats}")
-    usual = length / (8.0 if against else 16.0) if test == "ramp" else 0.2
-    still = nonnegative("hold", usual if hold is None else hold, "s")
+    still = nonnegative("hold", 0.2 if hold is None else hold, "s")
     if not still <= time[-1]:
         raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
     rig = robot
     if flag("free_stroke", free_stroke):
         rig = replace(robot, x1_min=-math.inf, x1_max=math.inf, travel=math.inf)
-    bench = _Bench(rig, test, time, still, nonnegative("added_mass", added_mass, "kg"), against)
+    bench = _Bench(rig, test, time, still, nonnegative("added_mass", added_mass, "kg"))
     made = bench.made(_given(bench, height, current))
     columns = dict[str, Column]()
     if made.x2 is not None:
@@ -218,16 +214,13 @@ class _Made(NamedTuple):
 
 
 class _Bench(NamedTuple):
-    """A test of a robot: sample times, stillness at first [s], mass that the body carries beside its own [kg], and
-    whether a ramp is against the spring.
-    """
+    """A test of a robot: sample times, stillness at first [s], mass that the body carries beside its own [kg]."""
 
     robot: Robot
     test: str
     time: Array
     still: float
     mass: float
-    against: bool
 
     @property
     def place(self) -> float:
@@ -241,10 +234,8 @@ class _Bench(NamedTuple):
         return self._decay(settings["height"]) if self.test == "decay" else self._drop(**settings)
 
     def current(self, most: float) -> Array:
-        """The current over the test: after stillness pulses of both signs, or ramps."""
+        """The current over the test: after stillness pulses of both signs."""
         time, still = self.time, self.still
-        if self.test == "ramp":
-            return _ramps(time, still, most)
         pattern = np.array(_PATTERNS[self.test])
         part = np.floor(pattern.size * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
         return np.where(time < still, 0.0, pattern[np.clip(part, 0, pattern.size - 1)] * most)
@@ -253,7 +244,7 @@ class _Bench(NamedTuple):
         """The actuator under a current, its body held where the spring is relaxed, or in the air. In a phase it moves
         one way, so where phases begin are the ends of its way.
         """
-        robot, held = self.robot, self.test == "step" or self.against
+        robot, held = self.robot, self.test == "step"
         u = self.current(most)
         gamma2, steps = self._under(current_steps(self.time, u), 0.0 if held else robot.k * robot.c)
         letters = {"m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": gamma2}
@@ -271,13 +262,7 @@ class _Bench(NamedTuple):
             beyond = f"the actuator moves over {1e3 * (high - low):.4g} mm, its stroke is {1e3 * stroke:.4g} mm"
         elif held and robot.c + high > robot.travel:
             beyond = _compressed(robot.c + high, robot.travel)
-        elif self.test == "ramp" and robot.f1 > 0.0 and state.v1[self._second()] != 0.0:
-            beyond = "the actuator still moves when the second ramp begins, which a longer hold helps too"
         return _Made(None, state.x1 + _begin(robot, low, high), u, beyond)
-
-    def _second(self) -> int:
-        """The sample at which the second ramp begins."""
-        return min(int(np.searchsorted(self.time, 0.5 * float(self.time[-1]) + self.still)), self.time.size - 1)
 
     def _under(self, steps: Steps, force: float) -> tuple[float, Steps]:
         """gamma2 and the current under which an actuator feels a constant force [N] besides that of its current."""
@@ -349,10 +334,3 @@ def _again(x: Array, repeats: int, rate: float) -> tuple[Array, Array]:
     back = x[-1] + (x[0] - x[-1]) * (3.0 * t**2 - 2.0 * t**3)
     whole = np.concatenate([x, *([back, np.full(max(round(0.3 * rate), 1), x[0]), x] * (repeats - 1))])
     return whole, np.arange(whole.size) / rate
-
-
-def _ramps(time: Array, still: float, most: float) -> Array:
-    """Up to the largest current in the first half, back to 0, down to its negative in the second."""
-    half = 0.5 * float(time[-1])
-    part = np.where(time < half, time, time - half)
-    return np.where(time < half, 1.0, -1.0) * most * np.clip((part - still) / max(half - still, 1e-9), 0.0, 1.0)
