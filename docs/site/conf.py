@@ -74,8 +74,8 @@ NAVIGATION = {
         "docs/reference/*", "generated/EQUATIONS",
     ],
     "Explanation": [
-        *(f"docs/explanation/{page}" for page in ("derivation", "poles", "events", "certificate", "stick-slip")),
-        *(f"docs/explanation/{page}" for page in ("controller", "energy", "sensitivities", "*")),
+        *(f"docs/explanation/{page}" for page in ("stance", "derivation", "poles", "events", "certificate")),
+        *(f"docs/explanation/{page}" for page in ("stick-slip", "controller", "energy", "sensitivities", "*")),
     ],
     "Evidence": ["docs/evidence/*"],
     "Develop": ["CONTRIBUTING", "CHANGELOG", "SECURITY", "docs/README"],

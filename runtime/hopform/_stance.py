@@ -98,6 +98,8 @@ class Stance(Motion):
     aed: float
     _solved: SolvedStance = field(repr=False, compare=False)
     _x2_is_given: bool = field(repr=False, compare=False)
+    _asked: tuple[records.LegState, float, int] = field(repr=False, compare=False)
+    """start, horizon and bound on phases"""
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -210,6 +212,19 @@ class Stance(Motion):
         how = {"gains": gains, "horizon": horizon, "backend": self.backend, "dtype": self.dtype}
         leg = self.end_compression
         return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, compression=leg, **how)
+
+    def explain(self) -> str:
+        """How it was solved, phase by phase: poles, event functions at the start and the end, and which rule of the
+        certificate says in which interval that none has an earlier zero. docs/explanation/stance.md reads one.
+
+        The printed engine solves the stance again, to the same bits, and says which rules it used.
+
+        >>> from hopform import load_robot
+        >>> print(solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).explain().splitlines()[0])
+        hopper_c, u = 2 A; takes off after 184.08 ms, apex 13.98 cm
+        """
+        text: Callable[..., str] = import_module("hopform._explain").text_of
+        return text(self, self._asked)
 
     def compression(self, t: ArrayLike) -> Real:
         """Compression of the leg [m] at times t [s], from where it carries nothing, to its own last digit:
@@ -327,7 +342,7 @@ def solve_stance(
     most = max_phases if quick else whole("max_phases", max_phases)
     back_end = robot.solver.back_end(backend)
     solved = back_end.solve_stance(robot.parameters, start, steps, longest, most, precision)
-    return _stance(robot, steps, back_end.name, precision, solved, x2 is not None)
+    return _stance(robot, steps, back_end.name, precision, solved, x2 is not None, (start, longest, most))
 
 
 def aed_at(stance: Stance, t: ArrayLike) -> NDArray[np.floating]:
@@ -391,7 +406,9 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     return float(checked_robot(robot).solver.package.formulas.touchdown_velocity(robot.parameters, drop))
 
 
-def _stance(robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: SolvedStance, given: bool) -> Stance:
+def _stance(
+    robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: SolvedStance, given: bool, asked: Any
+) -> Stance:
     """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
@@ -401,6 +418,7 @@ def _stance(robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: 
     held: dict[str, Any] = {
         "robot": robot, "u": u, "backend": backend, "dtype": dtype, "status": status, "duration": duration, "end": end,
         "takeoff": end if lifts else None, "apex": apex, "aed": aed, "_solved": solved, "_x2_is_given": given,
+        "_asked": asked,
     }  # fmt: skip
     object.__setattr__(stance, "__dict__", held)
     return stance
