@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import import_module
 from inspect import getattr_static
 from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, TypeAlias, cast
@@ -21,6 +21,7 @@ from hopform._solver.c import tuple_of
 from hopform._solver.choice import SolvedStance
 from hopform._solver.library import Backend
 from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps, records
+from hopform._warnings import WARNINGS, said
 
 if TYPE_CHECKING:
     from hopform._flight import Flight
@@ -130,22 +131,19 @@ class Stance(Motion):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What the model does not say of a real robot: a current above u_max, a spring beyond its travel, and so on."""
-        robot, start, u, travel = self.robot, self._solved.phase_rows()[0][1], self.u[0][1], self.robot.travel
-        flows = (u for t, u in self.u if t < self.duration or t == 0.0)  # a step behind the ending does not
-        largest, force = max(flows, key=abs), -robot.gamma2 * u
-        stop = "x1_max" if force > 0.0 else "x1_min"
-        rests = start.x1 == getattr(robot, stop) and start.v1 == 0.0 and robot.x1_min < robot.x1_max
-        most = self.compression_max + rest_of(robot) if travel < math.inf else 0.0
-        lowest = min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
-        cases = (
-            (abs(largest) > robot.u_max, f"u = {largest!r} A is above u_max = {robot.u_max!r} A"),
-            (moves_up(start), moves_up(start)),
-            (rests and force != 0.0, f"u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"),
-            (most > travel, f"coil_bound: the spring is compressed by {most:.6g} m, its travel is {travel!r} m"),
-            (lowest < 0.0, f"the body passes below the ground, down to x2 = {lowest:.6g} m"),
-            (self.status == "takeoff" and robot.g == 0.0, "g = 0: there is no apex"),
-        )
-        return tuple(text for holds, text in cases if holds)
+        start, robot = self._solved.phase_rows()[0][1], self.robot
+        flows = [u for t, u in self.u if t < self.duration or t == 0.0]  # a step behind the ending does not
+        readings: dict[str, Callable[[], Any]] = {
+            **{name: partial(getattr, start, name) for name in start._fields},
+            "u": lambda: flows[0],
+            "force": lambda: -robot.gamma2 * flows[0],
+            "u_largest": lambda: max(flows, key=abs),
+            "u_size": lambda: max(map(abs, flows)),
+            "spring": lambda: self.compression_max + rest_of(robot),
+            "lowest": lambda: min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end)),
+            "takes_off": lambda: float(self.status == "takeoff"),
+        }
+        return tuple(said(WARNINGS, lambda name: readings[name]() if name in readings else getattr(robot, name)))
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError. At the
@@ -497,12 +495,6 @@ def steps_of(u: Current) -> Steps:
         if not after > before:
             raise HopformError(f"the times of u must increase, got {after!r} s after {before!r} s")
     return tuple(steps)
-
-
-def moves_up(start: records.LegState) -> str:
-    """The warning about a start from F = 0 at which the body rises, so that no touchdown precedes it; else nothing."""
-    rises = start.y == 0.0 and start.v2 > 0.0
-    return f"the body moves up at touchdown, v2 = {float(start.v2)!r} m/s" if rises else ""
 
 
 def precision_of(dtype: Any) -> Precision:
