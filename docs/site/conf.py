@@ -59,6 +59,8 @@ autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 
 html_theme = "furo"
+html_theme_options = {"announcement": "the link of templates/page.html"}
+templates_path = ["templates"]
 html_title = f"hopform {release}"
 html_extra_path = ["index.html"]
 html_static_path = html_css_files = ["site.css"]
