@@ -1,6 +1,6 @@
 """The page to play with, in Chromium: its numbers are those of Python, to the bit, its digests those of the library.
 
-`make site-test` runs it, with selenium and ziglang from the extra `docs`, and Debian's chromium and chromium-driver.
+`make site-test` runs it, with selenium and ziglang of the group `site`, and Debian's chromium and chromium-driver.
 """
 
 import importlib.util
