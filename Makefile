@@ -71,7 +71,7 @@ docs: compiler doxygen venv-docs ## build the site into out/site, the page to pl
 	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site
 	$(PY) docs/play/build.py out/site/play
 
-site-test: docs ## follow every link of the site; open it in Chromium: numbers and digests are those of Python
+site-test: venv-site docs ## follow every link of the site; open it in Chromium: numbers and digests are those of Python
 	$(PY) -m pytest -q -m site tests
 
 test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often intervals hold the truth
@@ -192,7 +192,7 @@ doxygen:
 	@command -v doxygen >/dev/null || { echo "hopform: doxygen not found (on Debian: apt install doxygen)" >&2; exit 1; }
 
 venv:
-	@sh tools/venv.sh derive,identify,plot
+	@sh tools/venv.sh run
 
 venv-dev:
 	@sh tools/venv.sh dev
@@ -206,6 +206,9 @@ venv-wheels:
 venv-docs:
 	@sh tools/venv.sh docs
 
+venv-site:
+	@sh tools/venv.sh site
+
 .NOTPARALLEL:
 .PHONY: help help-all run test test-slices test-exhaustive test-exhaustive-slice test-exhaustive-identification
 .PHONY: validate-data
@@ -213,4 +216,4 @@ venv-docs:
 .PHONY: scans fuzz fuzz-outside generate check precheck format lint nightly wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
-.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-wheels doxygen docs site-test wheels
+.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-site venv-wheels doxygen docs site-test wheels

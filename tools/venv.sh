@@ -1,37 +1,48 @@
 #!/bin/sh
-# Make .venv, or bring it up to date: `sh tools/venv.sh dev` installs this checkout, editable, with its extra `dev`.
+# Make .venv, or bring it up to date, for what targets of the Makefile need: `sh tools/venv.sh dev`.
+#
+# run: this checkout, editable, with the extras below. Any other name is a dependency group of pyproject.toml beside
+# that. A group names this checkout for its extras alone: it is there, so pip leaves it, and .venv stays usable.
 # A stamp, written last, says for which checkout, pyproject.toml and script; a moved, copied or half-made .venv is made
 # anew.
 set -eu
-extras=$1
+wanted=$1
+extras=derive,identify,plot
 cd "$(dirname "$0")/.."
 here=$(pwd)
 current="$here $(cat pyproject.toml tools/venv.sh | cksum)"
 
+case "$wanted" in # what is there with it
+run) holds="run" ;;
+docs) holds="run docs" ;;
+dev) holds="run dev" ;;
+site) holds="run dev docs site" ;;
+*) holds="run dev $wanted" ;;
+esac
+
+is_current() { [ -x .venv/bin/python ] && [ "$(cat ".venv/with-$1" 2>/dev/null)" = "$current" ]; }
+is_current "$wanted" && exit 0
+
 clear=--clear
 if [ -x .venv/bin/python ]; then
-    # bench (peers of the benchmarks), wheels (the cross compiler) and docs, which holds wheels, hold dev; dev the rest.
-    case "$extras" in
-    bench | docs) more= ;;
-    wheels) more=.venv/with-docs ;;
-    *) more=".venv/with-dev .venv/with-bench .venv/with-wheels .venv/with-docs" ;;
-    esac
-    for stamp in ".venv/with-$extras" $more; do
-        case "$(cat "$stamp" 2>/dev/null)" in
-        "$current") exit 0 ;;
-        "$here "*) clear= ;;
-        esac
+    for stamp in .venv/with-*; do
+        case "$(cat "$stamp" 2>/dev/null)" in "$here "*) clear= ;; esac
     done
 fi
 
 python=$(sh tools/find_python.sh)
-echo "setting up .venv with hopform[$extras] ..."
+echo "setting up .venv for $wanted ..."
 [ -z "$clear" ] || "$python" -m venv --clear .venv
+install() { .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@"; }
 # The library is for tools/build_library.py: it stops at an error, which here would hide in pip's output.
-HOPFORM_REQUIRE_C='' .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable ".[$extras]"
-case "$extras" in
-dev | bench | wheels | docs) # without what it requires, which is for modes that tests/mutation does not use
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps universalmutator==1.14.1
+is_current run || HOPFORM_REQUIRE_C='' install --editable ".[$extras]"
+echo "$current" >.venv/with-run
+if [ "$wanted" != run ]; then
+    .venv/bin/python -m pip install --help | grep -q -e --group || install 'pip>=25.1'
+    install --group "$wanted"
+fi
+case "$holds" in *dev*) # without what it requires, which is for modes that tests/mutation does not use
+    install --no-deps universalmutator==1.14.1
     ;;
 esac
-echo "$current" >".venv/with-$extras"
+for each in $holds; do echo "$current" >".venv/with-$each"; done

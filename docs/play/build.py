@@ -16,8 +16,9 @@ from typing import Any
 
 import hopform
 from hopform._export import Wanted, package, selftest
-from hopform._robots import Provenance
+from hopform._robots import FIELDS, Provenance
 from hopform._solver.package import records
+from hopform._warnings import WARNINGS
 
 PAGE = Path(__file__).resolve().parent
 ROOT = PAGE.parent.parent
@@ -50,7 +51,7 @@ def facts() -> dict[str, Any]:
     sys.path.insert(0, str(ROOT))
     from derive.model import kinds
 
-    fields = hopform.Robot.fields()
+    fields = FIELDS
     robots = {name: hopform.load_robot(name) for name in hopform.ROBOTS}
     tables = (kinds.STATUSES, kinds.COMMANDS, kinds.ENDINGS, kinds.EVENTS, kinds.CURRENT_EVENTS)
     return {
@@ -64,10 +65,23 @@ def facts() -> dict[str, Any]:
         },
         "texts": ["name", "description"],
         "fit": Provenance._fields,
-        "unused": records.TRAVEL.name,
+        "solved": [field.name for field in hopform.Robot.fields()],
+        "domains": {
+            name: domain._asdict() | {end: text_of(getattr(domain, end)) for end in ("low", "high")}
+            for name, domain in records.DOMAINS.items()
+        },
+        "warnings": [
+            {"conditions": [[*each[:2], bound_of(each[2])] for each in warning.conditions], "text": warning.text}
+            for warning in WARNINGS
+        ],
         "digests": {name: f"{selftest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))},
         "words": {kind.table: [asdict(word) for word in kind.words] for kind in tables},
     }
+
+
+def bound_of(bound: str | float) -> dict[str, str]:
+    """What a warning compares with: a reading by its name, or a number."""
+    return {"reading": bound} if isinstance(bound, str) else {"number": repr(bound)}
 
 
 def text_of(number: float | None) -> str | None:

@@ -15,6 +15,7 @@ static const double LONGEST_STANCE = 2.0; /* [s] */
 
 typedef struct {
     double ground, touchdown_time, x1, v1, v2, u, ending, duration, apex, aed, events, command;
+    double y, force, spring, lowest, takes_off, stiff; /* readings of the warnings */
 } hop_row;
 
 /* Written by the page. */
@@ -45,7 +46,7 @@ typedef struct {
     hopform_flight_f64 flight;
 } leg;
 
-static hopform_plan_f64 plan;
+static hopform_plan_f64 plan, model; /* of the robot, and of the one that the controller believes in */
 static hopform_search_f64 search;
 static hopform_phase_f64 work[PHASES], stance_phases[KEPT];
 static hopform_flight_phase_f64 flight_phases[KEPT];
@@ -103,12 +104,25 @@ static double horizon_of(const hopform_state_f64 *state, double below) {
     return 10.0 + 2.0 * (larger(v2, -v2) + __builtin_sqrt(v2 * v2 + 2.0 * g * height)) / g;
 }
 
+/* The gains of the return that the controller's model designs, of the force as the robot feels it. */
+static int32_t believed_gains(const hopform_state_f64 *state, double horizon, hopform_gains_f64 *gains) {
+    const double ratio = plan.robot.gamma2 / model.robot.gamma2;
+    hopform_flight_f64 flight;
+    const int32_t status = hopform_solve_flight_f64(&model, state, 0, 0, horizon, PHASES, 0, 0, &flight);
+    *gains = (hopform_gains_f64){flight.gains.Kp * ratio, flight.gains.Kd * ratio};
+    return status;
+}
+
 /* A flight from a state over the ground ahead, which begins at a time. */
 static int32_t fly(leg *at, const hopform_state_f64 *state, double horizon) {
+    const int32_t is_model = model.robot.gamma2 == plan.robot.gamma2;
+    hopform_gains_f64 gains;
     at->in_stance = 0;
     at->first = flight_used;
-    const int32_t status = hopform_solve_flight_f64(&plan, state, 0, 0, horizon, PHASES, flight_phases + flight_used,
-                                                    KEPT - flight_used, &at->flight);
+    int32_t status = is_model ? HOPFORM_OK : believed_gains(state, horizon, &gains);
+    if (status < 0) return status;
+    status = hopform_solve_flight_f64(&plan, state, 0, is_model ? 0 : &gains, horizon, PHASES,
+                                      flight_phases + flight_used, KEPT - flight_used, &at->flight);
     if (status < 0) return status;
     flight_used += at->flight.phases_kept;
     at->duration = at->flight.duration;
@@ -134,15 +148,37 @@ static int32_t stand(leg *at, const hopform_state_f64 *touchdown) {
     return HOPFORM_OK;
 }
 
+/* The lowest height of the body in a stance [m], over the ground under the foot: where a phase begins or ends. */
+static double lowest_of(const leg *at) {
+    double lowest = body_height(at->stance.end);
+    for (int32_t n = 0; n < at->stance.phases_kept; n++) {
+        const hopform_phase_f64 *const phase = stance_phases + at->first + n;
+        lowest = smaller(lowest, body_height((hopform_state_f64){phase->x1, phase->v1, phase->v2, phase->y}));
+    }
+    return lowest;
+}
+
+/* The largest compression in a stance [m]. */
+static double spring_of(const leg *at) {
+    double most = 0.0;
+    hopform_stance_compression_f64(&plan, &at->current, stance_phases + at->first, &at->stance, &most);
+    return most;
+}
+
 /* Drop from a hop height [m] over level 0 and hop over play_terrain: with the current `value` [A], or, controlled, with
- * the current after which the next apex is `value` [m]. COMPLETED, STOPPED, TRIPPED, or a negative status. */
-PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t hops) {
+ * the current after which the next apex is `value` [m], by a model whose gamma2 is `wrong` % off. COMPLETED, STOPPED,
+ * TRIPPED, or a negative status. */
+PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t hops, double wrong) {
     const hopform_robot_f64 *const robot = &play_robot;
     hopform_state_f64 state = {home(), 0.0, 0.0, 0.0};
     double time = 0.0, level = 0.0, x2 = height + (robot->L0 + robot->c);
     leg_count = stance_used = flight_used = 0;
     play_duration[0] = play_counts[0] = play_counts[1] = 0.0;
+    hopform_robot_f64 believed = *robot;
+    believed.gamma2 = robot->gamma2 * (1.0 + wrong / 100.0);
     int32_t status = hopform_plan_init_f64(&plan, robot);
+    const int32_t stiff = status == HOPFORM_ILL_CONDITIONED;
+    if (status >= 0) status = hopform_plan_init_f64(&model, &believed);
     if (status < 0) return status;
     for (int32_t index = 0; index <= hops && index <= HOPS; index++) {
         const int32_t last = index == hops || index == HOPS;
@@ -164,7 +200,7 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
         hopform_command_f64 command = {value, 0.0, 0};
         const hopform_target_f64 target = {larger(value, ground), -ground, 0.0, LONGEST_STANCE};
         if (controlled)
-            status = hopform_choose_current_f64(&search, &plan, &touchdown, &target, work, PHASES, &command);
+            status = hopform_choose_current_f64(&search, &model, &touchdown, &target, work, PHASES, &command);
         if (status < 0) return status;
         leg *const stance = &legs[leg_count++];
         stance->begin = time, stance->ground = ground;
@@ -187,6 +223,12 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
             solved->aed,
             solved->event_count,
             command.status,
+            touchdown.y,
+            -robot->gamma2 * command.u,
+            spring_of(stance),
+            lowest_of(stance),
+            lifts,
+            stiff,
         };
         time = play_duration[0] = stance->begin + solved->duration;
         if (!lifts) return STOPPED;

@@ -4,7 +4,7 @@ const facts = JSON.parse(document.getElementById("facts").textContent);
 const bytes = Uint8Array.from(atob(document.getElementById("wasm").textContent.trim()), (c) => c.charCodeAt(0));
 const { exports: c } = (await WebAssembly.instantiate(bytes, {})).instance;
 const HOP = ["ground", "touchdown_time", "x1", "v1", "v2", "u", "ending", "duration", "apex", "aed", "events",
-  "command"];
+  "command", "y", "force", "spring", "lowest", "takes_off", "stiff"];
 const SAMPLE = ["t", "x1", "v1", "x2", "v2", "foot", "ground", "u", "y", "spring", "motor", "body", "energy",
   "predicted", "hop"];
 const SAMPLES = 700;
@@ -22,15 +22,13 @@ const rows = (name, keys, count) => {
 const word = (table, number) => facts.words[table].find((each) => each.number === number) ?? { text: "", meaning: "" };
 const short = (value, digits = 5) => (Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : "none");
 
-const toml = (value) => (Number.isFinite(value) ? String(value) : value > 0 ? "inf" : value < 0 ? "-inf" : "nan");
-
 for (const robot of Object.values(facts.robots))
   for (const [name, text] of Object.entries(robot.values)) robot.values[name] = number(text);
 
 // ---- state: what is simulated; the URL holds it ----
 
 const START = { robot: "hopper_c", mode: "controller", h_des: 0.2, u: 3, height: 0.2, terrain: "rough", size: 0.02,
-  seed: 1, hops: 12, speed: 0.25, window: "hop" };
+  seed: 1, hops: 12, wrong: 0, speed: 0.25, window: "hop" };
 const state = { ...START, time: 0, parameters: {} };
 const preset = () => facts.robots[state.robot].values;
 
@@ -40,6 +38,7 @@ function readUrl() {
     words[name] = Array.from(id(name).options, (option) => option.value);
   Object.assign(state, stateOf(address, START, words));
   state.parameters = { ...preset() };
+  state.time = 0;
   for (const { name } of facts.fields)
     if (asked.has(name)) state.parameters[name] = number(asked.get(name));
 }
@@ -48,14 +47,14 @@ function writeUrl() {
   const asked = new URLSearchParams();
   for (const key of Object.keys(START)) if (state[key] !== START[key]) asked.set(key, state[key]);
   for (const { name } of facts.fields)
-    if (!Object.is(state.parameters[name], preset()[name])) asked.set(name, toml(state.parameters[name]));
+    if (!Object.is(state.parameters[name], preset()[name])) asked.set(name, repr(state.parameters[name]));
   history.replaceState(null, "", `#${asked}`);
 }
 
 // ---- robot files ----
 
 const writeToml = () => `name = "mine"\n${facts.fields
-  .map(({ name, unit, meaning }) => `${name} = ${toml(state.parameters[name])} # [${unit}] ${meaning}\n`).join("")}`;
+  .map(({ name, unit, meaning }) => `${name} = ${repr(state.parameters[name])} # [${unit}] ${meaning}\n`).join("")}`;
 
 // ---- ground: heights that anybody can read off the table, equal in every browser ----
 
@@ -74,25 +73,41 @@ function ground() {
 
 // ---- solve ----
 
+const narrow = matchMedia("(max-width: 850px)"); // as in the style
 let run = { status: 0, hops: [], events: [], duration: 0 };
 
 function fill() {
-  view("robot", facts.fields.length).set(facts.fields.map(({ name }) => state.parameters[name]));
+  view("robot", facts.solved.length).set(facts.solved.map((name) => state.parameters[name]));
 }
 
 function solve() {
   fill();
   state.hops = Math.min(Math.max(Math.round(state.hops), 1), 40);
   view("terrain", state.hops).set(ground());
-  const controlled = state.mode === "controller";
-  const status = c.play_run(state.height, Number(controlled), controlled ? state.h_des : state.u, state.hops);
-  const [hops, events] = view("counts", 2);
+  const controlled = state.mode === "controller", refused = refusalOf(state.parameters, facts);
+  const asked = [Number(controlled), controlled ? state.h_des : state.u, state.hops, controlled ? state.wrong : 0];
+  const status = refused ? -1 : c.play_run(state.height, ...asked);
+  const [hops, events] = status < 0 ? [0, 0] : view("counts", 2);
   run = { status, hops: rows("hops", HOP, hops), events: rows("events", ["time", "kind", "side_1", "side_2"], events),
-    duration: view("duration", 1)[0] };
+    duration: status < 0 ? 0 : view("duration", 1)[0] };
   state.time = Math.min(state.time, run.duration);
-  id("status").textContent = status < 0 ? `No run: ${word("STATUSES", status).meaning}.`
-    : `${RUN[status]} after ${hops} hops, ${short(run.duration)} s`;
+  id("status").textContent = status < 0 ? `No run: ${refused || word("STATUSES", status).meaning}.`
+    : `${RUN[status]} after ${hops} hops, ${short(run.duration)} s${notReached()}`;
   id("status").classList.toggle("error", status < 0);
+  id("warnings").replaceChildren(...warnings().map((text) => make("li", { textContent: text })));
+}
+
+// How many commands do not reach the wanted apex; the page's table says how each one ended.
+function notReached() {
+  const missed = run.hops.filter(({ command }) => command && word("COMMANDS", command).text !== "reached").length;
+  return missed ? `; ${missed} of ${run.hops.length} hops not reached` : "";
+}
+
+// The warnings of all stances, each once, as Run.warnings.
+function warnings() {
+  const of = (hop) => warningsOf(facts.warnings, { ...state.parameters, ...hop, u_largest: hop.u,
+    u_size: Math.max(hop.u, -hop.u) });
+  return [...new Set(run.hops.flatMap(of))];
 }
 
 const sample = (from, to, count) => {
@@ -240,8 +255,9 @@ const eventName = (kind) => (kind === TOUCHDOWN ? "touchdown" : kind === TAKEOFF
   : word("EVENTS", kind).text || word("CURRENT_EVENTS", kind).text || "step");
 
 function drawMap() {
-  const map = reach(), { heights, currents } = map, count = currents.length;
+  const map = run.status < 0 ? run : reach();
   if (map.status < 0) return id("map").replaceChildren();
+  const { heights, currents } = map, count = currents.length;
   const colours = ["first", "second", "third", "fourth", "fifth"];
   const line = (column, good) => heights.map((height, row) => {
     const cell = row * count + column;
@@ -269,7 +285,7 @@ function drawMap() {
 
 // The hopper, where it is at a time; it walks along its ground so that each hop has a place of its own.
 function drawScene() {
-  const svg = id("scene"), wide = Math.max(320, svg.clientWidth || 800), tall = 300;
+  const svg = id("scene"), wide = Math.max(320, svg.clientWidth || 800), tall = narrow.matches ? 220 : 300;
   svg.setAttribute("viewBox", `0 0 ${wide} ${tall}`);
   if (!run.duration) return svg.replaceChildren();
   const now = sample(state.time, state.time, 1)[0], heights = view("terrain", state.hops);
@@ -358,7 +374,7 @@ function slider(box) {
   box.show = () => {
     const value = (owner === state ? state : state.parameters)[name];
     range.value = value;
-    text.value = name === "time" ? value.toFixed(4) : toml(value);
+    text.value = name === "time" ? value.toFixed(4) : short(value, 17);
     text.setAttribute("aria-invalid", false);
   };
 }
@@ -368,7 +384,8 @@ function showControls() {
   Object.assign(u, { min: Number.isFinite(limit) ? -limit : -10, max: Number.isFinite(limit) ? limit : 10 });
   document.querySelector("[data-name=time] input").max = run.duration;
   for (const name of ["robot", "mode", "terrain", "window"]) id(name).value = state[name];
-  document.querySelector("[data-name=h_des]").hidden = state.mode !== "controller";
+  for (const name of ["h_des", "wrong"])
+    document.querySelector(`[data-name=${name}]`).hidden = state.mode !== "controller";
   document.querySelector("[data-name=u]").hidden = state.mode === "controller";
   document.querySelector("[data-name=size]").hidden = state.terrain === "flat";
   document.querySelector("[data-name=seed]").hidden = state.terrain !== "rough";
@@ -436,7 +453,14 @@ function begin() {
     Object.assign(box.dataset, { name, label: `${name} [${unit}]: ${meaning}` });
     return box;
   }));
-  id("details").open = matchMedia("(min-width: 851px)").matches;
+  const fold = () => { id("drawer").open = id("details").open = !narrow.matches; };
+  fold();
+  narrow.addEventListener("change", fold);
+  id("skip").addEventListener("click", (event) => { // the address holds what is simulated
+    event.preventDefault();
+    id("drawer").open = true;
+    id("mode").focus();
+  });
   readUrl();
   document.querySelectorAll(".slider").forEach(slider);
   for (const name of ["mode", "terrain", "window"])

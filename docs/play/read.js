@@ -6,6 +6,45 @@ const number = (text) => {
   return plain === "" ? NaN : found;
 };
 
+// A number as Python's repr writes it.
+function repr(value) {
+  if (!Number.isFinite(value)) return value > 0 ? "inf" : value < 0 ? "-inf" : "nan";
+  const [digits, power] = value.toExponential().split("e");
+  if (value !== 0 && (power < -4 || power > 15))
+    return `${digits}e${power[0]}${power.slice(1).padStart(2, "0")}`;
+  const plain = Object.is(value, -0) ? "-0" : String(value);
+  return plain.includes(".") ? plain : `${plain}.0`;
+}
+
+// Whether a number lies in a domain, as in Python: an end that is not allowed, or infinity, is left out.
+function inside({ low, high, with_low, with_high }, value) {
+  const [least, most] = [number(low), number(high)];
+  const above = with_low ? value >= least : value > least, below = with_high ? value <= most : value < most;
+  return above && below;
+}
+
+// Why parameters are no robot that hops, in the words of Python; "" if they are.
+function refusalOf(parameters, { fields, domains }) {
+  for (const { name, unit, domain } of fields) {
+    const of = domains[domain], value = parameters[name], shown = unit === "1" ? "" : ` ${unit}`;
+    if (!inside(of, value)) return `${name} must be ${of.allowed}${shown}, got ${repr(value)}`;
+  }
+  const { x1_min, x1_max, g } = parameters;
+  if (x1_min > x1_max) return `x1_min must be <= x1_max m, got ${repr(x1_min)} > ${repr(x1_max)}`;
+  return g > 0 ? "" : `hopping needs g > 0 m/s^2, got ${repr(g)}`;
+}
+
+// The warnings that hold of readings, by the table that Python goes through.
+const HOLDS = { "<": (a, b) => a < b, "==": (a, b) => a === b, ">": (a, b) => a > b };
+
+function warningsOf(table, readings) {
+  const bound = (of) => ("reading" in of ? readings[of.reading] : number(of.number));
+  const holds = ({ conditions }) => conditions.every(([name, by, of]) => HOLDS[by](readings[name], bound(of)));
+  const shown = (_, name, form) =>
+    (form === "!r" ? repr(readings[name]) : String(Number(readings[name].toPrecision(6))));
+  return table.filter(holds).map(({ text }) => text.replace(/\{(\w+)(!r|:\.6g)\}/g, shown));
+}
+
 // The state that an address asks for: words of their lists and finite numbers, else those of `start`.
 function stateOf(address, start, words) {
   const asked = new URLSearchParams(address), found = { ...start };
@@ -174,10 +213,9 @@ function readRobot(bytes, facts) {
       if (has !== [...facts.fit].sort().join(", ")) fail(`[fit] must have ${facts.fit.join(", ")}, got ${has}`);
     } else if (facts.texts.includes(name)) {
       if (typeof value !== "string") fail(`${name} must be a text`);
-    } else if (!fields.has(name) && name !== facts.unused) fail(`no parameter ${name}`);
+    } else if (!fields.has(name)) fail(`no parameter ${name}`);
     else if (typeof value !== "number" || Number.isNaN(value)) fail(`${name} must be a number, got ${value}`);
-    else if (name !== facts.unused) found[name] = value;
-    else if (!(value > 0)) fail(`${name} must be > 0, got ${value}`);
+    else found[name] = value;
   }
   for (const [name, otherwise] of fields) {
     if (!Object.hasOwn(found, name) && otherwise === null) throw new Error(`${name} is missing`);

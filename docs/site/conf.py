@@ -59,6 +59,8 @@ autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 
 html_theme = "furo"
+html_theme_options = {"announcement": "the link of templates/page.html"}
+templates_path = ["templates"]
 html_title = f"hopform {release}"
 html_extra_path = ["index.html"]
 html_static_path = html_css_files = ["site.css"]
@@ -74,8 +76,8 @@ NAVIGATION = {
         "docs/reference/*", "generated/EQUATIONS",
     ],
     "Explanation": [
-        *(f"docs/explanation/{page}" for page in ("derivation", "poles", "events", "certificate", "stick-slip")),
-        *(f"docs/explanation/{page}" for page in ("controller", "energy", "sensitivities", "*")),
+        *(f"docs/explanation/{page}" for page in ("stance", "derivation", "poles", "events", "certificate")),
+        *(f"docs/explanation/{page}" for page in ("stick-slip", "controller", "energy", "sensitivities", "*")),
     ],
     "Evidence": ["docs/evidence/*"],
     "Develop": ["CONTRIBUTING", "CHANGELOG", "SECURITY", "docs/README"],

@@ -25,7 +25,8 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
 from hopform._solver.package import COMMANDS, MAX_PHASES, Target, formulas, records
-from hopform._stance import moves_up, precision_of, solve_stance, start_of
+from hopform._stance import precision_of, solve_stance, start_of
+from hopform._warnings import RISES, said
 
 TRIED = 601
 """Currents of the curve of a command."""
@@ -80,7 +81,7 @@ class Command(Shown):
     @property
     def warnings(self) -> tuple[str, ...]:
         """A body that rises at touchdown, v2 > 0 from F = 0: no fall leads there, the sign of v2 may be wrong."""
-        return (*filter(None, [moves_up(self.question.start)]),)
+        return tuple(said((RISES,), partial(getattr, self.question.start)))
 
     def _arrays(self) -> Arrays:
         u, apex = self.curve()

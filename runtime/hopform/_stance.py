@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import import_module
 from inspect import getattr_static
 from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, TypeAlias, cast
@@ -21,6 +21,7 @@ from hopform._solver.c import tuple_of
 from hopform._solver.choice import SolvedStance
 from hopform._solver.library import Backend
 from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps, records
+from hopform._warnings import WARNINGS, said
 
 if TYPE_CHECKING:
     from hopform._flight import Flight
@@ -98,6 +99,8 @@ class Stance(Motion):
     aed: float
     _solved: SolvedStance = field(repr=False, compare=False)
     _x2_is_given: bool = field(repr=False, compare=False)
+    _asked: tuple[records.LegState, float, int] = field(repr=False, compare=False)
+    """start, horizon and bound on phases"""
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -128,24 +131,20 @@ class Stance(Motion):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What the model does not say of a real robot: a current above u_max, a spring beyond its travel, and so on."""
-        robot, start, u, travel = self.robot, self._solved.phase_rows()[0][1], self.u[0][1], self.robot.travel
-        flows = (u for t, u in self.u if t < self.duration or t == 0.0)  # a step behind the ending does not
-        largest, force = max(flows, key=abs), -robot.gamma2 * u
-        stop = "x1_max" if force > 0.0 else "x1_min"
-        rests = start.x1 == getattr(robot, stop) and start.v1 == 0.0 and robot.x1_min < robot.x1_max
-        most = self.compression_max + rest_of(robot) if travel < math.inf else 0.0
-        lowest = min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
-        stiff = records.STATUSES.get(self._solved.plan_status(robot.parameters)) == "ill_conditioned"
-        cases = (
-            (stiff, f"ill_conditioned: the actuator is too stiff for {self.dtype}: events of its creep may be wrong"),
-            (abs(largest) > robot.u_max, f"u = {largest!r} A is above u_max = {robot.u_max!r} A"),
-            (moves_up(start), moves_up(start)),
-            (rests and force != 0.0, f"u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"),
-            (most > travel, f"coil_bound: the spring is compressed by {most:.6g} m, its travel is {travel!r} m"),
-            (lowest < 0.0, f"the body passes below the ground, down to x2 = {lowest:.6g} m"),
-            (self.status == "takeoff" and robot.g == 0.0, "g = 0: there is no apex"),
-        )
-        return tuple(text for holds, text in cases if holds)
+        start, robot = self._solved.phase_rows()[0][1], self.robot
+        flows = [u for t, u in self.u if t < self.duration or t == 0.0]  # a step behind the ending does not
+        readings: dict[str, Callable[[], Any]] = {
+            **{name: partial(getattr, start, name) for name in start._fields},
+            "u": lambda: flows[0],
+            "force": lambda: -robot.gamma2 * flows[0],
+            "u_largest": lambda: max(flows, key=abs),
+            "u_size": lambda: max(map(abs, flows)),
+            "spring": lambda: self.compression_max + rest_of(robot),
+            "lowest": lambda: min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end)),
+            "takes_off": lambda: float(self.status == "takeoff"),
+            "stiff": lambda: float(records.STATUSES.get(self._solved.plan_status(robot.parameters)) == "ill_conditioned"),
+        }
+        return tuple(said(WARNINGS, lambda name: readings[name]() if name in readings else getattr(robot, name)))
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError. At the
@@ -212,6 +211,19 @@ class Stance(Motion):
         how = {"gains": gains, "horizon": horizon, "backend": self.backend, "dtype": self.dtype}
         leg = self.end_compression
         return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, compression=leg, **how)
+
+    def explain(self) -> str:
+        """How it was solved, phase by phase: poles, event functions at the start and the end, and which rule of the
+        certificate says in which interval that none has an earlier zero. docs/explanation/stance.md reads one.
+
+        The printed engine solves the stance again, to the same bits, and says which rules it used.
+
+        >>> from hopform import load_robot
+        >>> print(solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).explain().splitlines()[0])
+        hopper_c, u = 2 A; takes off after 184.08 ms, apex 13.98 cm
+        """
+        text: Callable[..., str] = import_module("hopform._explain").text_of
+        return text(self, self._asked)
 
     def compression(self, t: ArrayLike) -> Real:
         """Compression of the leg [m] at times t [s], from where it carries nothing, to its own last digit:
@@ -329,7 +341,7 @@ def solve_stance(
     most = max_phases if quick else whole("max_phases", max_phases)
     back_end = robot.solver.back_end(backend)
     solved = back_end.solve_stance(robot.parameters, start, steps, longest, most, precision)
-    return _stance(robot, steps, back_end.name, precision, solved, x2 is not None)
+    return _stance(robot, steps, back_end.name, precision, solved, x2 is not None, (start, longest, most))
 
 
 def aed_at(stance: Stance, t: ArrayLike) -> NDArray[np.floating]:
@@ -393,7 +405,9 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     return float(checked_robot(robot).solver.package.formulas.touchdown_velocity(robot.parameters, drop))
 
 
-def _stance(robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: SolvedStance, given: bool) -> Stance:
+def _stance(
+    robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: SolvedStance, given: bool, asked: Any
+) -> Stance:
     """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
@@ -403,6 +417,7 @@ def _stance(robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: 
     held: dict[str, Any] = {
         "robot": robot, "u": u, "backend": backend, "dtype": dtype, "status": status, "duration": duration, "end": end,
         "takeoff": end if lifts else None, "apex": apex, "aed": aed, "_solved": solved, "_x2_is_given": given,
+        "_asked": asked,
     }  # fmt: skip
     object.__setattr__(stance, "__dict__", held)
     return stance
@@ -481,12 +496,6 @@ def steps_of(u: Current) -> Steps:
         if not after > before:
             raise HopformError(f"the times of u must increase, got {after!r} s after {before!r} s")
     return tuple(steps)
-
-
-def moves_up(start: records.LegState) -> str:
-    """The warning about a start from F = 0 at which the body rises, so that no touchdown precedes it; else nothing."""
-    rises = start.y == 0.0 and start.v2 > 0.0
-    return f"the body moves up at touchdown, v2 = {float(start.v2)!r} m/s" if rises else ""
 
 
 def precision_of(dtype: Any) -> Precision:

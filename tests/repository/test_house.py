@@ -13,7 +13,9 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from functools import cache
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import jinja2
 import pytest
@@ -76,27 +78,57 @@ def test_the_generated_package_needs_numpy_alone(path):
     assert packages(path) <= {"hopform_solver", "numpy"}
 
 
+def project() -> dict[str, Any]:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+
+
 def declared(*extras: str) -> set[str]:
     """The packages that the project needs, or those that its extras add."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    lists = [project["optional-dependencies"][extra] for extra in extras] or [project["dependencies"]]
-    return {re.split(r"[^\w-]", requirement)[0] for requirements in lists for requirement in requirements}
+    own = project()["project"]
+    lists = [own["optional-dependencies"][extra] for extra in extras] or [own["dependencies"]]
+    return set(map(package_of, chain.from_iterable(lists)))
+
+
+def package_of(requirement: str) -> str:
+    return re.split(r"[^\w-]", requirement)[0]
+
+
+def of_a_checkout() -> set[str]:
+    """The packages of all extras and dependency groups."""
+    of = project()
+    lists = [*of["project"]["optional-dependencies"].values(), *of["dependency-groups"].values()]
+    return {package_of(each) for each in chain.from_iterable(lists) if isinstance(each, str)} - {"hopform"}
 
 
 def installed_by_make_run() -> set[str]:
     """The packages of the extras that `make run` installs, and what the project needs anyway."""
-    makefile = (ROOT / "Makefile").read_text("utf-8")
+    makefile, script = ((ROOT / name).read_text("utf-8") for name in ("Makefile", "tools/venv.sh"))
     assert re.search(r"^run: .*\bvenv\b", makefile, re.MULTILINE)
-    recipe = re.search(r"^venv:\n\t@sh tools/venv.sh ([\w,]+)$", makefile, re.MULTILINE)
-    assert recipe
-    return declared() | declared(*recipe[1].split(","))
+    assert re.search(r"^venv:\n\t@sh tools/venv.sh run$", makefile, re.MULTILINE)
+    extras = re.search(r"^extras=([\w,]+)$", script, re.MULTILINE)
+    assert extras
+    return declared() | declared(*extras[1].split(","))
+
+
+def test_extras_are_for_users_and_groups_for_a_checkout():
+    """What a user installs names no tool of tests or pages; each group that is named is there."""
+    of = project()
+    assert set(of["project"]["optional-dependencies"]) == {"identify", "plot", "xarray", "all", "derive"}
+    groups = of["dependency-groups"]
+    included = {each["include-group"] for group in groups.values() for each in group if isinstance(each, dict)}
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    asked = set(re.findall(r"tools/venv.sh (\w+)$", makefile, re.MULTILINE)) - {"run"}
+    assert asked | included == set(groups)
+    assert [each for each in groups["docs"] if isinstance(each, dict)] == [
+        {"include-group": "pages"},
+        {"include-group": "zig"},
+    ]
 
 
 def test_what_make_run_installs_is_enough_for_the_page_on_commands(tmp_path):
     """They run where no other package of any extra can be imported."""
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
     present = installed_by_make_run()
-    absent = declared(*extras) - present - {"hopform"}
+    absent = of_a_checkout() - present
     page = (ROOT / "docs" / "reference" / "commands.md").read_text("utf-8").splitlines()
     commands = [line.split("#")[0].split()[1:] for line in page if line.startswith("hopform ")]
     assert len(commands) >= 8

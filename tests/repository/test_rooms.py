@@ -19,7 +19,7 @@ RUNTIME = ROOT / "runtime" / "hopform"
 
 # Each module may import those of the lines above it, inside of functions too. A folder's own name is its __init__.
 LAYERS = (
-    ("hopform", "_errors", "_progress"),
+    ("hopform", "_errors", "_progress", "_warnings"),
     ("_solver", "_solver.library", "_solver.package"),
     ("_checks",), ("_files",),
     ("_solver.c", "_solver.printed"), ("_solver.choice",),
@@ -33,7 +33,7 @@ LAYERS = (
     ("_identify.joint", "_identify.simulators"), ("_identify",),
     ("_studies",), ("_all",),
     ("_export",),
-    ("_words",), ("_cli.options", "_cli.output"),
+    ("_words",), ("_explain",), ("_cli.options", "_cli.output"),
     ("_figures.plots",), ("_figures.results",), ("_figures.picture",),
     ("_figures.animation", "_figures.machine", "_figures.runs", "_figures.verification"),
     ("_figures",),
@@ -46,7 +46,7 @@ PUBLIC = {"controllers", "model", "terrain", "ufuncs"}
 EXTRAS = {"scipy", "matplotlib", "xarray"}
 
 # What is handed on is no import of one's own: it waits until it is asked.
-HANDS_ON = {("hopform", "_all"), ("_stance", "_flight")}
+HANDS_ON = {("hopform", "_all"), ("_stance", "_flight"), ("_stance", "_explain")}
 
 
 def name_of(path: Path) -> str:

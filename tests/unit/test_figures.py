@@ -8,7 +8,6 @@ import os
 import re
 import subprocess
 import sys
-import tomllib
 import warnings
 from functools import cache
 from pathlib import Path
@@ -23,11 +22,10 @@ from hopform import _cli as cli
 from hopform import _figures as figures
 from hopform._cli import folders as figures_command
 from hopform._figures import animation, plots
-from tests.repository.test_house import ROOT, declared, installed_by_make_run, packages
+from tests.repository.test_house import installed_by_make_run, of_a_checkout, packages
 from tests.unit.test_cli import fits
 
 ALL = [*range(1, 18)]
-EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
 
 
 @cache
@@ -630,7 +628,7 @@ def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
 
 def test_figures_are_drawn_with_what_make_run_installs(tmp_path):
     """Fig. 6 has a run among its data, Fig. 11 a map; no other package of any extra can be imported."""
-    absent = declared(*EXTRAS) - installed_by_make_run() - {"hopform"}
+    absent = of_a_checkout() - installed_by_make_run()
     assert "xarray" in absent
     without = f"import sys; sys.modules |= dict.fromkeys({absent!r}); from hopform._cli import main; sys.exit(main())"
     code, output, errors = python(without, "figures", "out", "--only", "6,11", "--format", "svg", cwd=tmp_path)

@@ -52,20 +52,22 @@ def stance(
     robot: str = "hopper_c", height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0,
     x2: float | None = None, compression: float | None = None, u: float = 0.0, u_steps: Any = None,
     horizon: float = 2.0, max_phases: int = 4096, backend: BackendName | None = None,
-    dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, json: bool = False,
-    csv: str | None = None, plot: Path | None = None,
+    dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, explain: bool = False,
+    json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Solve one stance: its phases, events, ending, apex and energy ledger."""
     check_outputs(json, csv, plot, reads=[("--robot", robot_file(robot))])
     if u and u_steps:
         raise hopform.HopformError("give either --u or --u-steps")
+    if json and explain:
+        raise hopform.HopformError("--json and --explain exclude each other")
     hopper = hopform.load_robot(robot)
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
     velocity = velocity_after_impact(hopper, height, v2)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
     solved = hopform.solve_stance(hopper, **start, u=u_steps or u, **how)
     emit(
-        lambda: tables.stance(solved, sensitivities), solved.warnings,
+        lambda: tables.stance(solved, sensitivities, explain), solved.warnings,
         (csv, lambda _: tables.stance_csv(solved, samples)), (plot, lambda path: picture(path, solved)),
         ("-" if json else None, lambda _: tables.stance_json(solved, height)),
     )  # fmt: skip

@@ -91,9 +91,9 @@ def equation(shown: Equation) -> Iterator[RenderableType]:
     return spaced(Text(f"({shown.number}) {shown.title}: {shown.verdict}", style="bold"), made)
 
 
-def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[RenderableType]:
-    """A stance: its ending, phases with the events that begin them, states and energies; derivatives where asked
-    for.
+def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = False) -> Iterator[RenderableType]:
+    """A stance: its ending, phases with the events that begin them, states and energies; where asked for, derivatives
+    and how it was solved.
     """
     first = solved.phases[0].state
     begin = f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
@@ -101,7 +101,8 @@ def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[Rendera
     parts = [phases(solved), states(solved), ledger(solved), *([sensitivities(solved)] if with_sensitivities else [])]
     most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
     by = f"solved by the {solved.backend} back end in {solved.dtype}"
-    return spaced(title, *parts, f"AED {solved.aed:+.6g} J; {most}; {by}")
+    how = [solved.explain()] if explained else []
+    return spaced(title, *parts, f"AED {solved.aed:+.6g} J; {most}; {by}", *how)
 
 
 def phases(solved: Stance) -> Table:
