@@ -142,7 +142,9 @@ class Stance(Motion):
             "spring": lambda: self.compression_max + rest_of(robot),
             "lowest": lambda: min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end)),
             "takes_off": lambda: float(self.status == "takeoff"),
-            "stiff": lambda: float(records.STATUSES.get(self._solved.plan_status(robot.parameters)) == "ill_conditioned"),
+            "stiff": lambda: float(
+                records.STATUSES.get(self._solved.plan_status(robot.parameters)) == "ill_conditioned"
+            ),
         }
         return tuple(said(WARNINGS, lambda name: readings[name]() if name in readings else getattr(robot, name)))
 

@@ -33,7 +33,16 @@ def test_each_warning_is_said_of_a_stance_that_earns_it():
         hopform.solve_stance(HOPPER, v2=-9.0),
         hopform.solve_stance(replace(loose, g=0.0), v2=-1.0),
     ]
-    words = ("ill_conditioned", "above u_max", "moves up", "x1_max", "x1_min", "coil_bound", "below the ground", "no apex")
+    words = (
+        "ill_conditioned",
+        "above u_max",
+        "moves up",
+        "x1_max",
+        "x1_min",
+        "coil_bound",
+        "below the ground",
+        "no apex",
+    )
     assert len(words) == len(WARNINGS)
     for stance, word in zip(cases, words, strict=True):
         assert any(word in text for text in stance.warnings), (word, stance.warnings)
