@@ -65,7 +65,7 @@ def read_model(path: Path, prefix: str = "hopform") -> Model:
         parameters = _parameters(defined.get("parameters", ()), prefix)
         terms = _terms(defined, parameters, prefix)
         declared = (_sequence(defined.get(name, ()), name, str) for name in ("fixed", "friction_by_sign"))
-        model = Model(terms, parameters, *declared)
+        model = Model(terms, parameters, *declared, *_name_and_title(path, defined.get("__doc__")))
         for term in () if "foot" in model.fixed else terms:
             flight.refuse_what_flight_cannot_carry(term)
     except ModelError as error:
@@ -121,6 +121,14 @@ def _sequence(value: Any, name: str, kind: type) -> tuple[Any, ...]:
 
 
 # ---- names ----
+
+
+def _name_and_title(path: Path, docstring: str | None) -> tuple[str, str]:
+    """The name of a model is that of its file; its title, the first line of the docstring."""
+    name = re.sub(r"[^A-Za-z0-9_-]+", "_", path.stem)
+    title = next(iter((docstring or "").strip().splitlines()), "")
+    return name, title if title.isprintable() and title else f"The model {name}."
+
 
 DECLARATIONS = ("terms", "parameters", "fixed", "friction_by_sign")
 """What a model file defines; all other names are its own."""
