@@ -12,8 +12,8 @@ import sympy as sp
 from .. import VERSION
 from ..ir import Quantity
 from ..maths import elements, energy
+from ..model import quantities as Q
 from ..model.equations import FALLING, MASSES, Model
-from ..model.quantities import *
 
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
@@ -21,12 +21,13 @@ FORMAT = 1
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno")
 """Of the compiler that makes the library which Python loads: each operation is rounded as it is written."""
 
-MOTION, CONTACT = ("motion",), ("stance",)
 HOPPING = ("flight", "hop", "command", "reach")
-"""What every model can do, what a contact allows, and what a body allows that flies under gravity with an input."""
+"""What a body allows that flies under gravity with an input."""
+ALL = ("motion", "stance", *HOPPING, "identify")
+"""What a model can: a motion, always; a stance, if it has a contact; what identifies the paper's equations."""
 
 NEEDS = {
-    "foot": ((*CONTACT, *HOPPING), "a contact, because its foot is bolted to the ground"),
+    "foot": (("stance", *HOPPING), "a contact, because its foot is bolted to the ground"),
     "body": (HOPPING, "a body that flies, because it is bolted to the ground"),
 }
 """What a bolt takes from a model, and what it then lacks."""
@@ -35,26 +36,26 @@ DIRECTIONS = {"actuator": ("extends", "retracts"), "body": ("slips up", "slips d
 """Words for the two directions of a coordinate."""
 
 BELONGS: dict[str, tuple[sp.Symbol, ...]] = {
-    "actuator": (m_eff, b1, f1, x1_min, x1_max),
-    "motor": (gamma2, u_max),
-    "body": (m_s, b2, f2),
-    "spring": (k, L0, c),
-    "gravity": (g,),
-    "contact": (impact_loss,),
+    "actuator": (Q.m_eff, Q.b1, Q.f1, Q.x1_min, Q.x1_max),
+    "motor": (Q.gamma2, Q.u_max),
+    "body": (Q.m_s, Q.b2, Q.f2),
+    "spring": (Q.k, Q.L0, Q.c),
+    "gravity": (Q.g,),
+    "contact": (Q.impact_loss,),
 }
 """The element of each parameter of the robot."""
 
 LABELS: dict[str, dict[sp.Symbol, str]] = {
     "actuator": {
-        viscous_1: "actuator, viscous friction",
-        coulomb_1: "actuator, Coulomb friction",
-        STOP_LOSS.symbol: "actuator, lost at stops",
+        Q.viscous_1: "actuator, viscous friction",
+        Q.coulomb_1: "actuator, Coulomb friction",
+        Q.STOP_LOSS.symbol: "actuator, lost at stops",
     },
-    "motor": {motor_work: "work of the motor"},
-    "body": {viscous_2: "body, viscous friction", coulomb_2: "body, Coulomb friction"},
+    "motor": {Q.motor_work: "work of the motor"},
+    "body": {Q.viscous_2: "body, viscous friction", Q.coulomb_2: "body, Coulomb friction"},
     "spring": {
-        offset_work: "work of the offset force k c",
-        spring_work: "the actuator's work on the body",
+        Q.offset_work: "work of the offset force k c",
+        Q.spring_work: "the actuator's work on the body",
     },
 }
 """The entries of the ledger of each element, and what a table calls them."""
@@ -64,26 +65,38 @@ OUTPUT_UNITS = {"T": "s", "apex": "m", "aed": "J"}
 
 def facts(model: Model, layout: str, sources: Iterable[str]) -> dict[str, Any]:
     """The facts of a model's solver, whose library is compiled from these sources, by paths in its folder."""
-    lacks = {act: why for bolted in model.fixed for acts, why in (NEEDS[bolted],) for act in acts}
+    lacks = dict(_lacks(model))
     return {
         "format": FORMAT,
         "name": model.name,
         "title": model.title,
         "version": VERSION,
         "layout": layout,
-        "can": [act for act in (*MOTION, *CONTACT, *HOPPING) if act not in lacks],
+        "can": [act for act in ALL if act not in lacks],
         "lacks": lacks,
         "build": {"flags": list(FLAGS), "sources": sorted(sources)},
         "coordinates": list(_coordinates()),
         "parameters": [{**_quantity(each), "element": element_of(model, each)} for each in model.robot.quantities],
-        "limits": [{**_quantity(TRAVEL), "element": "spring"}],
+        "limits": [{**_quantity(Q.TRAVEL), "element": "spring"}],
         "elements": [*_masses(model), *_others(model), *_terms(model)],
-        "inputs": [{**_named(CURRENT), "limit": str(u_max), "per_unit": str(gamma2), "element": "motor"}],
+        "inputs": [{**_named(Q.CURRENT), "limit": str(Q.u_max), "per_unit": str(Q.gamma2), "element": "motor"}],
         **({} if "foot" in model.fixed else {"contact": _contact(model)}),
-        **({} if model.fixed else {"flight": {"falls": str(model.fall), "impact_loss": str(impact_loss)}}),
+        **({} if model.fixed else {"flight": {"falls": str(model.fall), "impact_loss": str(Q.impact_loss)}}),
         "outputs": [{"name": name, "unit": OUTPUT_UNITS.get(name) or _unit_of(name)} for name in elements.OUTPUTS],
-        "energies": [_named(each) for each in ENERGY.quantities],
+        "energies": [_named(each) for each in Q.ENERGY.quantities],
     }
+
+
+def _lacks(model: Model) -> Iterator[tuple[str, str]]:
+    """What the model cannot do, and what it lacks for that."""
+    for bolted in model.fixed:
+        acts, why = NEEDS[bolted]
+        yield from ((act, why) for act in acts)
+    further = [f"the term '{term.name}'" for term in model.terms]
+    further += [f"a bolted {bolted}" for bolted in model.fixed]
+    further += [f"friction by sign of the {mass}" for mass in model.friction_by_sign]
+    if further:
+        yield "identify", f"the equations of motion (3), (4), which it changes by {' and '.join(further)}"
 
 
 def element_of(model: Model, parameter: Quantity) -> str:
@@ -106,12 +119,12 @@ def _quantity(quantity: Quantity) -> dict[str, Any]:
 
 
 def _unit_of(name: str) -> str:
-    return next(each.unit for each in (*STATE.quantities, BODY_HEIGHT) if each.name == name)
+    return next(each.unit for each in (*Q.STATE.quantities, Q.BODY_HEIGHT) if each.name == name)
 
 
 def _coordinates() -> Iterator[dict[str, Any]]:
     """The members of a state, and the height of the body that people give in place of the compression."""
-    yield from map(_named, (*STATE.quantities, BODY_HEIGHT))
+    yield from map(_named, (*Q.STATE.quantities, Q.BODY_HEIGHT))
 
 
 def _masses(model: Model) -> Iterator[dict[str, Any]]:
@@ -157,4 +170,4 @@ def _terms(model: Model) -> Iterator[dict[str, Any]]:
 
 
 def _contact(model: Model) -> dict[str, Any]:
-    return {"coordinate": str(y), "force": str(sp.expand(model.stiffness * model.contact)), "rest": str(model.rest)}
+    return {"coordinate": str(Q.y), "force": str(sp.expand(model.stiffness * model.contact)), "rest": str(model.rest)}

@@ -81,8 +81,10 @@ def test_a_parameter_of_a_term_belongs_to_that_term():
 
 
 def test_what_a_model_can_follows_from_its_bolts():
-    everything = ["motion", "stance", "flight", "hop", "command", "reach"]
-    assert facts(HOPPER, "", ())["can"] == facts(model("damper"), "", ())["can"] == everything
+    everything = ["motion", "stance", "flight", "hop", "command", "reach", "identify"]
+    leg = facts(model("damper"), "", ())
+    assert facts(HOPPER, "", ())["can"] == everything
+    assert leg["can"] == everything[:-1] and "the term 'damper'" in leg["lacks"]["identify"]
     rig, joint = facts(model("rig"), "", ()), facts(model("joint"), "", ())
     assert rig["can"] == joint["can"] == ["motion"]
     assert all(known["lacks"].keys() == {*everything[1:]} for known in (rig, joint))
