@@ -20,9 +20,9 @@ RUNTIME = ROOT / "runtime" / "hopform"
 # Each module may import those of the lines above it, inside of functions too. A folder's own name is its __init__.
 LAYERS = (
     ("hopform", "_errors", "_progress"),
-    ("_solver", "_solver.library", "_solver.package"),
+    ("_solver", "_solver.library", "_solver.package"), ("_solver.folder",),
     ("_checks",), ("_files",),
-    ("_solver.c", "_solver.printed"), ("_solver.choice",),
+    ("_solver.c", "_solver.printed"), ("_solver.choice",), ("_solver.loading",),
     ("_show",), ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
     ("_stance",), ("_flight", "_batch"),
     ("_control",), ("controllers",),
@@ -31,7 +31,7 @@ LAYERS = (
     ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.nuisances", "_identify.kinds"),
     ("_identify.fits",), ("_identify.drop", "_identify.ramp", "_identify.step", "_identify.synthetic"),
     ("_identify.joint", "_identify.simulators"), ("_identify",),
-    ("_studies",), ("_all",),
+    ("_studies",), ("_solvers",), ("_all",),
     ("_export",),
     ("_words",), ("_cli.options", "_cli.output"),
     ("_figures.plots",), ("_figures.results",), ("_figures.picture",),
