@@ -4,6 +4,7 @@ The file is run as Python. What it defines ends up in the names, comments and nu
 could not stand there is refused in one line: the file, the place, the value and what is allowed.
 """
 
+import ast
 import builtins
 import difflib
 import keyword
@@ -74,6 +75,13 @@ def read_model(path: Path, prefix: str = "hopform") -> Model:
 
 
 # ---- the file ----
+
+
+def title_of(path: Path) -> str:
+    """What a model is called: the first line of its file's docstring, without a full stop; the file's name without."""
+    text = ast.get_docstring(ast.parse(path.read_text("utf-8"))) or ""
+    lines = [line for part in text.split("\n\n")[:1] for line in part.splitlines()]
+    return " ".join(" ".join(lines).split()).rstrip(".:") or path.stem
 
 
 def _run(path: Path) -> dict[str, Any]:
