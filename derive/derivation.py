@@ -1,6 +1,7 @@
 """The door of the derivation: `derive(FILE | NAME)` gives a model's formulas as objects of sympy."""
 
 import difflib
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -15,11 +16,11 @@ from .ir import Quantity, unfold
 from .maths import elements, laplace, stability
 from .maths.formulas import GROUPS, Formula, formulas, free_masses, inputs
 from .model.equations import Model, ModelError
-from .model_file import read_model, title_of
+from .model_file import read_model
 from .models.hopper import HOPPER
 
-SHIPPED = {"hopper": (HOPPER, "The hopper of the paper")}
-"""Models that ship, by name, with their titles."""
+SHIPPED = {HOPPER.name: HOPPER}
+"""Models that ship, by name."""
 
 s = sp.Symbol("s")
 
@@ -70,8 +71,6 @@ class Derivation:
     """
 
     model: Model
-    name: str
-    title: str
 
     @cached_property
     def formulas(self) -> tuple[Formula, ...]:
@@ -113,7 +112,7 @@ class Derivation:
         known = [*self._by_name, *GROUPS]
         near = difflib.get_close_matches(name, known, 1)
         hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(GROUPS)}, their formulas, (1) to (27)"
-        raise ModelError(f"{self.name} has no formula {name!r}: {hint}")
+        raise ModelError(f"{self.model.name} has no formula {name!r}: {hint}")
 
     def _group(self, group: str) -> dict[str, sp.Expr]:
         return {each.name: each.value for each in self.formulas if each.group == group}
@@ -265,13 +264,14 @@ class Derivation:
         for each in self._library.needed([self.formula(name)]):
             symbols = {symbol: known.get(symbol.name) for symbol in each.value.free_symbols}
             if missing := sorted(symbol.name for symbol, number in symbols.items() if number is None):
-                raise ModelError(f"{each.name} of {self.name} takes {', '.join(missing)}, got {sorted(values)}")
+                raise ModelError(f"{each.name} of {self.model.name} takes {', '.join(missing)}, got {sorted(values)}")
             known[each.name] = sp.N(each.value.xreplace(symbols), digits)
         return known[name]
 
     @cached_property
     def _library(self) -> Library:
-        return Library(self.title, self.name, self._by_name, self.inputs)
+        prefix = re.sub(r"\W|^(?=\d)", "_", self.model.name)
+        return Library(self.model.title, prefix, self._by_name, self.inputs)
 
     def show(self, name: str | None = None, form: str = "text", *, single: bool = False) -> str:
         """A formula, those of a number of the paper or of a group, or all, in a form: text, latex, sympy, json, numpy,
@@ -298,8 +298,7 @@ def _unfolded(value: sp.Expr, by: Iterable[Formula]) -> sp.Expr:
 
 @cache
 def _shipped(name: str) -> Derivation:
-    model, title = SHIPPED[name]
-    return Derivation(model, name, title)
+    return Derivation(SHIPPED[name])
 
 
 def derive(model: str | Path) -> Derivation:
@@ -308,12 +307,12 @@ def derive(model: str | Path) -> Derivation:
     Raises ModelError, which names the file, for a model that the closed form cannot carry.
 
     >>> from hopform.model import derive
-    >>> derive("hopper").title
-    'The hopper of the paper'
+    >>> derive("hopper").model.title
+    'A series-elastic hopper with viscous and Coulomb friction.'
     """
     if str(model) in SHIPPED:
         return _shipped(str(model))
     path = Path(model)
     if not path.is_file():
         raise ModelError(f"there is no model file {path}; models that ship: {', '.join(SHIPPED)}")
-    return Derivation(read_model(path), path.stem, title_of(path))
+    return Derivation(read_model(path))

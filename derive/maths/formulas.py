@@ -426,13 +426,14 @@ def _control(model: Model) -> Iterator[Formula]:
     group = "control"
     if "foot" in model.fixed:
         return
-    if model == Model():
+    is_the_papers = not (model.terms or model.friction_by_sign)
+    if is_the_papers:
         yield _made(group, control.u_threshold, _value_of(control.threshold_current(), control.u_threshold), 5)
     touchdown = control.touchdown_velocity(model)
-    yield _made(group, control.v_after, _value_of(touchdown, control.v_after), *((25,) if model == Model() else ()))
+    yield _made(group, control.v_after, _value_of(touchdown, control.v_after), *((25,) if is_the_papers else ()))
     apex = _value_of(control.apex_after(model), control.apex).subs(y, x1 - x2 + model.length)
     yield _made(group, control.apex, apex)
-    if model == Model():
+    if is_the_papers:
         printed = {control.lift: -control.step, control.spring: sp.S.One}
         printed |= {energy: _symbol(str(energy)) for energy in (control.E_td, control.E_dist, control.E_spring)}
         for step, number in zip(control.objective(), (25, 26, 27, 27), strict=True):

@@ -29,7 +29,7 @@ LAYERS = (
     ("maths.contact",),
     ("maths.linear", "maths.formulas"),
     ("paper.register",),
-    ("emit.program", "emit.expressions", "emit.instantiate", "emit.lines", "emit.parse"),
+    ("emit.program", "emit.expressions", "emit.instantiate", "emit.lines", "emit.parse", "emit.facts", "emit.toml"),
     ("emit.numpy", "emit.c", "emit.layout", "emit.forms"),
     ("emit.values",),
     ("emit.statements",),
