@@ -12,6 +12,7 @@ SHIPPED = {
     "generated/c": "hopform/c",
     "generated/packages": "hopform/packages",
     "generated/schema.json": "hopform/schema.json",
+    "generated/solver.toml": "hopform/solver.toml",
     "docs/evidence/firmware-costs.md": "hopform/firmware-costs.md",
     "derive": "hopform/_derive",
     "templates": "hopform/_templates",

@@ -7,11 +7,13 @@ Read in this order, which is also the order of the imports:
                       selftest's cases
     models/           the mechanisms that ship
     maths/            laplace (6)-(15), partial_fractions (11), (16)-(18), time_domain (18)-(21), modes,
-                      energy (22)-(24), control (5), (25)-(27), sensitivity, flight, contact, stability, kernels
+                      energy (22)-(24), control (5), (25)-(27), sensitivity, flight, contact, stability, kernels;
+                      formulas, the derivation in the paper's order
     paper/            the register: as printed, as derived, verdict, reason
     emit/             program, expressions, numpy, c, instantiate; parse, layout, values, statements, python; render,
-                      folder
+                      folder; forms, in which formulas are pasted
     model_file        a model of further terms from a file
+    derivation        the door: the formulas of a model as objects of sympy
 """
 
 VERSION = "0.1.0"

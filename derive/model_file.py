@@ -64,8 +64,8 @@ def read_model(path: Path, prefix: str = "hopform") -> Model:
         _refuse_misspelt(defined)
         parameters = _parameters(defined.get("parameters", ()), prefix)
         terms = _terms(defined, parameters, prefix)
-        declared = (_sequence(defined.get(name, ()), name, str) for name in ("fixed", "friction_by_sign"))
-        model = Model(terms, parameters, *declared)
+        fixed, by_sign = (_sequence(defined.get(name, ()), name, str) for name in ("fixed", "friction_by_sign"))
+        model = Model(terms, parameters, fixed, by_sign, **_named(path, defined.get("__doc__")))
         for term in () if "foot" in model.fixed else terms:
             flight.refuse_what_flight_cannot_carry(term)
     except ModelError as error:
@@ -121,6 +121,14 @@ def _sequence(value: Any, name: str, kind: type) -> tuple[Any, ...]:
 
 
 # ---- names ----
+
+
+def _named(path: Path, docstring: str | None) -> dict[str, Any]:
+    """The name of a model is that of its file; its title, the first line of the docstring."""
+    name = re.sub(r"[^A-Za-z0-9_-]+", "_", path.stem)
+    title = next(iter((docstring or "").strip().splitlines()), "")
+    return {"name": name, "title": title if title and title.isprintable() else f"The model {name}."}
+
 
 DECLARATIONS = ("terms", "parameters", "fixed", "friction_by_sign")
 """What a model file defines; all other names are its own."""

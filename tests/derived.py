@@ -7,8 +7,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import hopform
 from derive.__main__ import main
 from hopform._solver import c as native
+from hopform._solver.choice import Solver
+from hopform._solver.folder import folder_at
 from hopform._solver.package import Package
 from tests.objects import key, once
 from tools.build_library import compile_sources
@@ -44,6 +47,12 @@ class Derived:
         )
         return native.Library(path, self.prefix, Package(f"{self.prefix}_solver"))
 
+    @cached_property
+    def solver(self) -> Solver:
+        """The same for functions of hopform."""
+        assert self.package
+        return Solver(Package(f"{self.prefix}_solver"), lambda: self.library, folder_at(self.folder), self.prefix)
+
 
 def derived(store: Path, name: str, prefix: str, *options: str) -> Derived:
     """A model of tests/models under a prefix, in a folder that all processes of the run share."""
@@ -53,3 +62,18 @@ def derived(store: Path, name: str, prefix: str, *options: str) -> Derived:
         assert main(["--model", str(model), "--out", str(aside), "--prefix", prefix, *options]) == 0
 
     return Derived(once(store / f"{prefix}_{key(model.read_text('utf-8'), *options)}", make), prefix)
+
+
+def built(store: Path, name: str) -> Path:
+    """The folder of a solver of a model of tests/models, with its library, for all processes of the run."""
+
+    def make(aside: Path) -> None:
+        assert main(["--model", str(MODELS / f"{name}.py"), "--out", str(aside)]) == 0
+        compile_sources(aside / "c", aside / folder_at(aside).library.name, "-O0")
+
+    return once(store / f"solver_of_{name}_{key((MODELS / f'{name}.py').read_text('utf-8'))}", make)
+
+
+def solver_of(store: Path, name: str) -> hopform.Solver:
+    """The solver of a model of tests/models."""
+    return hopform.load_solver(built(store, name))

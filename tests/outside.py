@@ -346,7 +346,7 @@ def command_lines(draw: Any, commands: dict[str, Any]) -> list[str]:
     """A command with its arguments and up to four options, now and then something that is none."""
     name = draw(st.sampled_from(sorted(commands)))
     known = list(options_of(commands[name]))
-    line = [name]
+    line = name.split()
     for _, texts in (each for each in known if not each[0]):
         line += [draw(texts) for _ in range(draw(st.integers(0, 2)) or 1)] if texts is not None else []
     needed = [each for each in known if each[0] in NEEDED.get(name, ())]

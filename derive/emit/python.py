@@ -86,7 +86,7 @@ class _Module(Setting):
         used = {name for line in self.out for name in re.findall(r"\b(?:[a-z_]\w*(?=\()|[A-Z]\w*)", line)}
         body = "\n".join(self.out)
         kernels = [
-            f"from hopform_solver.{module}{f'_{self.suffix}' if module == 'scalars' else ''} import "
+            f"from .{module}{f'_{self.suffix}' if module == 'scalars' else ''} import "
             + ", ".join(name for name in names if name in used)
             for module, names in KERNELS.items()
         ]

@@ -10,7 +10,7 @@ numbers is refused. It says nothing of how the library computes: comments, formu
 import hashlib
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,8 +27,10 @@ from ..model.precisions import F64, PRECISIONS, Precision
 from ..models.hopper import HOPPER
 from ..paper import register
 from . import c, numpy, python
+from .facts import facts
 from .instantiate import instantiate, with_prefix
 from .program import program
+from .toml import toml
 
 DERIVE = Path(__file__).resolve().parent.parent
 INSTALLED = DERIVE.name == "_derive"
@@ -202,10 +204,20 @@ def _spelled(target: str, text: str, options: Options, precision: Precision | No
 
 def _firmware(options: Options) -> list[str]:
     """The files of the C library that firmware compiles or includes, relative to its folder."""
-    sources = (instance(name) for name, _ in engine() if "workstation" not in name)
+    sources = (name for name, _ in engine() if "workstation" not in name)
+    return [name.removeprefix("c/") for name in _of_library(sources, options)]
+
+
+def _compiled(options: Options) -> list[str]:
+    """The sources of the library that Python loads."""
+    return [path for path in _of_library((name for name, _ in engine()), options) if path.endswith(".c")]
+
+
+def _of_library(sources: Iterable[str], options: Options) -> list[str]:
+    """The files of the C library: the instances of these sources of the engine, and what is rendered."""
     rendered = (name.removesuffix(".j2") for name, _ in _files(SOURCES["templates"]))
-    library = (target for target in (*sources, *rendered) if target.startswith("c/"))
-    return sorted(path.relative_to("c").as_posix() for target in library for path, _ in _placed(target, options))
+    library = (target for target in (*map(instance, sources), *rendered) if target.startswith("c/"))
+    return sorted(path.as_posix() for target in library for path, _ in _placed(target, options))
 
 
 def example_value(quantity: Quantity) -> float:
@@ -273,6 +285,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "declared": _declarations(),
         "firmware": firmware,
         "units": [name for name in firmware if name.endswith(".c")],
+        "facts": toml(facts(options.model, LAYOUT, _compiled(options))),
         "answers": answered,
         "schema": json.dumps({"$comment": HEADER_MARK} | schema(answered), indent=2),
     }

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ..ir import Quantity, Record, Step, Steps, function, scalar
-from ..model.equations import Model, kinetic, potential
+from ..model.equations import Model, Term, kinetic, potential
 from ..model.quantities import *
 from .laplace import REST, rest_of_spring
 from .time_domain import AT, v2_t, x1_t, y_t
@@ -192,10 +192,14 @@ class Work:
 
 
 def works(model: Model) -> tuple[Work, ...]:
-    """The work of each further term on each mass that it acts on."""
+    """The work of each further term."""
+    return tuple(work for term in model.terms for work in works_of(term))
+
+
+def works_of(term: Term) -> tuple[Work, ...]:
+    """The work of a further term on each mass that it acts on."""
     return tuple(
         Work(mass, scalar(f"{field_name(term.name)}_{mass}", "J", f"work of the term '{term.name}' on the {on}"), power)
-        for term in model.terms
         for mass, on, power in ((1, "actuator", term.force_1 * v1), (2, "body", term.force_2 * v2))
         if power != 0
     )

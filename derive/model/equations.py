@@ -66,12 +66,16 @@ class Model:
 
     friction_by_sign: the masses, of MASSES, whose Coulomb friction differs by the sign of their velocity. It is the
     mean of its two levels with that sign, and half their difference as a constant force.
+
+    name, title: what its solver is called, and is in a line.
     """
 
     terms: tuple[Term, ...] = ()
     parameters: tuple[Quantity, ...] = ()
     fixed: tuple[str, ...] = ()
     friction_by_sign: tuple[str, ...] = ()
+    name: str = "hopper"
+    title: str = "A series-elastic hopper with viscous and Coulomb friction."
 
     def __post_init__(self) -> None:
         for name, allowed in (("fixed", FIXED), ("friction_by_sign", tuple(MASSES))):

@@ -107,7 +107,7 @@ def commands() -> str:
     parts: list[str] = []
     for command in COMMANDS:
         done = subprocess.run(
-            [sys.executable, "-m", "hopform", command, "--help"], capture_output=True, text=True, check=True
+            [sys.executable, "-m", "hopform", *command.split(), "--help"], capture_output=True, text=True, check=True
         )
         parts.append(f"## {command}\n\n```\n{done.stdout.strip()}\n```\n")
     return "\n".join(parts)

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -36,10 +37,11 @@ INPUTS = ("x1", "v1", "v2", "x2", "compression", "u", "horizon")
 
 
 class Labels(NamedTuple):
-    """Dimensions of inputs that are labelled, in their order, with the coordinates that some have."""
+    """Dimensions of inputs that are labelled, in their order, with the coordinates that some have, and their units."""
 
     dims: tuple[str, ...]
     coords: dict[str, NDArray[Any]]
+    units: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -92,8 +94,10 @@ class Batch(Shown):
         return Card(f"Batch of {shape} stances{dims}: {counted(self.words)}", u, found)
 
     def _arrays(self) -> Arrays:
-        dims, coords = self.labels or Labels(tuple(f"dim_{n}" for n in range(self.status.ndim)), {})
-        arrays: dict[str, Any] = {name: ((name,), values) for name, values in coords.items()}
+        dims, coords, units = self.labels or Labels(tuple(f"dim_{n}" for n in range(self.status.ndim)), {})
+        arrays: dict[str, Any] = {
+            name: ((name,), values, {"units": units[name]} if name in units else {}) for name, values in coords.items()
+        }
         arrays |= {"status": (dims, self.words)}
         arrays |= {name: (dims, getattr(self, name)) for name in ("duration", "apex", "aed", "event_count")}
         arrays |= {f"end_{name}": (dims, x, {"units": UNITS[name]}) for name, x in self.end._asdict().items()}
@@ -113,7 +117,7 @@ class Batch(Shown):
         return State(*(np.where(lifts, value, value.dtype.type(math.nan)) for value in map(np.asarray, self.end)))
 
 
-def labelled(inputs: Mapping[str, Any]) -> tuple[dict[str, Any], Labels | None]:
+def labelled(inputs: Mapping[str, Any], units: Mapping[str, str]) -> tuple[dict[str, Any], Labels | None]:
     """Inputs as arrays that broadcast by the names of their dimensions, where some are DataArrays; else as they are.
 
     HopformError for coordinates of one name that differ, and for a plain array beside a DataArray.
@@ -136,7 +140,7 @@ def labelled(inputs: Mapping[str, Any]) -> tuple[dict[str, Any], Labels | None]:
                 if not np.array_equal(own, each.coords[dim].values):
                     raise HopformError(f"{name} must have the coordinates {dim} of the other inputs, got others")
         arrays[name] = each.expand_dims([dim for dim in dims if dim not in each.dims]).transpose(*dims).values
-    return arrays, Labels(tuple(map(str, dims)), coords)
+    return arrays, Labels(tuple(map(str, dims)), coords, units)
 
 
 def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
@@ -204,7 +208,7 @@ def solve_stances(
     ((2, 3), ['takeoff', 'takeoff', 'takeoff'])
     """
     real = precision_of(dtype)
-    checked_robot(robot)
+    checked_robot(robot, "stance")
     most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
     with_events = flag("events", events)
     largest = flag("compression_max", compression_max)
@@ -219,7 +223,7 @@ def solve_stances(
         raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
     leg = {name: each for name, each in (("x2", x2), ("compression", compression)) if each is not None}
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | leg
-    plain, labels = labelled({**states, **fields})
+    plain, labels = labelled({**states, **fields}, UNITS | robot.solver.facts.units)
     given = {name: _column(name, plain[name], UNITS[name]) for name in states}
     robots = robot_columns(robot, {name: plain[name] for name in fields})
     shape = _shape_of(given | robots, EACH_DIFFERENTIATED if wanted["sensitivities"] else EACH)
@@ -242,7 +246,7 @@ def solve_stances(
     derivatives = None
     if matrices is not None:
         own = type(robot.parameters)(**robots)
-        derivatives = of_matrix(ManySensitivities, matrices, x2 is not None, robot.solver.package, own)
+        derivatives = of_matrix(ManySensitivities, matrices, x2 is not None, robot.solver, own)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
     return Batch(*found, times, kinds, back_end.name, derivatives, compressions, labels)

@@ -24,7 +24,7 @@ from hopform._checks import MEMORY, Array, finite, flag, function, nonnegative, 
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
-from hopform._solver.package import COMMANDS, MAX_PHASES, Target, formulas, records
+from hopform._solver.package import COMMANDS, MAX_PHASES, Target, records
 from hopform._stance import precision_of, solve_stance, start_of
 from hopform._warnings import RISES, said
 
@@ -120,7 +120,7 @@ def choose_current(
     ('reached', 2.735551, 0.2)
     """
     precision = precision_of(dtype)
-    start = start_of(robot, x1, v1, x2, v2, compression)
+    start = start_of(robot, x1, v1, x2, v2, compression, "command")
     target = checked_target(robot, h_des, datum, stop_margin, horizon)
     back_end = robot.solver.back_end(backend)
     u, apex, code, solved = back_end.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
@@ -136,8 +136,8 @@ def limit_of(robot: Robot, margin: float) -> float:
 
 
 def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object) -> Target:
-    """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
-    if not checked_robot(robot).g > 0.0:
+    """h_des, datum, stop_margin, horizon, checked, and that the robot, a checked one, can be controlled at all."""
+    if not robot.g > 0.0:
         raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.g!r}")
     if not math.isfinite(robot.u_max):
         raise HopformError(f"the controller needs a finite u_max, got {robot.u_max!r} A")
@@ -244,6 +244,7 @@ def next_apex(
     >>> print(round(next_apex(load_robot("hopper_c"), 0.20, 1.25), 4))
     0.1162
     """
+    checked_robot(robot, "reach")
     heights, currents = numbers("height", height, "m"), numbers("u", u, "A")
     try:
         size = math.prod(np.broadcast_shapes(heights.shape, currents.shape))
@@ -280,6 +281,7 @@ def reachability(
     >>> [round(point.height, 3) for point in reach.fixed_points if point.u == 3.0]
     [0.252]
     """
+    checked_robot(robot, "reach")
     rows, columns = _increasing("heights", heights, "m"), _increasing("currents", currents, "A")
     check_map(rows.size, columns.size)
     function("progress", progress)
@@ -440,7 +442,7 @@ def choose_current_as_printed(
     >>> round(command.u, 2), round(command.apex, 3)
     (2.57, 0.186)
     """
-    start = start_of(robot, x1, v1, x2, v2, compression)
+    start = start_of(robot, x1, v1, x2, v2, compression, "command")
     halved, with_sign = flag("half", half), flag("signed", signed)
     with_spring = flag("spring_coordinate", spring_coordinate)
     wanted, level, _, limit = checked_target(robot, h_des, datum, 0.0, horizon)
@@ -456,6 +458,7 @@ def choose_current_as_printed(
         return PrintedCommand(0.0, math.nan, math.nan, "no_takeoff")
     rise = (-level if with_sign else abs(level)) * (0.5 if halved else 1.0)
     x1_end = np.asarray(batch.end.x1)[lifts]
+    formulas = robot.solver.package.formulas
     objective = formulas.objective(robot.parameters, start, batch.aed[lifts], x1_end, wanted, rise, float(with_spring))
     best = int(np.argmin(objective))
     place = lifts[best]

@@ -189,7 +189,7 @@ def solve_flight(
     ('touchdown', 0.4109, ['x1_reverses', 'u_desaturates'])
     """
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
-    if not checked_robot(robot).g > 0.0:
+    if not checked_robot(robot, "flight").g > 0.0:
         raise HopformError(f"a flight needs g > 0 m/s^2, got {robot.g!r}")
     start, ground = _start(robot, x1, v1, x2, v2, compression)
     law = None if gains is None else _gains(gains)
@@ -219,7 +219,7 @@ def design_return(robot: Robot, time: SupportsFloat) -> Gains:
     >>> print(*(round(gain, 3) for gain in design_return(load_robot("hopper_c"), 0.3)))
     12345.679 961.111
     """
-    parameters, span = checked_robot(robot).parameters, positive("time", time, "s")
+    parameters, span = checked_robot(robot, "flight").parameters, positive("time", time, "s")
     with np.errstate(all="ignore"):
         gains = robot.solver.package.formulas.critical_gains(parameters, span)
     if not all(math.isfinite(gain) for gain in gains):
@@ -231,7 +231,7 @@ def _start(
     robot: Robot, x1: object, v1: object, x2: object, v2: object, compression: object
 ) -> tuple[records.LegState, float]:
     """The state at take-off, and how far the ground ahead is above that which is left, 0 where x2 is left out."""
-    x_1, v_1, v_2 = placed(robot, x1, v1, v2)
+    x_1, v_1, v_2 = placed(robot, "flight", x1, v1, v2)
     released = robot.solver.package.formulas.compression_at_takeoff
     y = float(released(robot.parameters, v_1, v_2)) if compression is None else finite("compression", compression, "m")
     ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c - rest_of(robot) - y

@@ -12,12 +12,16 @@ from numpy.typing import NDArray
 
 from hopform._checks import items, pair, shown
 from hopform._errors import HopformError
-from hopform._show import UNITS, Arrays, Card, Shown, span
+from hopform._show import Arrays, Card, Shown, span
+from hopform._solver.choice import Solver
 from hopform._solver.package import COLUMNS as SOLVED_COLUMNS
 from hopform._solver.package import ROWS, Package, records
 
 Kind = TypeVar("Kind")
-COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
+STARTS = ("x1", "v1", "x2", "v2", "u")
+"""What people differentiate by beside the parameters of the robot."""
+COLUMNS = (*STARTS, *records.Robot._fields)
+"""The same with those of the hopper."""
 Lengths = Mapping[int, Any]
 LENGTHS: Lengths = MappingProxyType({COLUMNS.index("L0"): 1.0, COLUMNS.index("c"): 1.0})
 """How the length of the paper's leg without load, L0 + c, changes, by columns."""
@@ -30,6 +34,8 @@ class _Derivatives(Shown):
     rows: tuple[str, ...]
     columns: tuple[str, ...]
     matrix: NDArray[np.floating]
+    units: Mapping[str, str]
+    """of rows and columns, by name"""
 
     def _card(self) -> Card:
         count = int(np.prod(self.matrix.shape[:-2], dtype=int))
@@ -54,7 +60,7 @@ class _Derivatives(Shown):
             "row": (("row",), list(self.rows), {}), "column": (("column",), list(self.columns), {}),
             "derivative": ((*names, "row", "column"), self.matrix,
                            {"units": "that of the row over that of the column"}),
-            **{f"{name}_unit": ((name,), [UNITS[each] for each in getattr(self, f"{name}s")], {})
+            **{f"{name}_unit": ((name,), [self.units[each] for each in getattr(self, f"{name}s")], {})
                for name in ("row", "column")},
         }  # fmt: skip
 
@@ -105,13 +111,15 @@ def in_height(solved: NDArray[Any], x2_is_given: bool, lengthens: Lengths = LENG
     return matrix
 
 
-def of_matrix(kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, of: Package, parameters: Any) -> Kind:
-    """The sensitivities of one stance, or of many, from what a back end computes, by a package and its robots."""
-    lengthens = lengths_of(of, parameters) if x2_is_given else {}
+def of_matrix(
+    kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any
+) -> Kind:
+    """The sensitivities of one stance, or of many, from what a back end of a solver computes for its robots."""
+    lengthens = lengths_of(solver.package, parameters) if x2_is_given else {}
     matrix = in_height(solved, x2_is_given, lengthens)
     matrix.setflags(write=False)
     fields: tuple[str, ...] = parameters._fields
-    return kind(ROWS, (*COLUMNS[: -len(records.Robot._fields)], *fields), matrix)
+    return kind(ROWS, (*STARTS, *fields), matrix, solver.facts.units)
 
 
 def lengths_of(of: Package, parameters: Any) -> dict[int, NDArray[Any]]:
@@ -119,5 +127,4 @@ def lengths_of(of: Package, parameters: Any) -> dict[int, NDArray[Any]]:
     robots = type(parameters)(*(np.asarray(value, float)[..., np.newaxis] for value in parameters))
     still, each = of.records.StateChange(*np.zeros(len(of.records.StateChange._fields))), np.eye(len(robots))
     changes = np.moveaxis(of.formulas.height_change(robots, of.records.RobotChange(*each), still), -1, 0)
-    first = len(COLUMNS) - len(records.Robot._fields)
-    return {first + n: change[..., np.newaxis] for n, change in enumerate(changes) if np.any(change)}
+    return {len(STARTS) + n: change[..., np.newaxis] for n, change in enumerate(changes) if np.any(change)}

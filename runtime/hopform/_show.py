@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import numbers
 from hopform._errors import HopformError, MissingExtra, printable
 from hopform._files import path_of, write
-from hopform._solver.package import records
 
 if TYPE_CHECKING:
     import xarray
@@ -40,8 +39,10 @@ UNITS: dict[str, str] = {
     "v1": "m/s", "v2": "m/s", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
     "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "leg_loss": "J",
     "contact_force": "N", "chosen_u": "A", "chosen_apex": "m", "fixed_u": "A", "fixed_height": "m",
-} | {field.name: field.unit for field in records.ROBOT_FIELDS}  # fmt: skip
-"""Units of what results hold, by name; what is not here is a number without one, or a word."""
+}  # fmt: skip
+"""Units of what results hold, by name; what is not here is a number without one, or a word. Those of parameters are
+facts of their solver.
+"""
 
 duration_of: Callable[[Any], float] = attrgetter("duration")
 """The duration [s] of a `Motion`, whose subclasses have one each in its own way."""

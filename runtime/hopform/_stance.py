@@ -273,8 +273,8 @@ class Stance(Motion):
         >>> print(round(stance.sensitivities["apex", "u"], 6))
         0.089756
         """
-        of = self.robot.solver.package
-        return of_matrix(Sensitivities, self._solved.sensitivities(), self._x2_is_given, of, self.robot.parameters)
+        solver, solved = self.robot.solver, self._solved.sensitivities()
+        return of_matrix(Sensitivities, solved, self._x2_is_given, solver, self.robot.parameters)
 
     def _card(self) -> Card:
         first, u = self.phases[0].state, [each for _, each in self.u]
@@ -404,7 +404,7 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     -1.9308
     """
     drop = checks.nonnegative("height", height, "m")
-    return float(checked_robot(robot).solver.package.formulas.touchdown_velocity(robot.parameters, drop))
+    return float(checked_robot(robot, "flight").solver.package.formulas.touchdown_velocity(robot.parameters, drop))
 
 
 def _stance(
@@ -445,9 +445,11 @@ def rest_of(robot: Robot) -> float:
     return float(robot.solver.package.formulas.compression_at_rest(robot.parameters))
 
 
-def placed(robot: Robot, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float]:
-    """x1, v1, v2 as floats; HopformError for what is not finite, and for an actuator beyond its stroke."""
-    checked_robot(robot)
+def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float]:
+    """x1, v1, v2 as floats; HopformError for what is not finite, for an actuator beyond its stroke, and for a robot
+    whose model cannot do what it starts.
+    """
+    checked_robot(robot, act)
     if type(x1) is type(v1) is type(v2) is float and math.isfinite(x1 + v1 + v2):  # the common case, all at once
         x_1, v_1, v_2 = x1, v1, v2
     else:
@@ -457,9 +459,11 @@ def placed(robot: Robot, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float
     return x_1, v_1, v_2
 
 
-def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any, compression: object = None) -> records.LegState:
+def start_of(
+    robot: Robot, x1: Any, v1: Any, x2: object, v2: Any, compression: object = None, act: str = "stance"
+) -> records.LegState:
     """The state at touchdown with the compression as a coordinate of its own; 0 where it and x2 are left out."""
-    x_1, v_1, v_2 = placed(robot, x1, v1, v2)
+    x_1, v_1, v_2 = placed(robot, act, x1, v1, v2)
     if x2 is None and compression is None:
         start: records.LegState = tuple_of(records.LegState, (x_1, v_1, v_2, 0.0))
         return start

@@ -18,7 +18,6 @@ from hopform._hopping.run import NONE, Errors, simulate
 from hopform._progress import Progress, progress_bar
 from hopform._robots import Robot, checked_robot
 from hopform._show import UNITS, Array, dataset, xarray_of
-from hopform._solver.package import formulas, records
 from hopform.controllers import Controller, Preparing
 from hopform.terrain import heights_of
 
@@ -54,11 +53,12 @@ def sweep(
     >>> dict(found.sizes), found.apex.attrs["units"], round(float(found.apex.sel(height=0.2, u=3.0)), 4)
     ({'height': 2, 'u': 3}, 'm', 0.229)
     """
-    check_names(inputs, ["height", *INPUTS, *(field.name for field in records.ROBOT_FIELDS)])
+    check_names(inputs, ["height", *INPUTS, *(field.name for field in checked_robot(robot, "stance").fields())])
+    units = UNITS | robot.solver.facts.units
     axes: dict[str, Any] = {**({} if height is None else {"height": height}), **inputs}
     of_xarray, single = xarray_of(), dict[str, Any]()
     for name, value in axes.items():
-        array = numbers(name, value, UNITS.get(name, "1"))
+        array = numbers(name, value, units.get(name, "1"))
         if isinstance(value, of_xarray.DataArray):
             axes[name] = value.copy(data=array)
         elif array.ndim > 1:
@@ -74,10 +74,10 @@ def sweep(
         given = np.asarray(drop)
         refuse_any("height", given, given >= 0.0, lambda bad: f"must be >= 0 m, got {bad!r}")
         own = {name: axes[name] for name in ("g", "impact_loss") if name in axes}
-        axes["v2"] = formulas.touchdown_velocity(checked_robot(robot).parameters._replace(**own), drop)
+        axes["v2"] = robot.solver.package.formulas.touchdown_velocity(robot.parameters._replace(**own), drop)
     with progress_bar("stances") as bar:
         batch = solve_stances(robot, **axes, threads=threads, backend=backend, progress=progress or bar)
-    fixed = {name: of_xarray.Variable((), value, {"units": UNITS[name]}) for name, value in single.items()}
+    fixed = {name: of_xarray.Variable((), value, {"units": units[name]}) for name, value in single.items()}
     found: Any = batch.to_xarray()
     return cast("xarray.Dataset", found.assign_coords(fixed))
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 from hopform import Phase, Robot, Stance
-from hopform._solver.package import EVENTS as KINDS
 
 ENDINGS = {
     "takeoff": "takes off after",
@@ -13,7 +12,6 @@ ENDINGS = {
     "too_many_phases": "has had the allowed number of phases after",
     "uncertified": "is certified up to",
 }
-EVENTS = {str(k): k.replace("x1_", "actuator ").replace("x2_", "body ").replace("_", " ") for k in KINDS.values()}
 
 
 def name_of(robot: Robot) -> str:
@@ -27,12 +25,17 @@ def mode_of_actuator(phase: Phase, robot: Robot) -> str:
         return "locked"
     if phase.mode_1 == 0 and phase.state.x1 in (robot.x1_min, robot.x1_max):
         return "at stop"
-    return {1: "extends", 0: "held", -1: "retracts"}[phase.mode_1]
+    return _mode(phase.mode_1, robot, 0)
 
 
-def mode_of_body(phase: Phase) -> str:
+def mode_of_body(phase: Phase, robot: Robot) -> str:
     """The mode of the body in a phase, in words."""
-    return {1: "slips up", 0: "held", -1: "slips down"}[phase.mode_2]
+    return _mode(phase.mode_2, robot, 1)
+
+
+def _mode(mode: int, robot: Robot, mass: int) -> str:
+    forward, backward = robot.solver.facts.directions[mass]
+    return {1: forward, 0: "held", -1: backward}[mode]
 
 
 def current(steps: Sequence[tuple[float, float]]) -> str:

@@ -19,7 +19,7 @@ from hopform._batch import solve_stances
 from hopform._checks import Checked, by, finite, flag, function, is_one, items, nonnegative, positive, shown, whole
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
-from hopform._robots import Robot
+from hopform._robots import BaseRobot, Robot
 from hopform._stance import Current, Stance, State, solve_stance
 from hopform.terrain import MOST_HOPS, heights_of
 
@@ -98,7 +98,7 @@ class ConstantCurrent(Checked):
 
 def check_touchdown(touchdown: object) -> Touchdown:
     """The value; HopformError for what is no Touchdown of a robot."""
-    if not isinstance(touchdown, Touchdown) or not isinstance(touchdown.robot, Robot):
+    if not isinstance(touchdown, Touchdown) or not isinstance(touchdown.robot, BaseRobot):
         raise HopformError(f"touchdown must be a Touchdown of a Robot, got {shown(touchdown)}")
     whole("hop", touchdown.hop, 0)
     return touchdown

@@ -1,4 +1,4 @@
-"""What a model file takes: `Quantity`, `Term`, and the symbols of the robot, its state and its current.
+"""What a model file takes, and the door of the derivation: `derive(FILE | NAME)` gives its formulas as objects of sympy.
 
     from hopform.model import Quantity, Term, v1
 
@@ -6,40 +6,62 @@
     parameters = (damping,)
     terms = (Term("back-EMF", -damping.symbol * v1, 0),)
 
-It is the derivation's own module, which needs the extra `derive`: that of a checkout where `python -m derive` runs,
-else the one that is installed with hopform, `python -m hopform._derive`.
+`Quantity`, `Term` and the symbols of the robot, its state and its current are the derivation's own, which needs the
+extra `derive`. A model file is a program: reading it runs it.
 """
 
 import sys
 from functools import cache
 from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from hopform._errors import HopformError, MissingExtra
 
-_NAMES = ("derive.model", "hopform._derive.model")
+_NAMES = ("derive", "hopform._derive")
+_CHECKOUT = Path(__file__).resolve().parents[2] / "derive" / "__init__.py"
+_OF = {"Derivation": "derivation", "HeldSet": "derivation", "derive": "derivation", "Formula": "maths.formulas"}
+"""Modules of names that the derivation's package `model` does not have."""
 
 
 @cache
-def _derivation() -> ModuleType:
-    """The one that is running, else the one that is there."""
+def _derivation() -> str:
+    """The name of the derivation's package: of the one that is running, else of the one that is there."""
     for name in _NAMES:
-        if name in sys.modules:
-            return sys.modules[name]
+        if f"{name}.model" in sys.modules:
+            return name
     for name in reversed(_NAMES):
         try:
-            return import_module(name)
+            import_module(f"{name}.model")
+            return name
         except ModuleNotFoundError as error:
             if error.name == "sympy":
                 raise MissingExtra("hopform.model", "derive") from None
-            if error.name != name.removesuffix(".model"):
+            if error.name != name:
                 raise
-    message = "hopform.model is the derivation's, which is neither installed here nor in this folder's checkout"
-    raise HopformError(message)
+    if not _CHECKOUT.is_file():
+        raise HopformError("hopform.model is the derivation's, which is not installed here: reinstall hopform")
+    spec = spec_from_file_location("derive", _CHECKOUT)
+    assert spec is not None and spec.loader is not None
+    sys.modules["derive"] = package = module_from_spec(spec)
+    spec.loader.exec_module(package)
+    return _derivation()
+
+
+def part(name: str) -> ModuleType:
+    """A module of the derivation, by its name in there; MissingExtra without the extra `derive`."""
+    package = _derivation()
+    try:
+        return import_module(f"{package}.{name}")
+    except ModuleNotFoundError as error:
+        if error.name in ("sympy", "jinja2", "pcpp", "pycparser"):
+            raise MissingExtra("hopform.model", "derive") from None
+        raise
 
 
 def __getattr__(name: str) -> Any:
     if name.startswith("__"):
         raise AttributeError(name)
-    return getattr(_derivation(), name)
+    return getattr(part(_OF.get(name, "model")), name)

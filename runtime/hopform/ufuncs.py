@@ -12,8 +12,11 @@ another number of fields, has a negative status and NaN elsewhere: nothing raise
 
 import ctypes
 import importlib
+import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._errors import BackendError
 from hopform._solver import package
 from hopform._solver.c import Library, library
-from hopform._solver.choice import DEFAULT
+from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.package import CHUNK, CODES, INPUTS, MAX_PHASES, REFUSED, RESULTS, SIGNATURE, STATUS
 
 # What NumPy's ufunc points to for as long as it lives.
@@ -36,13 +39,19 @@ __all__ = [
 
 def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = None) -> tuple[NDArray[Any], ...]:
     """The same function of the same inputs, by the Python back end."""
+    return _on_arrays(DEFAULT, *inputs, out=out)
+
+
+def _on_arrays(
+    solver: Solver, *inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = None
+) -> tuple[NDArray[Any], ...]:
     if len(inputs) != len(INPUTS):
         raise TypeError(f"stance takes {len(INPUTS)} inputs ({', '.join(INPUTS)}), got {len(inputs)}")
     arrays = [np.asarray(value) for value in inputs]
     single = all(np.can_cast(array.dtype, np.float32) for array in arrays)
     real = np.dtype(np.float32 if single else np.float64)
     *lanes, robot = arrays
-    fields = len(package.records.ROBOT_FIELDS)
+    fields = len(solver.package.records.ROBOT_FIELDS)
     if not robot.shape:
         raise ValueError(f"robot must have {fields} fields on its last axis, got {robot!r}")
     own = np.moveaxis(robot, -1, 0)
@@ -53,7 +62,7 @@ def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = No
         part = slice(first, first + CHUNK)
         chunk = [np.asarray(np.broadcast_to(column, shape).flat[part], dtype=real) for column in columns]
         found = package.results_like(chunk[0].size, real)
-        DEFAULT.python.solve_columns(chunk, found, {}, MAX_PHASES, events=False)
+        solver.python.solve_columns(chunk, found, {}, MAX_PHASES, events=False)
         for result, values in zip(results, found, strict=True):
             result.flat[part] = values
     return results
@@ -78,6 +87,17 @@ def _ufunc_of(library: Library, meaning: str) -> Any:
     return prototype(table[_INDEX_IN_API])(
         loops, data, type_numbers, 2, len(package.INPUTS), len(RESULTS), -1, texts[0], texts[1], 0, texts[2]
     )
+
+
+def of(solver: Solver) -> ModuleType | SimpleNamespace:
+    """What this module has, for the robots of a solver."""
+    if solver is DEFAULT:
+        return sys.modules[__name__]
+    own: dict[str, Any] = {name: globals()[name] for name in __all__}
+    own["stance"] = own["stance_on_arrays"] = partial(_on_arrays, solver)
+    with suppress(BackendError):
+        own["stance"] = _ufunc_of(solver.compiled().library, __doc__ or "")
+    return SimpleNamespace(**own)
 
 
 stance: Any = stance_on_arrays

@@ -14,6 +14,7 @@ import numpy as np
 
 from hopform._solver import c as native
 from hopform._solver.c import C
+from hopform._solver.choice import Solver
 from hopform._solver.package import Package
 from hopform._solver.printed import Python
 from hopform_solver.records import Robot
@@ -33,6 +34,7 @@ class Leg:
     name: str
     package: Any
     library: native.Library
+    solver: Solver
 
     def solve(
         self, back_end: str, parameters: tuple[float, ...], start: Mapping[str, float], u: float, horizon: float = 2.0
@@ -65,7 +67,7 @@ class Legs:
     def __getitem__(self, name: str) -> Leg:
         if name not in self._made:
             made = derived(self._store, name, f"with_{name}", "--float64")
-            self._made[name] = Leg(name, made.package, made.library)
+            self._made[name] = Leg(name, made.package, made.library, made.solver)
         return self._made[name]
 
 

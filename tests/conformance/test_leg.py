@@ -20,8 +20,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hopform
+from hopform._robots import robot_class
 from hopform._solver.c import C
-from hopform._solver.choice import Solver
 from hopform._solver.package import Package, results_like
 from hopform._solver.printed import Python
 from hopform_solver.records import Robot
@@ -346,22 +346,9 @@ def test_no_foot_of_a_leg_that_relaxes_meets_the_ground_before_its_touchdown(leg
 SPRINGS = {"k_2": 400.0, "L_2": 0.41}
 
 
-def robots(leg: Leg) -> type[hopform.Robot]:
-    """The class of the robots of a model, for all that hopform does."""
-    of = leg.package.Robot
-    further = [(name, float, 0.0) for name in of._fields if name not in Robot._fields]
-    own = {
-        "solver": Solver(Package(leg.package.__name__), lambda: leg.library),
-        "parameters": property(lambda self: of(*(getattr(self, name) for name in of._fields))),
-    }
-    return dataclasses.make_dataclass(
-        leg.name, further, bases=(hopform.Robot,), namespace=own, frozen=True, kw_only=True
-    )
-
-
 def robot_of(leg: Leg, **fields: float) -> hopform.Robot:
     """hopper_c with what the model adds."""
-    return robots(leg)(**(HOPPER.parameters._asdict() | fields))
+    return robot_class(leg.solver)(**(HOPPER.parameters._asdict() | fields))
 
 
 def sprung(seed: int, count: int) -> np.ndarray:

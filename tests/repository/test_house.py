@@ -58,12 +58,11 @@ def test_what_is_generated_is_what_the_derivation_and_the_templates_say(capsys):
 
 
 def imported(tree: ast.AST) -> Iterator[str]:
-    """The modules that some code imports, a name taken from a package counted as a module of it."""
+    """The modules that some code imports from elsewhere, a name taken from a package counted as a module of it."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"line {node.lineno}: a relative import"
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
             yield str(node.module)
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
@@ -74,8 +73,9 @@ def packages(path: Path) -> set[str]:
 
 
 @each(modules(SOLVER))
-def test_the_generated_package_needs_numpy_alone(path):
-    assert packages(path) <= {"hopform_solver", "numpy"}
+def test_the_generated_package_needs_numpy_alone_and_does_not_know_its_name(path):
+    """Two of them stand side by side under any names."""
+    assert packages(path) <= {"numpy"}
 
 
 def project() -> dict[str, Any]:

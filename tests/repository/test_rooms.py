@@ -20,9 +20,9 @@ RUNTIME = ROOT / "runtime" / "hopform"
 # Each module may import those of the lines above it, inside of functions too. A folder's own name is its __init__.
 LAYERS = (
     ("hopform", "_errors", "_progress", "_warnings"),
-    ("_solver", "_solver.library", "_solver.package"),
+    ("_solver", "_solver.library", "_solver.package"), ("_solver.folder",),
     ("_checks",), ("_files",),
-    ("_solver.c", "_solver.printed"), ("_solver.choice",),
+    ("_solver.c", "_solver.printed"), ("_solver.choice",), ("_solver.loading",),
     ("_show",), ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
     ("_stance",), ("_flight", "_batch"),
     ("_control",), ("controllers",),
@@ -31,14 +31,14 @@ LAYERS = (
     ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.nuisances", "_identify.kinds"),
     ("_identify.fits",), ("_identify.drop", "_identify.step", "_identify.synthetic"),
     ("_identify.joint", "_identify.simulators"), ("_identify",),
-    ("_studies",), ("_all",),
+    ("_studies",), ("_solvers",), ("_all",),
     ("_export",),
     ("_words",), ("_explain",), ("_cli.options", "_cli.output"),
     ("_figures.plots",), ("_figures.results",), ("_figures.picture",),
     ("_figures.animation", "_figures.machine", "_figures.runs", "_figures.verification"),
     ("_figures",),
     ("_cli.bands",), ("_cli.tables", "_cli.report"),
-    ("_cli.solve", "_cli.identify", "_cli.folders"), ("_cli",), ("__main__",),
+    ("_cli.model",), ("_cli.solve", "_cli.identify", "_cli.folders"), ("_cli",), ("__main__",),
 )  # fmt: skip
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 

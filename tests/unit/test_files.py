@@ -10,7 +10,6 @@ from typing import NamedTuple
 from urllib.parse import unquote_to_bytes
 
 import pytest
-import typer
 
 import hopform
 from hopform import _cli as cli
@@ -42,6 +41,7 @@ COMMANDS = {
     "record": Files(("drop",), ("--robot",), {"--csv": ".csv"}),
     "figures": Files((), ("--robot", "--style"), {"folder": ""}),
     "export": Files((), ("--robot",), {"folder": ""}),
+    "model show": Files((), ("model",), {}),
 }
 """Every command that reads or writes files. The folder of `export` is empty, that of `figures` has tests of its own."""
 CLASHES = [
@@ -120,10 +120,10 @@ def reading(command, read, path):
 
 
 def test_every_option_that_names_a_file_is_in_the_table():
-    for name, command in typer.main.get_command(cli.app).commands.items():
+    for name, command in cli.commands().items():
         found = {
             parameter.opts[0]
-            for parameter in command.loaded().params
+            for parameter in command.params
             if any(word in (parameter.metavar or "") for word in ("FILE", "DIR"))
         }
         files = COMMANDS.get(name, Files((), (), {}))

@@ -17,7 +17,7 @@ from hopform._cli.options import EXAMPLES, OPTIONS
 def test_every_command_has_two_examples():
     assert EXAMPLES.keys() == cli.COMMANDS.keys()
     assert all(len(lines) == 2 for lines in EXAMPLES.values())
-    assert all(line.split()[0] == command for command, lines in EXAMPLES.items() for line in lines)
+    assert all(f"{line} ".startswith(f"{command} ") for command, lines in EXAMPLES.items() for line in lines)
 
 
 def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys):
@@ -25,7 +25,7 @@ def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys):
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
     for command in sorted(EXAMPLES, key=lambda name: name != "record"):
-        assert cli.main([command, "--help"]) == 0
+        assert cli.main([*command.split(), "--help"]) == 0
         shown = capsys.readouterr().out
         for line in EXAMPLES[command]:
             assert f"\n  hopform {line}\n" in shown
@@ -66,10 +66,7 @@ def test_every_group_is_that_of_some_option():
             assert any(each == option or each.endswith(f".{option}") for each in names), (group, option)
 
 
-COMMANDS = {
-    name: {str(parameter.name) for parameter in each.loaded().params}
-    for name, each in cli.typer.main.get_command(cli.app).commands.items()
-}
+COMMANDS = {name: {str(parameter.name) for parameter in each.params} for name, each in cli.commands().items()}
 
 
 class Installed:

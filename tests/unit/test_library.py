@@ -188,6 +188,7 @@ def test_the_ufunc_works_where_there_is_no_library(tmp_path):
         shutil.copytree(
             ROOT / folder / package, tmp_path / package, ignore=shutil.ignore_patterns("_lib*", "__pycache__")
         )
+    shutil.copy(ROOT / "generated" / "solver.toml", tmp_path / "hopform")  # as a wheel has it
     environment = os.environ | {"PYTHONPATH": str(tmp_path)}
     result = tmp_path / "results.npz"
     subprocess.run([sys.executable, "-c", WITHOUT_LIBRARY, str(result)], env=environment, cwd=tmp_path, check=True)

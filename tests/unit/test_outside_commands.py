@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-import typer
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -22,7 +21,7 @@ from hopform._identify.drop import fit_drop_test
 from tests.calls import DECAY
 from tests.outside import command_lines, examples, furnish
 
-COMMANDS = {name: each.loaded() for name, each in typer.main.get_command(cli.app).commands.items()}
+COMMANDS = cli.commands()
 QUICK = {name: each for name, each in COMMANDS.items() if name not in ("figures", "identify", "selftest")}
 """Commands that take no second in a process of their own."""
 

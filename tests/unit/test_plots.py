@@ -112,7 +112,7 @@ def test_the_energy_of_the_body_has_no_jump_at_take_off(run, run_figure):
 
 
 def test_shades_cover_the_stance_and_change_with_the_mode(stance):
-    body = [mode_of_body(phase) for phase in stance.phases]
+    body = [mode_of_body(phase, stance.robot) for phase in stance.phases]
     axes = plots.Figure().subplots()
     plots.shade(axes, stance.phases, body, 1.0)
     down, up = axes.patches

@@ -19,8 +19,8 @@ same bits. `solve` calls them for arrays:
     ((3,), ['takeoff', 'takeoff', 'takeoff'])
 """
 
-from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
-from hopform_solver.stance import Solution, solve
+from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
+from .stance import Solution, solve
 
 LAYOUT = "e76b985b940a64d4"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 from numpy import intp
 from numpy.typing import NDArray
 
-from hopform_solver import formulas
-from hopform_solver.records import Drive, LegState, Motion, Rates
+from . import formulas
+from .records import Drive, LegState, Motion, Rates
 
 
 class Mode(NamedTuple):

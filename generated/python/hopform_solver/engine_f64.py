@@ -9,8 +9,8 @@ what they write goes into objects and lists that the caller gives, a number into
 
 from typing import Any
 
-from hopform_solver.memory import Part, aliases, overlap, put_reals, refuse
-from hopform_solver.scalars_f64 import REAL_SIZE, Real, bits_of_real, div, real_of_bits, sqrt, whole
+from .memory import Part, aliases, overlap, put_reals, refuse
+from .scalars_f64 import REAL_SIZE, Real, bits_of_real, div, real_of_bits, sqrt, whole
 
 OK = 0  # the answer, without a warning
 PHASES_NOT_KEPT = 1  # the phase buffer was too small; everything else is exact

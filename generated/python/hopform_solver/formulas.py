@@ -7,7 +7,7 @@ The straight-line formulas, one line a step, for floats and for arrays; equation
 
 from numpy import fabs, sqrt
 
-from hopform_solver.records import (
+from .records import (
     At,
     Basis,
     Decay,

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from hopform_solver import formulas
-from hopform_solver.lanes import Array, by_case, choose, put, take
-from hopform_solver.records import Basis, Decay, Pair, PairCore, Poles, Response, Series, ShiftedSeries
+from . import formulas
+from .lanes import Array, by_case, choose, put, take
+from .records import Basis, Decay, Pair, PairCore, Poles, Response, Series, ShiftedSeries
 
 TERMS = {np.dtype(np.float32): 24, np.dtype(np.float64): 40}
 """Terms of the power series of W at most."""

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hopform_solver import formulas
-from hopform_solver.elements import FOLLOWS, MODES
-from hopform_solver.kernels import basis_at, factor_cubic
-from hopform_solver.lanes import Array, choose, lanes_in, put, take
-from hopform_solver.records import Basis, Drive, LegState, Motion, Poles, Rates, Robot
-from hopform_solver.stability import conditions
+from . import formulas
+from .elements import FOLLOWS, MODES
+from .kernels import basis_at, factor_cubic
+from .lanes import Array, choose, lanes_in, put, take
+from .records import Basis, Drive, LegState, Motion, Poles, Rates, Robot
+from .stability import conditions
 
 MOVES_WITH = np.array(FOLLOWS)[..., np.newaxis] != 0
 """(axes, elements, 1): which elements move an axis of the state."""

@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass
 
-from hopform_solver.checked import Checked
+from .checked import Checked
 
 
 @dataclass(frozen=True, kw_only=True)

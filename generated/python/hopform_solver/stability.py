@@ -4,7 +4,7 @@
 
 from typing import NamedTuple
 
-from hopform_solver.records import Rates, Real
+from .records import Rates, Real
 
 
 class Condition(NamedTuple):

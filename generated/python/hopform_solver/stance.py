@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform_solver import engine_f32, engine_f64
-from hopform_solver.elements import Phases
-from hopform_solver.lanes import Array
-from hopform_solver.phases import stable_rates_of
-from hopform_solver.records import REFUSALS, LegState, Robot
-from hopform_solver.structs import STRUCTS
+from . import engine_f32, engine_f64
+from .elements import Phases
+from .lanes import Array
+from .phases import stable_rates_of
+from .records import REFUSALS, LegState, Robot
+from .structs import STRUCTS
 
 ENGINES: dict[str, Any] = {"f": engine_f32, "d": engine_f64}
 

@@ -6,9 +6,9 @@ from functools import cached_property
 from numbers import Real as Number
 from typing import Any
 
-from hopform_solver.elements import STOPS
-from hopform_solver.records import DOMAINS, ROBOT_FIELDS, Field
-from hopform_solver.records import Robot as Parameters
+from .elements import STOPS
+from .records import DOMAINS, ROBOT_FIELDS, Field
+from .records import Robot as Parameters
 
 _LONGEST = 60
 """Characters of a value that an error message shows."""

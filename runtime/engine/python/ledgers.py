@@ -11,13 +11,13 @@ and which knows no pole configuration. It starts from a time in which little mov
 
 import numpy as np
 
-from hopform_solver import formulas
-from hopform_solver.elements import AXES_OF_MOMENTS
-from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array, take
-from hopform_solver.linear import GAUSS, columns_of, doublings_of, mode_of, response_in, transition
-from hopform_solver.phases import Phase, arrive, drive_of, motion_under, poles_of
-from hopform_solver.records import Drive, LegState, Moments, Poles, Rates, Work
+from . import formulas
+from .elements import AXES_OF_MOMENTS
+from .kernels import basis_at
+from .lanes import Array, take
+from .linear import GAUSS, columns_of, doublings_of, mode_of, response_in, transition
+from .phases import Phase, arrive, drive_of, motion_under, poles_of
+from .records import Drive, LegState, Moments, Poles, Rates, Work
 
 
 def moments_of(rates: Rates, poles: Poles, drive: Drive, start: LegState, side: Array, t: Array) -> Moments:

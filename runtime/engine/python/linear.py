@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform_solver import formulas
-from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array, choose
-from hopform_solver.records import Drive, LegState, Poles, Rates
+from . import formulas
+from .kernels import basis_at
+from .lanes import Array, choose
+from .records import Drive, LegState, Poles, Rates
 
 _ROOTS, _AREAS = np.polynomial.legendre.leggauss(12)
 GAUSS = tuple(zip((0.5 + 0.5 * _ROOTS).tolist(), (0.5 * _AREAS).tolist(), strict=True))

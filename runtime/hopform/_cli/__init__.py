@@ -31,9 +31,12 @@ SETTINGS: dict[str, Any] = {
 COMMANDS = {
     "robots": "solve", "equations": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "record":
     "identify", "control": "solve", "reach": "solve", "figures": "folders", "export": "folders", "selftest":
-    "folders",
+    "folders", "model show": "model",
 }  # fmt: skip
-"""The module of each command."""
+"""The module of each command; one in a group has two words."""
+
+GROUPS = {"model": "Model files: mechanisms of your own. A model file is a program: each of these runs it."}
+"""What the commands of a group are about."""
 
 
 LONGEST = 2000
@@ -41,16 +44,20 @@ LONGEST = 2000
 
 
 class Command(TyperCommand):
-    """A command of which only the name is known until it is called or helped with."""
+    """A command of which only the words are known until it is called or helped with."""
+
+    words: str
 
     def loaded(self) -> Any:
         """The command with its options."""
         from hopform._cli.options import GroupedCommand, described
 
-        name, one = str(self.name), typer.Typer(add_completion=False, **SETTINGS)
-        function = getattr(import_module(f"hopform._cli.{COMMANDS[name]}"), name)
-        one.command(name, cls=GroupedCommand)(described(name, function))
-        return typer.main.get_command(one)
+        one = typer.Typer(add_completion=False, **SETTINGS)
+        function = getattr(import_module(f"hopform._cli.{COMMANDS[self.words]}"), self.words.replace(" ", "_"))
+        one.command(self.name, cls=GroupedCommand)(described(self.words, function))
+        command: Any = typer.main.get_command(one)
+        command.words = self.words
+        return command
 
     def make_context(self, *arguments: Any, **named: Any) -> Any:
         """The context of the command with its options."""
@@ -58,15 +65,38 @@ class Command(TyperCommand):
 
     def get_short_help_str(self, limit: int = 45) -> str:
         """The first sentence of its docstring, read without an import."""
-        text = Path(__file__).with_name(f"{COMMANDS[str(self.name)]}.py").read_text("utf-8")
+        text = Path(__file__).with_name(f"{COMMANDS[self.words]}.py").read_text("utf-8")
         functions = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
-        self.help = next(ast.get_docstring(node) for node in functions if node.name == self.name)
+        self.help = next(ast.get_docstring(node) for node in functions if node.name == self.words.replace(" ", "_"))
         return super().get_short_help_str(limit)
 
 
 app = typer.Typer(**SETTINGS)
-for _name in COMMANDS:
-    app.command(_name, cls=Command)(lambda: None)
+_groups = {name: typer.Typer(help=about, **SETTINGS) for name, about in GROUPS.items()}
+for _name, _group in _groups.items():
+    app.add_typer(_group, name=_name)
+
+    @_group.callback(invoke_without_command=True)
+    def _(context: typer.Context) -> None:
+        if context.invoked_subcommand is None:
+            print(context.get_help())
+
+
+for _words in COMMANDS:
+    *_of, _name = _words.split()
+    _kind = type("Command", (Command,), {"words": _words})
+    (_groups[_of[0]] if _of else app).command(_name, cls=_kind)(lambda: None)
+
+
+def commands() -> dict[str, Any]:
+    """Every command with its options, by its words."""
+    found: dict[str, Any] = {}
+    for words in COMMANDS:
+        command: Any = typer.main.get_command(app)
+        for word in words.split():
+            command = command.commands[word]
+        found[words] = command.loaded()
+    return found
 
 
 @app.callback(invoke_without_command=True)

@@ -20,7 +20,7 @@ from hopform._cli.output import deliver, renderer, to_json
 from hopform._figures import DRAWN, draw
 from hopform._files import Named, check_files, check_folder, csv_of, name_of, read_text, write_folder
 from hopform._progress import progress_bar
-from hopform._robots import robot_file
+from hopform._robots import BaseRobot, robot_file
 from hopform._show import arrays_of
 
 if TYPE_CHECKING:
@@ -218,8 +218,8 @@ def columns_of(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     if isinstance(value, (Run, Reachability)):
         arrays = arrays_of(value, renderer().run_times(value) if isinstance(value, Run) else None)
         value = {key: values for key, (_, values, *_) in arrays.items()}
-    elif isinstance(value, Robot):
-        value = value.parameters
+    elif isinstance(value, BaseRobot):
+        value = cast(Robot, value).parameters
     value = value._asdict() if hasattr(value, "_asdict") else getattr(value, "__dict__", value)
     if isinstance(value, Mapping):
         for key, each in value.items():  # pyright: ignore[reportUnknownVariableType]

@@ -28,6 +28,7 @@ ControllerName = StrEnum(
 Precision = StrEnum("Precision", ["float64", "float32"])
 SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
 Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air"])
+Form = StrEnum("Form", ["text", "latex", "sympy", "json", "numpy", "c", "notebook"])
 Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "air", "all", "check"])
 
 
@@ -102,6 +103,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "files": typer.Argument(
             metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
         ),
+        "model show.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or hopper"),
+        "formula": typer.Argument(metavar="[FORMULA]", help="a name, a group, a number of the paper; all if left out"),
         "figures.folder": typer.Argument(metavar="DIR", help="where to; made if it is not there"),
         "export.folder": typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root"),
     },
@@ -213,6 +216,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "figures.json": option("print what was written, with the captions"),
         "export.json": option("list the files as JSON"),
         "selftest.json": option("as JSON"),
+        "form": option("how formulas are spelled"),
+        "model show.f32": option("C in single precision"),
     },
     "Options": {
         "system": option(", ".join(SYSTEMS), metavar="SYSTEM"),
@@ -225,7 +230,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
 """
 
 
-NAMES = {"lowest": "from", "highest": "to", "system": "for"}
+NAMES = {"lowest": "from", "highest": "to", "system": "for", "form": "as"}
 """Options that are not named as the parameter."""
 
 
@@ -251,7 +256,7 @@ def described(command: str, function: Callable[..., None]) -> Callable[..., None
 
 EXAMPLES = {
     "robots": ("robots", "robots hopper_c --toml"),
-    "equations": ("equations", "equations 14"),
+    "equations": ("equations 14", "equations 14 --as numpy"),
     "stance": ("stance --height 0.20 --u 3", "stance --v2 -1.9 --u-steps 0:0,0.05:2.0 --csv stance.csv"),
     "hop": ("hop --height 0.20 --u 3", "hop --height 0.20 --terrain uniform --controller exact --h-des 0.20"),
     "record": ("record drop --seed 1 --csv drop.csv", "record step --plan"),
@@ -261,12 +266,15 @@ EXAMPLES = {
     "figures": ("figures pictures --only 12", "figures pictures --only 9,15 --json"),
     "export": ("export firmware --for cmake --robot hopper_c", "export single --f32 --prefix leg"),
     "selftest": ("selftest", "selftest --backend python"),
+    "model show": ("model show hopper 14 --as latex", "model show hopper x2_t --as c --f32"),
 }  # fmt: skip
 """Two command lines each; a test runs them, those of `record` before those of `identify`."""
 
 
 class GroupedCommand(TyperCommand):
     """A command whose help groups its options."""
+
+    words: str
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Arguments, then each group that the command has, then what is in none."""
@@ -275,7 +283,7 @@ class GroupedCommand(TyperCommand):
             record = parameter.get_help_record(ctx)
             if record is not None:
                 own = parameter.name == "help"
-                groups["Options" if own else key_of(str(self.name), str(parameter.name))[0]].append(record)
+                groups["Options" if own else key_of(self.words, str(parameter.name))[0]].append(record)
         for name, records in groups.items():
             if records:
                 with formatter.section(name):
@@ -284,5 +292,5 @@ class GroupedCommand(TyperCommand):
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """The examples, each on a line of its own."""
         with formatter.section("Examples"):
-            for line in EXAMPLES[str(self.name)]:
+            for line in EXAMPLES[self.words]:
                 formatter.write(f"  hopform {line}\n")

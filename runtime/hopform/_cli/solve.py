@@ -14,7 +14,8 @@ import hopform
 from hopform._checks import shown
 from hopform._cli import tables
 from hopform._cli.bands import robot_and_draws, shade
-from hopform._cli.options import BackendName, ControllerName, Precision
+from hopform._cli.model import derived, spelled
+from hopform._cli.options import BackendName, ControllerName, Form, Precision
 from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
 from hopform._control import TRIED, check_map
 from hopform._export import struct_of
@@ -37,13 +38,20 @@ def robots(name: str | None = None, json: bool = False, toml: bool = False, c: P
     deliver((), (), text, lambda: tables.robots(found, with_meaning=name is not None))
 
 
-def equations(number: str | None = None, json: bool = False) -> None:
-    """Show the register of the paper's equations: what is right, what is not, and where it is computed."""
+def equations(number: str | None = None, json: bool = False, form: Form | None = None) -> None:
+    """Show the register of the paper's equations: what is right, what is not, and where it is computed; with --as what
+    follows from (3), (4) in its place, to paste.
+    """
+    if json and form is not None:
+        raise hopform.HopformError("--json and --as exclude each other")
     register = hopform.equations()
     found = [equation for equation in register if number is None or str(equation.number) == number.strip("()")]
     if not found:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
+    if form is not None:
+        print(spelled(derived("hopper"), number or "paper", form), end="")
+        return
     text = to_json("equations", equations=found) if json else ""
     deliver((), (), text, lambda: tables.equations(found) if number is None else tables.equation(found[0]))
 

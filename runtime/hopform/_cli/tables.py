@@ -15,26 +15,14 @@ from hopform._cli.output import Record, number, record, spaced, table, to_json
 from hopform._errors import printable
 from hopform._files import csv_of
 from hopform._hopping.run import motion_of
-from hopform._robots import FIELDS
-from hopform._show import UNITS, name_of
+from hopform._show import name_of
 from hopform._solver.package import records
 from hopform._stance import aed_at
-from hopform._words import EVENTS, current, ending, mode_of_actuator, mode_of_body, unit_of_time
+from hopform._words import current, ending, mode_of_actuator, mode_of_body, unit_of_time
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
 
-LEDGER = {
-    "motor_work": "work of the motor",
-    "offset_work": "work of the offset force k c",
-    "viscous_1": "actuator, viscous friction",
-    "coulomb_1": "actuator, Coulomb friction",
-    "viscous_2": "body, viscous friction",
-    "coulomb_2": "body, Coulomb friction",
-    "stop_loss": "actuator, lost at stops",
-    "spring_work": "the actuator's work on the body",
-}
-OF_ROBOT = (*records.LEDGER_OF_ROBOT, "stop_loss")
 OUTCOMES = {"completed": "hops on", "stopped": "stays on the ground", "tripped": "trips over the ground ahead"}
 OURS = "Values of shipped robots are this project's own: the paper gives none."
 
@@ -71,7 +59,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
     head = ("parameter", *map(name_of, shown), "unit", *meaning)
     about = ((name_of(robot), printable(" ".join(robot.description.split()))) for robot in shown if robot.description)
     notes = [*map(": ".join, about), *([OURS] if any(robot.name in ROBOTS for robot in shown) else [])]
-    return spaced(table("", head, map(row, FIELDS), ("parameter", "unit", "meaning")), "\n".join(notes))
+    return spaced(table("", head, map(row, shown[0].all_fields()), ("parameter", "unit", "meaning")), "\n".join(notes))
 
 
 def equations(shown: Sequence[Equation]) -> Iterator[RenderableType]:
@@ -111,7 +99,10 @@ def phases(solved: Stance) -> Table:
     columns = (f"from [{unit}]", f"to [{unit}]", "begins with", "actuator", "body", "u [A]", "x1 [cm]")
     rows = list[tuple[str, ...]]()
     for phase, event in zip(solved.phases, beginnings(solved), strict=True):
-        times, modes = (phase.start, phase.end), (mode_of_actuator(phase, solved.robot), mode_of_body(phase))
+        times, modes = (
+            (phase.start, phase.end),
+            (mode(phase, solved.robot) for mode in (mode_of_actuator, mode_of_body)),
+        )
         ends = (f"{t * scale:.6g}" for t in times)
         rows.append((*ends, event, *modes, f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}"))
     return table("Phases and events", columns, rows, columns[2:5])
@@ -120,8 +111,9 @@ def phases(solved: Stance) -> Table:
 def beginnings(solved: Stance) -> list[str]:
     """The beginning of each phase: touchdown, events, or a step of the current."""
     events: dict[float, list[str]] = {}
+    words = solved.robot.solver.facts.events
     for event in solved.events:
-        events.setdefault(event.time, []).append(EVENTS[event.kind])
+        events.setdefault(event.time, []).append(words[event.kind])
     steps = {t for t, _ in solved.u[1:]}
     found = ["touchdown"]
     for phase in solved.phases[1:]:
@@ -144,9 +136,11 @@ def states(solved: Stance) -> Table:
 def ledger(solved: Stance) -> Table:
     """The ledger at the ending, with its sums."""
     of = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
-    parts = (OF_ROBOT, records.LEDGER_OF_BODY)
-    words = LEDGER | {name: name.replace("_", " ") for name in of if name not in LEDGER}
-    rows = [(text, *(f"{of[key] + 0.0:+.6f}" if key in part else "" for part in parts)) for key, text in words.items()]
+    known, words = solved.robot.solver.package.records, solved.robot.solver.facts.ledger
+    parts = ((*known.LEDGER_OF_ROBOT, "stop_loss"), known.LEDGER_OF_BODY)
+    rows = [
+        (words[key], *(f"{value + 0.0:+.6f}" if key in part else "" for part in parts)) for key, value in of.items()
+    ]
     made = table("Energy ledger", ("", "whole robot [J]", "body [J]"), rows, ("",))
     made.add_section()
     sums = [math.fsum(of[name] for name in part) for part in parts]
@@ -161,8 +155,8 @@ def ledger(solved: Stance) -> Table:
 def sensitivities(solved: Stance) -> Table:
     """Derivatives of the take-off: a row per input, a column per result, "-" where there is no derivative."""
     by = solved.sensitivities
-    heads = ("", *(f"{row} [{UNITS[row]}]" for row in by.rows))
-    rows = ((f"{name} [{UNITS[name]}]", *(number(by[row, name] + 0.0) for row in by.rows)) for name in by.columns)
+    heads = ("", *(f"{row} [{by.units[row]}]" for row in by.rows))
+    rows = ((f"{name} [{by.units[name]}]", *(number(by[row, name] + 0.0) for row in by.rows)) for name in by.columns)
     return table("Sensitivities: change of the take-off per unit of", heads, rows, ("",))
 
 
@@ -260,7 +254,7 @@ def _point_row(point: FixedPoint) -> tuple[str, ...]:
 
 def robots_json(shown: Sequence[Robot]) -> str:
     """Robots, and what their parameters are."""
-    fields = [record("field", each, required=each.default is None) for each in FIELDS]
+    fields = [record("field", each, required=each.default is None) for each in shown[0].all_fields()]
     return to_json("robots", robots=shown, fields=fields)
 
 

@@ -31,7 +31,6 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hopform import Batch, Command, Flight, Hop, HopformError, Phase, Reachability, Run, Sensitivities, Stance
-from hopform._show import UNITS
 from hopform._stance import aed_at, rest_of
 from hopform._words import current, ending, mode_of_actuator, mode_of_body, name_of, unit_of_time
 
@@ -152,7 +151,7 @@ def plot_stance(figure: Figure, stance: Stance) -> None:
             draw(axes, stance, t, t * scale)
             mark_phases(axes, stance.phases, scale)
         shade(rows[0], stance.phases, [mode_of_actuator(phase, stance.robot) for phase in stance.phases], scale)
-        shade(rows[1], stance.phases, [mode_of_body(phase) for phase in stance.phases], scale)
+        shade(rows[1], stance.phases, [mode_of_body(phase, stance.robot) for phase in stance.phases], scale)
         rows[-1].set_xlabel(f"time since touchdown [{unit}]")
         figure.align_ylabels(rows)
         legend_of_modes(figure, stance)
@@ -163,7 +162,7 @@ def stance_panel(axes: Axes, stance: Stance) -> None:
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
     draw_body(axes, stance, t, t * scale)
-    shade(axes, stance.phases, [mode_of_body(phase) for phase in stance.phases], scale)
+    shade(axes, stance.phases, [mode_of_body(phase, stance.robot) for phase in stance.phases], scale)
     axes.set_xlabel(f"time since touchdown [{unit}]")
 
 
@@ -250,7 +249,9 @@ def mark_phases(axes: Axes, phases: Sequence[Phase], scale: float) -> None:
 def legend_of_modes(figure: Figure, stance: Stance) -> None:
     """Legend of the shades behind x1 and x2 that occur."""
     lasting = [phase for phase in stance.phases if phase.end > phase.start]
-    present = {word for phase in lasting for word in (mode_of_actuator(phase, stance.robot), mode_of_body(phase))}
+    present = {
+        word for phase in lasting for word in (mode_of_actuator(phase, stance.robot), mode_of_body(phase, stance.robot))
+    }
     patches = [Patch(label=word, linewidth=0.0, **look) for word, look in SHADES.items() if word in present]
     if patches:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
@@ -412,7 +413,8 @@ def batch_panel(axes: Axes, batch: Batch) -> None:
     sizes: tuple[int, ...] = apex.shape
     whole: dict[str, Curve] = {dim: np.arange(float(size)) for dim, size in zip(dims, sizes, strict=True)}
     ticks = list((whole | coords).values())
-    names = [f"{dim} [{UNITS[dim]}]" if dim in UNITS else f"{dim} [index]" for dim in dims]
+    units: Mapping[str, str] = batch.labels.units if batch.labels else {}
+    names = [f"{dim} [{units[dim]}]" if dim in units else f"{dim} [index]" for dim in dims]
     if apex.ndim == 2 and min(apex.shape) > 1:
         drawn = axes.pcolormesh(ticks[1], ticks[0], apex, cmap="viridis", shading="nearest")
         axes.figure.colorbar(drawn, ax=axes, label="apex [cm]")
@@ -432,8 +434,8 @@ def sensitivities_panel(axes: Axes, found: Sensitivities) -> None:
     for (row, column), value in np.ndenumerate(found.matrix):
         axes.text(column, row, f"{value:.2g}", ha="center", va="center", fontsize=5.5, rotation=90)
     axes.set(xlabel="by", ylabel="derivative of")
-    axes.set_xticks(range(len(found.columns)), [f"{name} [{UNITS[name]}]" for name in found.columns], rotation=90)
-    axes.set_yticks(range(len(found.rows)), [f"{name} [{UNITS[name]}]" for name in found.rows])
+    axes.set_xticks(range(len(found.columns)), [f"{name} [{found.units[name]}]" for name in found.columns], rotation=90)
+    axes.set_yticks(range(len(found.rows)), [f"{name} [{found.units[name]}]" for name in found.rows])
 
 
 # ---- where a hop may lead ----

@@ -24,7 +24,7 @@ from hopform._control import home_of
 from hopform._errors import HopformError, noted
 from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
-from hopform._robots import Robot, checked_robot
+from hopform._robots import BaseRobot, Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, duration_of, name_of, span
 from hopform._solver.package import OURS, records
 from hopform._stance import DOUBLE, Real, Stance, State, aed_at, rest_of, solve_stance, steps_of
@@ -63,7 +63,7 @@ class Errors(checks.Checked):
     current_scale: float = field(default=1.0, metadata=by(positive, "of the current"))
     quantum: float = field(default=0.0, metadata=by(nonnegative, "s"))
     delay: float = field(default=0.0, metadata=by(nonnegative, "s"))
-    model: Robot | None = field(default=None, metadata=by(checks.instance, (Robot, type(None)), "a Robot"))
+    model: Robot | None = field(default=None, metadata=by(checks.instance, (BaseRobot, type(None)), "a Robot"))
 
 
 NONE = Errors()
@@ -384,7 +384,7 @@ def simulate(
     >>> run.status, [round(hop.apex, 4) for hop in run.hops]
     ('completed', [0.2233, 0.2356])
     """
-    if not checked_robot(robot).g > 0.0:
+    if not checked_robot(robot, "hop").g > 0.0:
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
     key = (checks.whole("seed", seed, 0, math.inf), *_cell(cell))
     checks.function("progress", progress)

@@ -68,7 +68,7 @@ def record(
     >>> recording.time.size, sorted(recording.columns)
     (1001, ['current', 'x1'])
     """
-    checked_robot(robot)
+    checked_robot(robot, "identify")
     word("test", test, TESTS)
     whole("repeats", repeats, most=1000)
     if repeats > 1 and test not in ("drop", "decay"):

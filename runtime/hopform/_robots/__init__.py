@@ -10,12 +10,13 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
-from functools import partial
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, fields, make_dataclass, replace
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, cast
+from typing import Any, ClassVar, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +37,8 @@ from hopform._checks import (
 )
 from hopform._errors import HopformError, noted
 from hopform._files import name_of, path_of, read_text
-from hopform._solver.choice import DEFAULT, Solver
-from hopform._solver.package import CheckedRobot, checked, records
-
-_FIELDS = {field.name for field in records.ROBOT_FIELDS}
+from hopform._solver.choice import DEFAULT, SOLVERS, Solver
+from hopform._solver.package import CheckedRobot, checked, not_loaded, records
 
 
 class Provenance(NamedTuple):
@@ -65,11 +64,13 @@ class Provenance(NamedTuple):
             return f"changed after the fit, which gave {self.values[at]:.6g}"
         return "known" if name in self.known else f"from {self.base}, NOT IDENTIFIED"
 
-    def draw(self, count: int, draw: "np.random.Generator") -> list[dict[str, float]]:
+    def draw(
+        self, count: int, draw: "np.random.Generator", fields: "tuple[records.Field, ...]"
+    ) -> list[dict[str, float]]:
         """Values of the fitted fields, drawn from their joint distribution: normal; of logarithms for what is positive;
-        friction below 0 counts as 0.
+        friction below 0 counts as 0. fields: those of the robot.
         """
-        domains = {field.name: field.domain for field in records.ROBOT_FIELDS}
+        domains = {field.name: field.domain for field in fields}
         values = np.array(self.values)
         log = np.array([domains[name] == "positive" for name in self.names], dtype=bool)
         slopes = np.where(log, values, 1.0)
@@ -105,13 +106,14 @@ def toml_string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
 
 
-def provenance_from(value: object) -> Provenance:
-    """The provenance in a table `[fit]`; HopformError for one that is none."""
+def provenance_from(value: object, fields: "tuple[records.Field, ...]" = records.ROBOT_FIELDS) -> Provenance:
+    """The provenance in a table `[fit]` of a robot with these fields; HopformError for one that is none."""
     table = cast(dict[str, Any], instance("fit", value, dict, "a table [fit]"))
     if table.keys() != set(Provenance._fields):
         raise HopformError(f"[fit] must have {', '.join(Provenance._fields)}, got {shown([*table])}")
     with noted("[fit] "):
-        names, known = (_fields_in(name, table[name]) for name in ("names", "known"))
+        parameters = {field.name for field in fields}
+        names, known = (_fields_in(name, table[name], parameters) for name in ("names", "known"))
         count = len(names)
         values, covariance = _array("values", table["values"], (count,)), table["covariance"]
         rows = _array("covariance", covariance, (count, count)) if count or covariance else values.reshape(0, 0)
@@ -122,9 +124,9 @@ def provenance_from(value: object) -> Provenance:
         return Provenance(names, numbers, lows, highs, tuple(map(tuple, rows.tolist())), known, base, white)
 
 
-def _fields_in(name: str, value: object) -> tuple[str, ...]:
-    found = items(name, value, "a list of parameters of the robot", len(_FIELDS))
-    if not all(isinstance(each, str) and each in _FIELDS for each in found) or len(set(found)) < len(found):
+def _fields_in(name: str, value: object, known: set[str]) -> tuple[str, ...]:
+    found = items(name, value, "a list of parameters of the robot", len(known))
+    if not all(isinstance(each, str) and each in known for each in found) or len(set(found)) < len(found):
         raise HopformError(f"{name} must be parameters of the robot, each once, got {shown(found)}")
     return tuple(found)
 
@@ -158,66 +160,6 @@ MOST_SAMPLES = MEMORY // 2**11
 """Robots of one sample."""
 ROBOTS = ("hopper_c", "hopper_b", "ideal")
 """Names of the shipped robots. They are this project's own, not the paper's, which gives no values."""
-FIELDS = (*records.ROBOT_FIELDS, records.TRAVEL)
-"""The parameters, then what no equation knows."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Robot(CheckedRobot):
-    """What a hopper is made of, in SI units and A, checked at construction; fields as in `Robot.fields()`, and travel
-    [m] of the spring, its compression at coil bind, beyond which a stance warns.
-
-    Raises HopformError, which names the field, the value and what is allowed.
-
-    >>> Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4, f2=-1.0)
-    Traceback (most recent call last):
-    ...
-    hopform._errors.HopformError: f2 must be >= 0 and finite m/s^2, got -1.0
-    """
-
-    travel: float = math.inf
-    name: str = ""
-    description: str = ""
-    fit: Provenance | None = None
-    """where the numbers come from, for a robot that was identified"""
-    solver: ClassVar[Solver] = DEFAULT
-
-    def __post_init__(self) -> None:
-        for name, check in CHECKS.items():
-            object.__setattr__(self, name, check(getattr(self, name)))
-        try:
-            super().__post_init__()
-        except ValueError as error:
-            raise HopformError(str(error)) from None
-
-    @staticmethod
-    def fields() -> tuple[records.Field, ...]:
-        """The parameters of the equations: name, the paper's glyph, unit, domain, meaning, default."""
-        return records.ROBOT_FIELDS
-
-    def to_toml(self) -> str:
-        """The robot as a TOML text that `load_robot` reads back to the same robot, with the origin of each number if it
-        was identified."""
-        lines = [f"{key} = {toml_string(text)}" for key in ("name", "description") if (text := getattr(self, key))]
-        for field in FIELDS:
-            number = getattr(self, field.name)
-            origin = f"; {self.fit.of(field.name, number)}" if self.fit else ""
-            lines.append(f"{f'{field.name} = {number!r}':<24} # [{field.unit}] {field.meaning}{origin}")
-        return "\n".join(lines) + "\n" + (f"\n{self.fit.to_toml()}" if self.fit else "")
-
-    def sample(self, count: int, seed: int | None = None) -> "tuple[Robot, ...]":
-        """Robots drawn from the distribution of an identified robot's parameters; the same seed draws the same ones.
-
-        A parameter that was changed after the fit keeps its value. count: at most `MOST_SAMPLES`. Raises HopformError
-        for a robot that was not identified, or none of whose parameters were.
-        """
-        if self.fit is None or not self.fit.names:
-            raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
-        number = whole("count", count, 1, MOST_SAMPLES)
-        draw = np.random.default_rng() if seed is None else stream(Role.ROBOTS, seed)
-        kept = {name for name, own in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == own}
-        drawn = [{name: each[name] for name in kept} for each in self.fit.draw(number, draw)]
-        return tuple(replace(self, **each, fit=None) for each in drawn)  # type: ignore[arg-type]
 
 
 def _text(key: str, text: object) -> str:
@@ -238,18 +180,122 @@ def _checked(field: records.Field, value: object) -> float:
     return number
 
 
-CHECKS: dict[str, Callable[[object], object]] = {
-    **{field.name: partial(_checked, field) for field in FIELDS},
-    **{key: partial(_text, key) for key in ("name", "description")},
-}
-"""What a robot's fields but `fit` have to pass; each check returns the value as the robot keeps it."""
+@dataclass(frozen=True, kw_only=True)
+class BaseRobot:
+    """What the robots of every solver have: checks, a TOML text, robots that are drawn from a fit.
+
+    The class of a solver's robots has the parameters of its equations from `robot.Robot` of its package, and names the
+    solver. A robot is pickled as the source of its solver and its values.
+    """
+
+    travel: float = math.inf
+    name: str = ""
+    description: str = ""
+    fit: Provenance | None = None
+    """where the numbers come from, for a robot that was identified"""
+    solver: ClassVar[Solver]
+    CHECKS: ClassVar[Mapping[str, Callable[[object], object]]]
+    """What a robot's fields but `fit` have to pass; each check returns the value as the robot keeps it."""
+
+    def __init_subclass__(cls) -> None:
+        cls.CHECKS = {
+            **{field.name: partial(_checked, field) for field in cls.all_fields()},
+            **{key: partial(_text, key) for key in ("name", "description")},
+        }
+
+    def __post_init__(self) -> None:
+        for name, check in self.CHECKS.items():
+            object.__setattr__(self, name, check(getattr(self, name)))
+        try:
+            super().__post_init__()  # type: ignore[misc]
+        except ValueError as error:
+            raise HopformError(str(error)) from None
+
+    def __reduce__(self) -> Any:
+        values = {each.name: getattr(self, each.name) for each in fields(cast(Any, self))}
+        return _robot_again, (self.solver.source, values)
+
+    @classmethod
+    def fields(cls) -> "tuple[records.Field, ...]":
+        """The parameters of the equations: name, the paper's glyph, unit, domain, meaning, default."""
+        return cast("tuple[records.Field, ...]", cls.solver.package.records.ROBOT_FIELDS)
+
+    @classmethod
+    def all_fields(cls) -> "tuple[records.Field, ...]":
+        """The parameters, then what no equation knows."""
+        return (*cls.fields(), cls.solver.package.records.TRAVEL)
+
+    def to_toml(self) -> str:
+        """The robot as a TOML text that `load_robot` reads back to the same robot, with the origin of each number if it
+        was identified."""
+        lines = [f"{key} = {toml_string(text)}" for key in ("name", "description") if (text := getattr(self, key))]
+        for field in self.all_fields():
+            number = getattr(self, field.name)
+            origin = f"; {self.fit.of(field.name, number)}" if self.fit else ""
+            lines.append(f"{f'{field.name} = {number!r}':<24} # [{field.unit}] {field.meaning}{origin}")
+        return "\n".join(lines) + "\n" + (f"\n{self.fit.to_toml()}" if self.fit else "")
+
+    def sample(self, count: int, seed: int | None = None) -> "tuple[Any, ...]":
+        """Robots drawn from the distribution of an identified robot's parameters; the same seed draws the same ones.
+
+        A parameter that was changed after the fit keeps its value. count: at most `MOST_SAMPLES`. Raises HopformError
+        for a robot that was not identified, or none of whose parameters were.
+        """
+        if self.fit is None or not self.fit.names:
+            raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
+        number = whole("count", count, 1, MOST_SAMPLES)
+        draw = np.random.default_rng() if seed is None else stream(Role.ROBOTS, seed)
+        kept = {name for name, own in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == own}
+        drawn = [{name: each[name] for name in kept} for each in self.fit.draw(number, draw, self.fields())]
+        return tuple(replace(cast(Any, self), **each, fit=None) for each in drawn)
 
 
-def checked_robot(robot: object) -> Robot:
-    """The robot; HopformError for what is none, the name of one for instance."""
-    if not isinstance(robot, Robot):
+@dataclass(frozen=True, kw_only=True)
+class Robot(BaseRobot, CheckedRobot):
+    """What a hopper is made of, in SI units and A, checked at construction; fields as in `Robot.fields()`, and travel
+    [m] of the spring, its compression at coil bind, beyond which a stance warns.
+
+    Raises HopformError, which names the field, the value and what is allowed.
+
+    >>> Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4, f2=-1.0)
+    Traceback (most recent call last):
+    ...
+    hopform._errors.HopformError: f2 must be >= 0 and finite m/s^2, got -1.0
+    """
+
+    solver: ClassVar[Solver] = DEFAULT
+
+
+RobotKind = TypeVar("RobotKind", bound=BaseRobot)
+
+
+@cache
+def robot_class(solver: Solver) -> type[Robot]:
+    """The class of the robots of a solver."""
+    if solver is DEFAULT:
+        return Robot
+    about = f"A robot of the model {solver.name}, in SI units and A, checked at construction."
+    own = {"solver": solver, "__doc__": about, "__module__": __name__}
+    bases = (BaseRobot, solver.package.robot.Robot)
+    return cast(type[Robot], make_dataclass("Robot", [], bases=bases, namespace=own, frozen=True, kw_only=True))
+
+
+def _robot_again(source: str, values: dict[str, Any]) -> BaseRobot:
+    """The robot of a pickle; HopformError where its solver is not loaded."""
+    if source not in SOLVERS:
+        raise HopformError(not_loaded(f"robot {values['name'] or 'given'}", source))
+    return robot_class(SOLVERS[source])(**values)
+
+
+def checked_robot(robot: object, act: str = "motion") -> Robot:
+    """The robot; HopformError for what is none, the name of one for instance, and for a robot whose model cannot do
+    something, one of `ACTS`.
+    """
+    if not isinstance(robot, BaseRobot):
         raise HopformError(f"robot must be a Robot, as load_robot gives it, got {shown(robot)}")
-    return robot
+    if act not in robot.solver.can:
+        raise robot.solver.cannot(act)
+    return cast(Robot, robot)
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
@@ -261,39 +307,72 @@ def load_robot(name_or_path: str | Path) -> Robot:
     >>> load_robot("hopper_c").k
     1200.0
     """
-    path = robot_file(name_or_path)
+    return robot_of(Robot, name_or_path)
+
+
+def shipped(kind: type[BaseRobot]) -> dict[str, Path]:
+    """The robots that a solver has by name, the first one for whoever names none.
+
+    A solver with other parameters than the hopper's has a robot in its folder. The hopper's robots are also those of
+    every solver that hops and has their parameters.
+    """
+    of_hopper = {name: Path(str(resources.files("hopform._robots"))) / f"{name}.toml" for name in ROBOTS}
+    here = {field.name for field in kind.fields()}
+    fit = "hop" in kind.solver.can and {field.name for field in Robot.fields()} <= here
+    if kind.fields() == Robot.fields() and fit:
+        return of_hopper
+    own = {}
+    with suppress(HopformError):
+        path = kind.solver.folder.path("robot.toml")
+        name = _table(read_text(path, LARGEST_TOML), name_of(path)).get("name")
+        own = {name if isinstance(name, str) and name else kind.solver.name: path}
+    return own | (of_hopper if fit else {})
+
+
+def robot_of(kind: type[RobotKind], name_or_path: str | Path) -> RobotKind:
+    """The robot of a solver by its name, or of a TOML file; as `load_robot`."""
+    path = robot_file(name_or_path, kind)
     if path is None:
-        text = resources.files("hopform._robots").joinpath(f"{name_or_path}.toml").read_text("utf-8")
-        return robot_from_toml(text, f"{name_or_path}.toml")
+        path = shipped(kind)[str(name_or_path)]
+        return robot_from_toml(path.read_text("utf-8"), path.name, kind)
     if not os.path.exists(path):
-        name = str(name_or_path)
+        name, names = str(name_or_path), list(shipped(kind))
         if "/" in name or "\\" in name or name.endswith(".toml"):
             raise HopformError(f"there is no file {shown(name)}")
-        close, known = nearest(name, list(ROBOTS)), f"{', '.join(ROBOTS)}, or a TOML file"
+        close, known = nearest(name, names), f"{', '.join(names)}, or a TOML file"
         raise HopformError(f"there is no robot {shown(name)}{f'{close} Known' if close else '; known'}: {known}")
-    return robot_from_toml(read_text(path, LARGEST_TOML), name_of(path))
+    return robot_from_toml(read_text(path, LARGEST_TOML), name_of(path), kind)
 
 
-def robot_file(name_or_path: str | Path) -> Path | None:
-    """The file that `load_robot` reads; None for a shipped robot."""
-    return None if isinstance(name_or_path, str) and name_or_path in ROBOTS else path_of("robot", name_or_path)
+def robot_file(name_or_path: str | Path, kind: type[BaseRobot] = Robot) -> Path | None:
+    """The file that `load_robot` reads; None for a robot that the solver has."""
+    known = isinstance(name_or_path, str) and name_or_path in shipped(kind)
+    return None if known else path_of("robot", name_or_path)
 
 
-def robot_from_toml(text: str, source: str = "TOML") -> Robot:
+def robot_from_toml(text: str, source: str = "TOML", kind: type[RobotKind] = Robot) -> RobotKind:  # type: ignore[assignment]
     """The robot of a TOML text; `source` is what errors call it."""
     table = _table(text, source)
-    checks: dict[str, Callable[[Any], Any]] = {**CHECKS, "fit": provenance_from}
+    with noted(after=f" ({source}, line {_line_of('model', text)})"):
+        _refuse_another_model(table.pop("model", kind.solver.name), kind)
+    checks: dict[str, Callable[[Any], Any]] = {**kind.CHECKS, "fit": partial(provenance_from, fields=kind.fields())}
     for key, value in table.items():
         with noted(after=f" ({source}, line {_line_of(key, text)})"):
             if key not in checks:
-                known = [*(field.name for field in FIELDS), "name"]
+                known = [*(field.name for field in kind.all_fields()), "name"]
                 raise HopformError(f"unknown parameter {shown(key)}{nearest(key, known)}")
             table[key] = checks[key](value)
-    missing = [field.name for field in records.ROBOT_FIELDS if field.default is None and field.name not in table]
+    missing = [field.name for field in kind.fields() if field.default is None and field.name not in table]
     if missing:
         raise HopformError(f"{source} lacks {', '.join(missing)}")
     with noted(after=f" ({source})"):
-        return Robot(**table)
+        return kind(**table)
+
+
+def _refuse_another_model(model: object, kind: type[BaseRobot]) -> None:
+    """HopformError for a robot of another model than the solver's."""
+    if instance("model", model, str, "the name of a model") != kind.solver.name:
+        raise HopformError(f"the robot is of the model {shown(model)}, the solver of {shown(kind.solver.name)}")
 
 
 def _table(text: str, source: str) -> dict[str, Any]:
@@ -320,6 +399,3 @@ def nearest(word: str, known: list[str]) -> str:
     same = [each for each in known if each.casefold() == word.casefold()]
     close = same or difflib.get_close_matches(word, known, 1, 0.5)
     return f", did you mean {close[0]!r}?" if close else ""
-
-
-assert {each.name for each in fields(Robot)} == {*CHECKS, "fit"}

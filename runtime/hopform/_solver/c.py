@@ -88,6 +88,8 @@ class Types:
         self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else self.pack
         self.one_state = ctypes.c_char * self.state.size
         self.free: list[tuple[Any, Any]] = []
+        self.latest: tuple[Any, bytes] = None, b""
+        """The parameters of which the latest plan was made: the same object needs no hash of its numbers."""
 
     if TYPE_CHECKING:
 
@@ -128,6 +130,10 @@ def library() -> Library:
     return Library(LIBRARY, "hopform", OURS)
 
 
+LIBRARIES: dict[str, Callable[[], Library]] = {OURS.name: library}
+"""What loads the library of each package, by its name."""
+
+
 class _Motion:
     """A motion solved by the library, as the bytes of its structs: nothing changes them, and they can be pickled."""
 
@@ -138,7 +144,8 @@ class _Motion:
         self.types, self.structs = types, structs
 
     def __reduce__(self) -> Any:
-        return _solved_again, (self.types.library.source, type(self), self.types.dtype, *self.structs)
+        library = self.types.library
+        return _solved_again, (library.package.name, library.source, type(self), self.types.dtype, *self.structs)
 
     def call(self, name: str, *arguments: Any) -> int:
         """The status of a function of the motion."""
@@ -254,15 +261,18 @@ class SolvedFlight(_Motion):
 
     def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension, which do not decrease."""
-        of_energy, of_work = len(records.Energy._fields), len(records.FlightWork._fields)
+        of = self.types.library.package.records
+        of_energy, of_work = len(of.Energy._fields), len(of.FlightWork._fields)
         energy, work, losses = self.read("flight_energy", t, (of_energy,), (of_work,), ())
-        entries = records.FlightWork(*work.T)._asdict()
-        return records.Energy(*energy.T), records.FlightLedger(**entries, stop_loss=losses)
+        entries = of.FlightWork(*work.T)._asdict()
+        return records.Energy(*energy.T), of.FlightLedger(**entries, stop_loss=losses)
 
 
-def _solved_again(source: str, kind: type[_Motion], dtype: Precision, *structs: bytes) -> _Motion:
-    """The motion of a pickle; BackendError where another library wrote it."""
-    ours = library()
+def _solved_again(name: str, source: str, kind: type[_Motion], dtype: Precision, *structs: bytes) -> _Motion:
+    """The motion of a pickle; BackendError where another library wrote it, or its solver is not loaded."""
+    if name not in LIBRARIES:
+        raise BackendError(package.not_loaded(f"the {kind.word}", name.removeprefix(package.LOADED)))
+    ours = LIBRARIES[name]()
     if source != ours.source:
         solved = f"the {kind.word} was solved by a library built from {source}"
         raise BackendError(f"{solved}, this one is from {ours.source}")
@@ -323,7 +333,10 @@ class C:
     ) -> Solved:
         """One stance, by the compiled library."""
         types = self.library.types(dtype)
-        plan = plan_of(types, parameters)
+        known, plan = types.latest
+        if known is not parameters:
+            plan = plan_of(types, parameters)
+            types.latest = parameters, plan
         one = len(steps) == 1
         packed = types.pack_step(*steps[0]) if one else types.pack(*(number for step in steps for number in step))
         begin, longest = types.pack_state(*start), types.real(horizon)

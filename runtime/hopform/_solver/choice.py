@@ -4,11 +4,13 @@ that is printed as Python.
 
 import warnings
 from collections.abc import Callable
+from functools import cached_property
 from typing import TypeAlias
 
 from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
 from hopform._solver import c
+from hopform._solver.folder import SHIPPED, Facts, Folder
 from hopform._solver.package import OURS, Package
 from hopform._solver.printed import Python, Solved
 from hopform._solver.printed import SolvedFlight as PrintedFlight
@@ -26,15 +28,47 @@ SolvedFlight: TypeAlias = c.SolvedFlight | PrintedFlight
 NUMPY_IS_PYTHON = 'backend="numpy" is backend="python" now, the C printed as Python: about 0.3 ms for each stance'
 
 
-class Solver:
-    """What every function of hopform solves with: a package and its back ends. The class of a robot names it."""
+ACTS = {
+    "motion": "motion", "stance": "stance", "flight": "flight", "hop": "hops", "command": "controller",
+    "reach": "map of apexes", "identify": "identification",
+}  # fmt: skip
+"""What a model can, in words."""
 
-    def __init__(self, package: Package, library: Callable[[], c.Library]) -> None:
+
+class Solver:
+    """What every function of hopform solves with: a package, its back ends and its facts. The class of a robot names
+    it.
+
+    source: a word for the texts of the package, by which a pickle finds it.
+    """
+
+    def __init__(
+        self, package: Package, library: Callable[[], c.Library], folder: Folder = SHIPPED, source: str = OURS.name
+    ) -> None:
         """library: loads the compiled one; BackendError if there is none or it is stale."""
-        self.package, self.python = package, Python(package)
+        self.package, self.python, self.folder, self.source = package, Python(package), folder, source
         self._library = library
         self._compiled: c.C | None = None
         self._best: BackEnd | None = None
+
+    @cached_property
+    def facts(self) -> Facts:
+        """Names, units, words, and what the model can."""
+        return self.folder.facts
+
+    @cached_property
+    def can(self) -> frozenset[str]:
+        """What the model can, of ACTS."""
+        return frozenset(self.facts.can)
+
+    @property
+    def name(self) -> str:
+        return self.facts.name
+
+    def cannot(self, act: str) -> HopformError:
+        """The error about what the model cannot do, which says what it lacks."""
+        lacks = self.facts.lacks.get(act, "what that needs")
+        return HopformError(f"the model {self.name} has no {ACTS[act]}: it lacks {lacks}")
 
     def back_end(self, name: str | None) -> BackEnd:
         """The back end of a name, or the best; HopformError if there is none of that name, BackendError if it is
@@ -65,3 +99,5 @@ class Solver:
 
 DEFAULT = Solver(OURS, c.library)
 """That of the package that is installed with hopform."""
+SOLVERS: dict[str, Solver] = {DEFAULT.source: DEFAULT}
+"""The solvers of this process by their source."""

@@ -3,6 +3,7 @@
 Stances in columns: an array or a number for each input, an array for each result.
 """
 
+import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any, TypeAlias
@@ -10,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform._errors import HopformError
 from hopform_solver import checked, formulas, records
 from hopform_solver.elements import COLUMNS, ROWS
 from hopform_solver.equations import EQUATIONS, Equation
@@ -34,7 +36,7 @@ class Package:
         self.name = name
 
     def __reduce__(self) -> Any:
-        return Package, (self.name,)
+        return loaded_package, (self.name,)
 
     def __getattr__(self, module: str) -> Any:
         if module.startswith("__"):
@@ -44,6 +46,20 @@ class Package:
 
 
 OURS = Package("hopform_solver")
+LOADED = "hopform._solvers."
+"""What the names of packages begin with that `load_solver` has loaded, with their source behind."""
+
+
+def loaded_package(name: str) -> Package:
+    """The package of a pickle; HopformError for one that this process has not loaded."""
+    if name.startswith(LOADED) and name not in sys.modules:
+        raise HopformError(not_loaded("this", name.removeprefix(LOADED)))
+    return Package(name)
+
+
+def not_loaded(what: str, source: str) -> str:
+    """What is said of something pickled whose solver is not there."""
+    return f"{what} is of the solver of source {source}, which is not loaded here: hopform.load_solver loads it"
 
 
 # ---- what back ends take and give ----

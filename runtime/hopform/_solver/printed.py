@@ -226,13 +226,14 @@ class SolvedFlight(NamedTuple):
 
     def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension, which do not decrease."""
-        engine, work = self.engine, records.FlightWork._fields
+        engine, of = self.engine, self.engine.package.records
+        work = of.FlightWork._fields
         energies, ledgers = engine.many("Energy", t.size), engine.many("FlightLedger", t.size)
         losses = engine.room(t.size)
         asked = engine.reals(t), t.size
         engine.call("flight_energy", self.plan, self.phases, self.flight, *asked, energies, ledgers, losses)
         entries = dict(zip(work, engine.columns(ledgers, work), strict=True))
-        ledger = records.FlightLedger(**entries, stop_loss=engine.array(losses))
+        ledger = of.FlightLedger(**entries, stop_loss=engine.array(losses))
         return records.Energy(*engine.columns(energies, records.Energy._fields)), ledger
 
 

@@ -1,0 +1,473 @@
+r"""The derivation in the paper's order, as named formulas of any model: from the Lagrangian to event functions.
+
+Each formula is in terms of parameters, inputs and other formulas. x1, v1, x2, v2 are a state, x1_0, v1_0, x2_0,
+v2_0 that at the start of a phase, x1_t, v1_t, x2_t, v2_t that at time t. With Q_i = s^2 + p_i s + q_i and K_i, what the
+other mass does,
+
+    s Q_1 X_1 = s^2 x_1(0) + s beta_1 + lambda_2 + s K_1 X_2                                      (6)
+    s Q_2 X_2 = s^2 x_2(0) + s beta   - gamma    + s K_2 X_1                                      (7)
+
+Q_1 Q_2 - K_1 K_2 = s P, because no force changes where both masses move together: one s of (6), (7) cancels, and
+
+    X_i = (x_i(0) s^4 + H_4 s^3 + H_3 s^2 + H_2 s + H_1)/(s^2 P)                                  (11), (16)
+
+over P = (s + a)(s^2 + p s + q), which x_1 and x_2 share. R and W are the inverse transforms of 1/(s^2 + p s + q) and
+1/P. The states are sums of W and its integrals, which holds for all poles: for double ones, and for b_1 + b_2 = 0.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from ..ir import Quantity, Step
+from ..model.equations import LAGRANGIAN, Model, kinetic, potential
+from ..model.quantities import *
+from . import control, elements, energy, laplace, modes, partial_fractions
+from .elements import ELEMENTS
+
+GROUPS = {
+    "lagrangian": "Lagrangian and generalised forces",
+    "equations_of_motion": "Accelerations (3), (4), and their coefficients",
+    "transfer": "Laplace transforms (6), (7), (11), (16)",
+    "numerators": "Numerators (12)-(15) of (11), and those of (16)",
+    "poles": "Denominators of (6), (7), (11) and their roots",
+    "partial_fractions": "(11) and (16) split into their poles",
+    "states": "The state over time (18)-(21)",
+    "energies": "Energies (22), (23), and the power of each force (24)",
+    "control": "What a controller asks: (5), (25)-(27)",
+    "event_functions": "Functions whose first zero ends a phase",
+}
+"""The groups of formulas in their order, and what each holds."""
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A named formula: its quantity, its value, its group, and the equations of the paper that it is."""
+
+    quantity: Quantity
+    value: sp.Expr
+    group: str
+    numbers: tuple[int, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return self.quantity.name
+
+    @property
+    def equation(self) -> sp.Eq:
+        """The formula as an equation of sympy."""
+        return sp.Eq(self.quantity.symbol, self.value, evaluate=False)
+
+    def _repr_latex_(self) -> str:
+        return f"${sp.latex(self.equation)}$"
+
+
+# ---- names that the derivation has beside those of the generated code ----
+
+_MARK = "@"
+"""Behind a name of this module until all formulas are made: a parameter of the model may have the same name."""
+
+
+def _named(*rows: tuple[str, str, str, str]) -> dict[str, Quantity]:
+    return {name: Quantity(f"{name}{_MARK}", glyph, unit, meaning) for name, glyph, unit, meaning in rows}
+
+
+_STARTS = _named(
+    ("x1_0", "x_1(0)", "m", "displacement of the actuator at the start of the phase"),
+    ("v1_0", r"\dot{x}_1(0)", "m/s", "velocity of the actuator at the start of the phase"),
+    ("x2_0", "x_2(0)", "m", "height of the body at the start of the phase"),
+    ("v2_0", r"\dot{x}_2(0)", "m/s", "velocity of the body at the start of the phase"),
+    ("s", "s", "1/s", "variable of the Laplace transform"),
+)
+_OWN = _STARTS | _named(
+    ("kinetic", "T", "J", "kinetic energy"),
+    ("potential", "V", "J", "potential energy"),
+    ("L", r"\mathcal{L}", "J", "Lagrangian"),
+    ("force_1", "Q_1", "N", "generalised force on the actuator, beside the Lagrangian"),
+    ("force_2", "Q_2", "N", "generalised force on the body, beside the Lagrangian"),
+    ("acc_1", r"\ddot{x}_1", "m/s^2", "acceleration of the actuator"),
+    ("acc_2", r"\ddot{x}_2", "m/s^2", "acceleration of the body"),
+    ("beta_1", r"\beta_1", "m/s", "terms in s of the numerator of (6), with the initial velocity of the actuator"),
+    ("beta", r"\beta", "m/s", "terms in s of the numerator of (7), with the initial velocity of the body"),
+    ("lambda_2", r"\lambda_2", "m/s^2", "constant acceleration of the actuator, at x_1 = x_2 = 0"),
+    ("gamma", r"\gamma", "m/s^2", "constant acceleration of the body downwards, at x_1 = x_2 = 0"),
+    ("X1", "X_1(s)", "m s", "transform of the actuator's displacement"),
+    ("X2", "X_2(s)", "m s", "transform of the body's height"),
+    ("X1_by_X2", "X_1(s)", "m s", "transform of the actuator's displacement, by that of the body's height"),
+    ("X2_by_X1", "X_2(s)", "m s", "transform of the body's height, by that of the actuator's displacement"),
+    ("Z", "Z(s)", "m s", "what the body adds to the transform of the actuator's displacement"),
+    ("apart", "z", "1/s", "how far the real pole is from the mean of the three"),
+    ("disc", r"\Delta", "1/s^2", "discriminant of the pair of poles, which ring where it is below 0"),
+    ("w", r"\omega", "1/s", "root of the size of the discriminant"),
+    ("y_0", "y(0)", "m", "compression of the leg at the start, from where it carries nothing"),
+    ("x1_t", "x_1(t)", "m", "displacement of the actuator at time t"),
+    ("v1_t", r"\dot{x}_1(t)", "m/s", "velocity of the actuator at time t"),
+    ("x2_t", "x_2(t)", "m", "height of the body at time t"),
+    ("v2_t", r"\dot{x}_2(t)", "m/s", "velocity of the body at time t"),
+    ("aed_power", r"\dot{U}_{delta}", "W", "rate of the body's energy, the integrand of the analytical energy delta"),
+    ("E_td", "E_{td}", "J", "energy of the body at touchdown, after the impact"),
+    ("E_dist", "E_{dist}", "J", "energy of a step in the ground"),
+    ("E_spring", "E_{spring}", "J", "energy of height and spring that (27) leaves out as printed"),
+    ("contact_force", "N", "N", "contact force of the leg: the foot takes off where it falls to 0"),
+)  # fmt: skip
+for _n, _unit in ((4, "m/s"), (3, "m/s^2"), (2, "m/s^3"), (1, "m/s^4")):
+    for _hat, _of in (("", "the body"), ("_hat", "the actuator")):
+        _glyph = rf"\hat{{H}}_{_n}" if _hat else f"H_{_n}"
+        _OWN |= _named((f"H{_n}{_hat}", _glyph, _unit, f"numerator of {_of}, terms in s^{_n - 1}"))
+for _letter, _unit, _meaning in (
+    ("A", "m", "constant part"), ("B", "m/s", "velocity for ever after"), ("C", "m", "share of exp(-a t)"),
+    ("D", "m", "share of R', the response of the pair of poles"), ("E", "m/s", "share of R"),
+):  # fmt: skip
+    for _hat, _of in (("", "the body"), ("_hat", "the actuator")):
+        _glyph = rf"\hat{{{_letter}}}" if _hat else _letter
+        _OWN |= _named((f"{_letter}{_hat}", _glyph, _unit, f"{_meaning} of {_of}"))
+
+
+def _symbol(name: str) -> sp.Symbol:
+    return _OWN[name].symbol
+
+
+x1_0, v1_0, x2_0, v2_0, y_0 = map(_symbol, ("x1_0", "v1_0", "x2_0", "v2_0", "y_0"))
+beta_1, beta, lambda_2, gamma = map(_symbol, ("beta_1", "beta", "lambda_2", "gamma"))
+X1, X2, disc, w = map(_symbol, ("X1", "X2", "disc", "w"))
+s = sp.Symbol(f"s{_MARK}")
+_AT_START = {x1: x1_0, v1: v1_0, x2: x2_0, v2: v2_0, y: y_0}
+_STARTS_OF = {1: (x1_0, v1_0), 2: (x2_0, v2_0)}
+_HATS = {1: "_hat", 2: ""}
+"""The paper has a hat over what belongs to x_1."""
+
+
+def _quantity(symbol: sp.Symbol) -> Quantity:
+    """The quantity of a symbol of the generated code, or of this module."""
+    return _KNOWN.get(symbol) or _OWN[symbol.name.removesuffix(_MARK)]
+
+
+_KNOWN = {
+    quantity.symbol: quantity
+    for record in (
+        RATES, POLES, DRIVE, MOTION, DECAY, PAIR, BASIS, FREE, ENERGY, modes.FRICTION, partial_fractions.SHIFTED,
+        *(CHI, TURNED, control.V_AFTER, control.THRESHOLD, control.APEX, control.OBJECTIVE, laplace.REST),
+    )
+    for quantity in record.quantities
+}  # fmt: skip
+
+
+def _made(group: str, symbol: sp.Symbol | str, value: sp.Expr, *numbers: int) -> Formula:
+    quantity = _OWN[symbol] if isinstance(symbol, str) else _quantity(symbol)
+    return Formula(quantity, sp.sympify(value), group, numbers)
+
+
+def _of_steps(group: str, steps: Iterable[Step], wanted: Sequence[sp.Symbol] = ()) -> Iterator[Formula]:
+    """The steps of the generated code as formulas, or those that are wanted."""
+    return (_made(group, step.symbol, step.value) for step in steps if not wanted or step.symbol in wanted)
+
+
+# ---- the derivation ----
+
+
+def inputs(model: Model) -> dict[str, Quantity]:
+    """What formulas take beside each other, by name: parameters, inputs, a state and that at the start of a phase."""
+    asked = (control.AED, control.H_DES, control.STEP, control.X1_T, HEIGHT)
+    known = (*model.robot.quantities, *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, *asked)
+    own = {parameter.name for parameter in model.parameters}
+    starts = (_final(quantity, own) for quantity in _STARTS.values())
+    return {quantity.name: quantity for quantity in (*starts, *known)}
+
+
+def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
+    """The derivation of a model as formulas, group by group; one may read another of a later group.
+
+    moving: the masses that slip in the phase, by default all that are not bolted; the others are held, their
+    velocities 0. What is 0 for every robot of the model is put in where it stands.
+    """
+    free = free_masses(model)
+    moving = moving or free
+    made = (
+        *_lagrangian(model, free),
+        *_equations_of_motion(model, free),
+        *_transfer(model, free, moving),
+        *_poles(moving),
+        *_partial_fractions(moving),
+        *_states(model, moving),
+        *_energies(model, free),
+        *_control(model),
+        *_event_functions(model, free),
+    )
+    own, order = {parameter.name for parameter in model.parameters}, list(GROUPS)
+    return tuple(sorted(_finished(list(_without_zeros(made)), own), key=lambda each: order.index(each.group)))
+
+
+def free_masses(model: Model) -> tuple[int, ...]:
+    """The masses that are not bolted to the ground."""
+    return tuple(each.number for each, fixed in zip(ELEMENTS, elements.fixed(model), strict=True) if not fixed)
+
+
+_MAY_VANISH = ("equations_of_motion", "numerators", "poles")
+
+
+def _without_zeros(made: Iterable[Formula]) -> Iterator[Formula]:
+    """The formulas in which coefficients that are 0 are put in, without those."""
+    zeros = dict[sp.Symbol, sp.Expr]()
+    for each in made:
+        value = each.value.xreplace(zeros)
+        if value == 0 and each.group in _MAY_VANISH:
+            zeros[each.quantity.symbol] = sp.S.Zero
+        else:
+            yield replace(each, value=value)
+
+
+def _final(quantity: Quantity, own: set[str]) -> Quantity:
+    """A quantity under its name; where a parameter of the model has that name, with an underscore behind it."""
+    name = quantity.name.removesuffix(_MARK)
+    return replace(quantity, name=f"{name}_" if name != quantity.name and name in own else name)
+
+
+def _finished(made: Sequence[Formula], own: set[str]) -> Iterator[Formula]:
+    quantities = (*_OWN.values(), *(each.quantity for each in made))
+    finals = {quantity.symbol: _final(quantity, own).symbol for quantity in quantities}
+    finals[s] = sp.Symbol(finals[_symbol("s")].name)
+    for each in made:
+        yield replace(each, quantity=_final(each.quantity, own), value=each.value.xreplace(finals))
+
+
+def _lagrangian(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
+    group = "lagrangian"
+    yield _made(group, "kinetic", kinetic)
+    yield _made(group, "potential", potential)
+    yield _made(group, "L", _symbol("kinetic") - _symbol("potential"))
+    yield from (_made(group, f"force_{n}", model.forces[n - 1]) for n in free)
+
+
+def _equations_of_motion(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
+    group, numbers = "equations_of_motion", {1: (1, 3), 2: (2, 4)}
+    for n in free:
+        mass, coordinate = ((m_eff, x1), (m_s, x2))[n - 1]
+        gradient = sum(map(sp.factor, sp.Add.make_args(LAGRANGIAN.diff(coordinate))), sp.S.Zero)
+        balance = gradient + model.forces[n - 1]
+        yield _made(group, f"acc_{n}", balance / mass, *numbers[n])
+    wanted = [symbol for n in free for symbol in COEFFICIENTS[n]]
+    yield from _of_steps(group, (*laplace.rates_of(model), *laplace.drive_of(model)), wanted)
+
+
+COEFFICIENTS = {1: (a1_y, a1_v1, a1_v2, a1_u, a1_0, C_1), 2: (a2_y, a2_v1, a2_v2, a2_0, C_2)}
+"""Of the acceleration of each mass."""
+
+
+def _transfer(model: Model, free: tuple[int, ...], moving: tuple[int, ...]) -> Iterator[Formula]:
+    """(6)-(17): the transforms, the constants that they name, and their numerators."""
+    rest = dict.fromkeys((x1, x2, v1, v2), 0)
+    yield _made("transfer", lambda_2, sp.expand(model.accelerations[0].subs(rest)), 10)
+    if 2 in free:
+        yield _made("transfer", gamma, sp.expand(-model.accelerations[1].subs(rest)), 8)
+    polynomials = [each for masses, each in elements.POLYNOMIALS.items() if {*masses} <= {*free}]
+    yield from _of_steps("poles", laplace.rates_of(model), [symbol for each in polynomials for symbol in each])
+    if len(moving) == 2:
+        yield from _transfer_of_both()
+    else:
+        yield from _transfer_of_one(moving[0])
+
+
+def _denominator(masses: tuple[int, ...]) -> sp.Expr:
+    symbols = elements.POLYNOMIALS[masses]
+    return s ** len(symbols) + sum(symbol * s**power for power, symbol in enumerate(reversed(symbols)))
+
+
+def _transfer_of_both() -> Iterator[Formula]:
+    q_1s, q_2s, cubic = _denominator((1,)), _denominator((2,)), _denominator((1, 2))
+    k_1s, k_2s = q_1 + a1_v2 * s, q_2 + a2_v1 * s
+    yield _made("transfer", beta_1, v1_0 - a1_v1 * x1_0 - a1_v2 * x2_0)
+    yield _made("transfer", beta, v2_0 - a2_v2 * x2_0 - a2_v1 * x1_0, 9)
+    first, second = s**2 * x1_0 + s * beta_1 + lambda_2, s**2 * x2_0 + s * beta - gamma
+    yield _made("transfer", "X1_by_X2", (first + s * k_1s * X2) / (s * q_1s), 6)
+    yield _made("transfer", "X2_by_X1", (second + s * k_2s * X1) / (s * q_2s), 7)
+    numbers = {"H4": (12,), "H3": (13,), "H2": (14,), "H1": (15,)}
+    for n, numerator in ((2, q_1s * second + k_2s * first), (1, q_2s * first + k_1s * second)):
+        start, *terms = sp.Poly(sp.expand(numerator), s).all_coeffs()
+        names = [f"H{power}{_HATS[n]}" for power in (4, 3, 2, 1)]
+        for name, value in zip(names, terms, strict=True):
+            yield _made("numerators", name, value, *numbers.get(name, ()))
+        top = start * s**4 + sum(_symbol(name) * s**power for name, power in zip(names, (3, 2, 1, 0), strict=True))
+        yield _made("transfer", f"X{n}", top / (s**2 * cubic), 11 if n == 2 else 16)
+    yield _made("transfer", "Z", k_1s * X2 / q_1s, 17)
+
+
+def _transfer_of_one(n: int) -> Iterator[Formula]:
+    """(6) or (7) where the other mass is held: its transform is its position over s, and H_2 = H_1 = 0."""
+    velocity, held, constant = {1: (p_1, x2_0, lambda_2), 2: (p_2, x1_0, -gamma)}[n]
+    start, start_velocity = _STARTS_OF[n]
+    names = [f"H{power}{_HATS[n]}" for power in (4, 3)]
+    denominator = _denominator((n,))
+    yield _made("numerators", names[0], start_velocity + velocity * start)
+    yield _made("numerators", names[1], constant + elements.POLYNOMIALS[n,][1] * held)
+    top = start * s**2 + _symbol(names[0]) * s + _symbol(names[1])
+    yield _made("transfer", f"X{n}", top / (s * denominator), 6 if n == 1 else 7)
+
+
+def _poles(moving: tuple[int, ...]) -> Iterator[Formula]:
+    """The real pole, the most isolated of three, and the pair of the denominator of a phase."""
+    group = "poles"
+    if len(moving) == 2:
+        sigma, Q_s, T_s = partial_fractions.SHIFTED.symbols
+        yield _made(group, sigma, s_1 / 3)
+        yield _made(group, Q_s, s_2 - s_1**2 / 3)
+        yield _made(group, T_s, s_3 - s_1 * s_2 / 3 + 2 * s_1**3 / 27)
+        yield _made(group, "apart", _farthest_root(Q_s, T_s))
+        yield _made(group, a, sigma + sp.Piecewise((_symbol("apart"), T_s >= 0), (-_symbol("apart"), True)))
+        yield _made(group, p, s_1 - a)
+        yield _made(group, q, s_2 - a * p)
+    else:
+        yield from (_made(group, name, own) for name, own in zip((p, q), elements.POLYNOMIALS[moving], strict=True))
+    yield _made(group, disc, p**2 / 4 - q)
+    yield _made(group, w, sp.sqrt(sp.Abs(disc)))
+
+
+def _farthest_root(linear: sp.Symbol, constant: sp.Symbol) -> sp.Expr:
+    """The size of the real root of z^3 + linear z + constant that is farthest from 0, in which no digits cancel; its
+    sign is that of -constant.
+    """
+    size = 2 * sp.sqrt(sp.Abs(linear) / 3)
+    ratio = 3 * sp.Abs(constant) / (sp.Abs(linear) * size)
+    return sp.Piecewise(
+        (sp.Abs(constant) ** sp.Rational(1, 3), sp.Eq(linear, 0)),
+        (size * sp.sinh(sp.asinh(ratio) / 3), linear > 0),
+        (size * sp.cosh(sp.acosh(ratio) / 3), ratio >= 1),
+        (size * sp.cos(sp.acos(ratio) / 3), True),
+    )
+
+
+def _partial_fractions(moving: tuple[int, ...]) -> Iterator[Formula]:
+    """The coefficients of x_i(t) = A + B t + C exp(-a t) + D R' + E R, where no two poles are equal and none is 0."""
+    group = "partial_fractions"
+    if len(moving) == 2:
+        yield from _of_steps(group, partial_fractions.residue())
+    for n in reversed(moving):
+        start, hat = _STARTS_OF[n][0], _HATS[n]
+        h4, h3, h2, h1 = (_symbol(f"H{power}{hat}") for power in (4, 3, 2, 1))
+        A, B, C, D, E = (_symbol(f"{letter}{hat}") for letter in "ABCDE")
+        if len(moving) == 1:
+            yield _made(group, f"A{hat}", h3 / q)
+            yield _made(group, f"D{hat}", start - A)
+            yield _made(group, f"E{hat}", h4 - p * A)
+            continue
+        number = 18 if n == 2 else 20
+        yield _made(group, f"B{hat}", h1 / s_3, number)
+        yield _made(group, f"A{hat}", (h2 - s_2 * B) / s_3, number)
+        yield _made(group, f"C{hat}", (((start * a - h4) * a + h3) * a**2 - h2 * a + h1) / (a**2 * chi), number)
+        yield _made(group, f"D{hat}", start - A - C, number)
+        yield _made(group, f"E{hat}", h4 - s_1 * A - B - p * C - a * D, number)
+
+
+def _states(model: Model, moving: tuple[int, ...]) -> Iterator[Formula]:
+    group = "states"
+    held = {velocity: sp.S.Zero for n, velocity in ((1, v1), (2, v2)) if n not in moving}
+    yield _made(group, "y_0", x1_0 - x2_0 + model.length)
+    wanted = [symbol for n in moving for symbol in laplace.NAMES[n][: 1 + len(moving)]]
+    wanted += [H3_y] if len(moving) == 2 else []
+    for step in laplace.numerators(moving):
+        if step.symbol in wanted:
+            value = sp.sympify(step.value).subs(held).subs(_AT_START, simultaneous=True)
+            yield _made(group, step.symbol, value)
+    yield from _responses(len(moving))
+    for n in moving:
+        start, start_velocity = _STARTS_OF[n]
+        h3, h2, h1 = laplace.NAMES[n] if len(moving) == 2 else (*laplace.NAMES[n][:2], sp.S.Zero)
+        of_position, of_velocity = {1: (20, 21), 2: (18, 19)}[n]
+        yield _made(group, f"x{n}_t", start + start_velocity * t + h3 * W + h2 * W1 + h1 * W2, of_position)
+        yield _made(group, f"v{n}_t", start_velocity + h3 * Wd + h2 * W + h1 * W1, of_velocity)
+
+
+def _responses(order: int) -> Iterator[Formula]:
+    """R and W with what the states read of their derivatives and integrals."""
+    group = "states"
+    rings, fast, slow = sp.exp(-p * t / 2), sp.exp(-(p / 2 + w) * t), sp.exp(-(p / 2 - w) * t)
+    cases = (disc < 0, disc > 0, True)
+    values = rings * sp.sin(w * t) / w, (slow - fast) / (2 * w), t * rings
+    of_pair = rings * (sp.cos(w * t) - p * sp.sin(w * t) / (2 * w))
+    rates = of_pair, ((p / 2 + w) * fast - (p / 2 - w) * slow) / (2 * w), (1 - p * t / 2) * rings
+    yield _made(group, R, sp.Piecewise(*zip(values, cases, strict=True)))
+    yield _made(group, Rd, sp.Piecewise(*zip(rates, cases, strict=True)))
+    yield _made(group, turned, 1 - Rd - p * R)
+    yield _made(group, R1, turned / q)
+    yield _made(group, R2, (t - R - p * R1) / q)
+    if order == 1:  # a = 0
+        yield from (_made(group, name, value) for name, value in ((Wd, R), (W, R1), (W1, R2)))
+        return
+    yield _made(group, e, sp.exp(-a * t))
+    yield _made(group, e1, sp.Piecewise((t, sp.Eq(a, 0)), ((1 - e) / a, True)))
+    yield _made(group, e2, sp.Piecewise((t**2 / 2, sp.Eq(a, 0)), ((t - e1) / a, True)))
+    yield from _of_steps(group, partial_fractions.split(), (W, W1, W2, Wd))
+
+
+def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
+    """The energies, the power of each entry of the ledger, and the sum of those that the body's energy gains."""
+    group, still = "energies", {} if 2 in free else {v2: sp.S.Zero}
+    if 2 in free:
+        yield _made(group, body, energy.body_energy, 22, 23)
+    yield _made(group, total, energy.total_energy.subs(still))
+    entries = {quantity.symbol: quantity for quantity in energy.ledger_record(model).quantities}
+    powers = dict[sp.Symbol, sp.Symbol]()
+    for entry, power in energy.powers(model).items():
+        value = sp.sympify(power).subs(still)
+        if value == 0:
+            continue
+        of, word = entries[entry], str(entry).removesuffix("_work")
+        glyph = rf"P_{{\mathrm{{{word}}}}}".replace(word, word.replace("_", r"\_"))
+        quantity = Quantity(f"{word}_power{_MARK}", glyph, "W", f"power: {of.meaning}")
+        powers[entry] = quantity.symbol
+        yield Formula(quantity, value, group)
+    if 2 in free:
+        gain = sum((powers[entry] for entry in energy.body_entries(model) if entry in powers), sp.S.Zero)
+        yield _made(group, "aed_power", gain, 24)
+
+
+def _control(model: Model) -> Iterator[Formula]:
+    """Touchdown and apex of what takes off; the rest of (5), (25)-(27) is about the paper's hopper."""
+    group = "control"
+    if "foot" in model.fixed:
+        return
+    is_the_papers = not (model.terms or model.friction_by_sign)
+    if is_the_papers:
+        yield _made(group, control.u_threshold, _value_of(control.threshold_current(), control.u_threshold), 5)
+    touchdown = control.touchdown_velocity(model)
+    yield _made(group, control.v_after, _value_of(touchdown, control.v_after), *((25,) if is_the_papers else ()))
+    apex = _value_of(control.apex_after(model), control.apex).subs(y, x1 - x2 + model.length)
+    yield _made(group, control.apex, apex)
+    if is_the_papers:
+        printed = {control.lift: -control.step, control.spring: sp.S.One}
+        printed |= {energy: _symbol(str(energy)) for energy in (control.E_td, control.E_dist, control.E_spring)}
+        for step, number in zip(control.objective(), (25, 26, 27, 27), strict=True):
+            name = step.symbol if step.symbol == control.J else str(step.symbol)
+            yield _made(group, name, step.value.subs(printed), number)
+
+
+def _value_of(steps: Iterable[Step], symbol: sp.Symbol) -> sp.Expr:
+    return next(step.value for step in steps if step.symbol == symbol)
+
+
+def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
+    """Contact force, velocities, what holds a mass at rest to either side, and distances from stops, by a state."""
+    group = "event_functions"
+    if "foot" not in model.fixed:
+        force = model.stiffness * model.contact.subs(y, x1 - x2 + model.length)
+        yield _made(group, "contact_force", force)
+    for n in free:
+        element, velocity = ELEMENTS[n - 1], (v1, v2)[n - 1]
+        alone = model.accelerations[n - 1].subs({velocity: 0, (side_1, side_2)[n - 1]: 0})
+        level, acceleration = modes.FRICTION.symbols[n - 1], FREE.symbols[n - 1]
+        yield _event(n, "velocity", velocity, f"velocity of the {element.name}, which reverses or sticks where it is 0")
+        yield _made(group, level, model.levels[n - 1])
+        yield _made(group, acceleration, sp.expand(alone))
+        for way, sign in (("up", -1), ("down", 1)):
+            meaning = f"friction left of the {element.name} at rest: it slips {way} where this falls to 0"
+            yield _event(n, f"holds_{way}", level + sign * acceleration, meaning, "m/s^2")
+        if element.stops:
+            low, high = element.stops
+            for which, distance in (("lower", x1 - low), ("upper", high - x1)):
+                meaning = f"distance of the {element.name} from its {which} stop, which it meets where this is 0"
+                yield _event(n, f"{which}_stop", distance, meaning, "m")
+
+
+def _event(n: int, name: str, value: sp.Expr, meaning: str, unit: str = "m/s") -> Formula:
+    glyph = rf"g_{{{n},\mathrm{{{name}}}}}".replace("_s", r"\_s").replace("_u", r"\_u").replace("_d", r"\_d")
+    return Formula(Quantity(f"x{n}_{name}{_MARK}", glyph, unit, meaning), value, "event_functions")

@@ -1,0 +1,128 @@
+"""The folder of a solver: where its files lie, and its facts, solver.toml, which are read before any of it is imported.
+
+A folder is what `python -m derive --out DIR` writes, with the compiled library beside it. That of the hopper lies in
+the wheel beside this package, or in a checkout in generated/.
+"""
+
+import os
+import sys
+import tomllib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from hopform._errors import HopformError
+from hopform._solver.library import LIBRARY
+
+FORMAT = 1
+"""Of solver.toml, as it is read here."""
+FACTS = "solver.toml"
+LARGEST = 2**20
+"""[B] the largest file of facts."""
+_HOPFORM = Path(__file__).resolve().parents[1]
+_SUFFIX = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
+
+Table = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is known of a solver: what derive/emit/facts.py writes, by the same names."""
+
+    name: str
+    title: str
+    version: str
+    layout: str
+    can: tuple[str, ...]
+    lacks: dict[str, str]
+    coordinates: tuple[Table, ...]
+    parameters: tuple[Table, ...]
+    limits: tuple[Table, ...]
+    elements: tuple[Table, ...]
+    inputs: tuple[Table, ...]
+    outputs: tuple[Table, ...]
+    energies: tuple[Table, ...]
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Units of coordinates, parameters, inputs and outputs by name."""
+        tables = (self.coordinates, self.parameters, self.limits, self.inputs, self.outputs)
+        return {each["name"]: each["unit"] for table in tables for each in table}
+
+    @cached_property
+    def events(self) -> dict[str, str]:
+        """The words for each event."""
+        return {event: words for each in self.elements for event, words in each.get("events", {}).items()}
+
+    @cached_property
+    def ledger(self) -> dict[str, str]:
+        """What a table calls each entry of the ledger."""
+        return {entry: label for each in self.elements for entry, label in each["ledger"].items()}
+
+    @cached_property
+    def directions(self) -> tuple[tuple[str, str], ...]:
+        """Of each mass the words for its two directions."""
+        return tuple(
+            (up, down) for each in self.elements if each["kind"] == "mass" for up, down in [each["directions"]]
+        )
+
+
+@dataclass(frozen=True)
+class Folder:
+    """Where the files of a solver lie: in the first of some roots that has them; and its compiled library."""
+
+    roots: tuple[Path, ...]
+    library: Path
+
+    def path(self, name: str) -> Path:
+        """A file or folder of the solver; HopformError if there is none."""
+        places = [root / name for root in self.roots]
+        for place in places:
+            if place.exists():
+                return place
+        raise HopformError(f"{name} is missing: it is not {' or '.join(map(str, places))}")
+
+    @cached_property
+    def facts(self) -> Facts:
+        """The facts of the solver; HopformError for a file of another format."""
+        return facts_in(self.path(FACTS))
+
+
+SHIPPED = Folder((_HOPFORM, _HOPFORM.parents[1] / "generated"), LIBRARY)
+"""That of the hopper of the paper."""
+
+
+def folder_at(path: Path) -> Folder:
+    """The folder of a solver that a path names."""
+    return Folder((path,), path / f"libhopform{_SUFFIX}")
+
+
+def facts_in(path: Path) -> Facts:
+    """The facts in a file; HopformError for one that holds no facts, or facts of another format."""
+    try:
+        with path.open("rb") as file:
+            data = tomllib.loads(file.read(LARGEST).decode())
+    except (OSError, ValueError, RecursionError) as error:
+        raise HopformError(f"{path} cannot be read: {error}") from None
+    if data.get("format") != FORMAT:
+        raise HopformError(f"{path} must be of format {FORMAT}, which this hopform reads, got {data.get('format')!r}")
+    try:
+        tables = {name: _kind_of(kind)(data[name]) for name, kind in Facts.__annotations__.items()}
+        facts = Facts(**tables)
+        read = facts.units, facts.events, facts.ledger, facts.directions
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise HopformError(f"{path} holds no facts of a solver: {type(error).__name__}: {error}") from None
+    if not all(read):
+        raise HopformError(f"{path} holds no facts of a solver: its parameters, events or entries are missing")
+    return facts
+
+
+def _kind_of(annotation: Any) -> Any:
+    return getattr(annotation, "__origin__", annotation)
+
+
+def built() -> Path:
+    """Where `hopform model build` keeps the solvers that it makes for this user, a folder each."""
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "hopform" / "solvers"

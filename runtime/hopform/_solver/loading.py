@@ -1,0 +1,118 @@
+"""Load a solver from its folder: its package under a name of its own, its library, and the facts of both.
+
+Loading runs the programs that the folder holds. Two of them stand side by side: a package is loaded as
+`hopform._solvers.SOURCE`, its modules name each other relatively, and nothing is put on sys.path.
+"""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import cache, partial
+from hashlib import sha256
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+from hopform._checks import shown
+from hopform._errors import BackendError, HopformError
+from hopform._files import name_of, path_of
+from hopform._solver import c
+from hopform._solver.choice import DEFAULT, SOLVERS, Solver
+from hopform._solver.folder import FACTS, Folder, built, facts_in, folder_at
+from hopform._solver.package import LOADED, Package
+
+
+def loaded(name_or_folder: str | Path) -> Solver:
+    """The solver of a folder, or of a name: "hopper", or that of a model that was built.
+
+    Raises HopformError: no such solver, a model file, a folder that is no solver's.
+    """
+    path = path_of("solver", name_or_folder)
+    if path.suffix == ".py":
+        build = f"`hopform model build {name_of(path)}` makes its solver"
+        raise HopformError(f"{name_of(path)} is a model, a text, and a solver is a program: {build}")
+    if path.is_dir():
+        if not (path / FACTS).is_file():
+            made = f"`hopform model build FILE --out {name_of(path)}` makes one"
+            raise HopformError(f"{name_of(path)} is no solver, it has no {FACTS}: {made}")
+        return _of_folder(path.resolve())
+    if path.exists():
+        raise HopformError(f"{name_of(path)} is no solver: that is a folder with {FACTS}")
+    return _of_name(str(name_or_folder))
+
+
+def _of_name(name: str) -> Solver:
+    """The solver of a name; the newest of those that were built under it."""
+    if name == DEFAULT.name:
+        return DEFAULT
+    known = {own: folder for folder, own in built_solvers()}
+    if name in known:
+        return _of_folder(known[name])
+    names = ", ".join([DEFAULT.name, *sorted(known.keys() - {DEFAULT.name})])
+    raise HopformError(f"there is no solver {shown(name)}; known: {names}, or a folder that `hopform model build` made")
+
+
+def built_solvers() -> Iterator[tuple[Path, str]]:
+    """The folders of the solvers that were built for this user, with their names, the newest last; what cannot be read
+    is left out.
+    """
+    for path in sorted(built().glob(f"*/{FACTS}"), key=os.path.getmtime):
+        with suppress(HopformError):
+            yield path.parent, facts_in(path).name
+
+
+def _of_folder(path: Path) -> Solver:
+    folder = folder_at(path)
+    facts = folder.facts
+    source = _source_of(path)
+    if source not in SOLVERS:
+        package = _imported(path / "python" / "hopform_solver", source)
+        if (layout := str(sys.modules[package.name].LAYOUT)) != facts.layout:
+            raise HopformError(f"{name_of(path)}: {FACTS} has the layout {facts.layout}, its package {layout}")
+        library = cache(partial(_library, folder, package))
+        SOLVERS[source], c.LIBRARIES[package.name] = Solver(package, library, folder, source), library
+    return SOLVERS[source]
+
+
+def _source_of(path: Path) -> str:
+    """A word for the facts and the package of a solver."""
+    digest = sha256()
+    for file in (path / FACTS, *sorted((path / "python" / "hopform_solver").glob("*.py"))):
+        digest.update(f"{file.name}\n".encode() + file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _imported(folder: Path, source: str) -> Package:
+    """The package in a folder."""
+    name = f"{LOADED}{source}"
+    spec = spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=[str(folder)])
+    if spec is None or spec.loader is None or not (folder / "__init__.py").is_file():
+        raise HopformError(f"{name_of(folder)} holds no package of a solver")
+    sys.modules[name] = module = module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return Package(name)
+
+
+def _library(folder: Folder, package: Package) -> c.Library:
+    """The compiled library of a folder; BackendError if there is none, or one of other sources than the folder has."""
+    path = folder.library
+    if not path.is_file():
+        raise BackendError(f"there is no compiled library {name_of(path)}: the solver was built without a C compiler")
+    library = c.Library(path, "hopform", package)
+    if library.source != (source := sources_of(folder.path("c"))):
+        stale = f"{name_of(path)} is stale: it is of the sources {library.source}, c/ has {source}"
+        raise BackendError(f"the compiled library {stale}; `hopform model build` makes it again")
+    return library
+
+
+def sources_of(folder: Path) -> str:
+    """A word for the sources in c/, which a library has from the compiler."""
+    digest = sha256()
+    files = (path for place in ("include/hopform", "src") for path in (folder / place).iterdir())
+    for path in sorted(files):
+        digest.update(f"{path.name}\n".encode() + path.read_bytes())
+    return digest.hexdigest()[:16]

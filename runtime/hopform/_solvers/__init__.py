@@ -1,0 +1,164 @@
+"""Solvers as people have them: `load_solver`, and what it gives. Their packages are modules of this one, by source."""
+
+from collections.abc import Callable
+from functools import cache, cached_property, wraps
+from inspect import isfunction, signature
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import hopform
+from hopform import ufuncs
+from hopform._checks import shown
+from hopform._errors import HopformError
+from hopform._robots import BaseRobot, checked_robot, robot_class, robot_of, shipped
+from hopform._solver import choice
+from hopform._solver.choice import SOLVERS
+from hopform._solver.library import Backend
+from hopform._solver.loading import loaded
+from hopform._solver.package import Equation, not_loaded
+
+IDENTIFY = ("fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "friction_threshold")
+"""Functions of recordings, whose robots are of the paper's equations."""
+
+
+class Solver:
+    """Everything that `hopform` has and a model can, for the robots of one solver.
+
+    Its functions are those of `hopform` under the same names; they take robots of its class `Robot` and refuse those of
+    another solver. A function that the model cannot do raises HopformError, which says what the model lacks.
+
+    >>> from hopform import load_solver
+    >>> solver = load_solver("hopper")
+    >>> stance = solver.solve_stance(solver.load_robot("hopper_c"), v2=-1.93, u=2.0)
+    >>> solver.name, stance.status, solver.can[:3]
+    ('hopper', 'takeoff', ('motion', 'stance', 'flight'))
+    """
+
+    Robot: "type[hopform.Robot]"
+    """the class of its robots"""
+
+    def __init__(self, core: choice.Solver) -> None:
+        self._core, self.Robot = core, robot_class(core)
+
+    def __repr__(self) -> str:
+        return f"Solver {self.name} of source {self._core.source}: {', '.join(self.can)}"
+
+    def __reduce__(self) -> Any:
+        return _solver_again, (self._core.source,)
+
+    @property
+    def name(self) -> str:
+        """The name of the model."""
+        return self._core.name
+
+    @property
+    def title(self) -> str:
+        """The model in a sentence."""
+        return self._core.facts.title
+
+    @property
+    def can(self) -> tuple[str, ...]:
+        """What the model can: motion, stance, flight, hop, command, reach, identify."""
+        return self._core.facts.can
+
+    @property
+    def ROBOTS(self) -> tuple[str, ...]:
+        """Names of the robots that it has; a solver of one's own has that of its folder."""
+        return tuple(shipped(self.Robot))
+
+    def load_robot(self, name_or_path: str | Path) -> "hopform.Robot":
+        """A robot of this solver by its name, or of a TOML file; as `hopform.load_robot`.
+
+        Raises HopformError for a file with `model = "NAME"` of another model, or with other parameters.
+        """
+        return robot_of(self.Robot, name_or_path)
+
+    def own(self, robot: object) -> "hopform.Robot":
+        """The robot; HopformError for one of another solver."""
+        if isinstance(robot, BaseRobot) and not isinstance(robot, self.Robot):
+            other = robot.solver
+            raise HopformError(
+                f"robot {robot.name or 'given'} is of the solver {other.name} (source {other.source}), "
+                f"not of {self.name} (source {self._core.source})"
+            )
+        return checked_robot(robot)
+
+    def backends(self) -> tuple[Backend, ...]:
+        """The back ends that can be used here, the default first."""
+        return ("python",) if self.library_message() else ("c", "python")
+
+    def library_message(self) -> str | None:
+        """Why the C back end cannot be used; None if it can."""
+        try:
+            self._core.compiled()
+        except hopform.BackendError as error:
+            return str(error)
+        return None
+
+    def equations(self) -> tuple[Equation, ...]:
+        """The register of the paper's equations, on which every model rests."""
+        register: tuple[Equation, ...] = self._core.package.equations.EQUATIONS
+        return register
+
+    @cached_property
+    def ufuncs(self) -> ModuleType | SimpleNamespace:
+        """What `hopform.ufuncs` has, for robots of this solver."""
+        return ufuncs.of(self._core)
+
+    def __getattr__(self, name: str) -> Any:
+        """What `hopform` has of this name: a function of a robot, or of recordings, for this solver; else the same."""
+        if name not in hopform.__all__:
+            raise AttributeError(f"a solver has no attribute {name!r}", name=name, obj=self)
+        found = getattr(hopform, name)
+        if isfunction(found):
+            found = self._bound(found)
+        self.__dict__[name] = found
+        return found
+
+    def _bound(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        if next(iter(signature(function).parameters), "") == "robot":
+
+            @wraps(function)
+            def of_robot(robot: object, *arguments: Any, **named: Any) -> Any:
+                return function(self.own(robot), *arguments, **named)
+
+            return of_robot
+        if function.__name__ not in IDENTIFY:
+            return function
+
+        @wraps(function)
+        def of_recordings(*arguments: Any, **named: Any) -> Any:
+            if "identify" not in self._core.can:
+                raise self._core.cannot("identify")
+            return function(*arguments, **named)
+
+        return of_recordings
+
+    def __dir__(self) -> list[str]:
+        return sorted({*object.__dir__(self), *hopform.__all__} - {"load_solver"})
+
+
+def load_solver(name_or_folder: str | Path) -> Solver:
+    """A solver: that of a folder which `python -m derive --model FILE --out DIR` has filled, that of a model that was
+    built under a name, the newest, or "hopper", which `hopform` itself is.
+
+    Loading runs the programs in the folder: load what you have built, or trust. Raises HopformError for a name or a
+    folder without a solver, and for a model file, which is to be built first.
+
+    >>> load_solver("hopper").Robot is hopform.Robot
+    True
+    """
+    return _solver(loaded(name_or_folder))
+
+
+@cache
+def _solver(core: choice.Solver) -> Solver:
+    return Solver(core)
+
+
+def _solver_again(source: str) -> Solver:
+    """The solver of a pickle; HopformError where it is not loaded."""
+    if source not in SOLVERS:
+        raise HopformError(not_loaded("this", shown(source)))
+    return _solver(SOLVERS[source])

@@ -1,0 +1,3 @@
+"""The hopper of the paper, built as a stranger."""
+
+terms = ()

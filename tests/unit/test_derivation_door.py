@@ -1,0 +1,475 @@
+"""`hopform.model.derive`: its formulas are those of the mechanism, in every form in which they are pasted.
+
+Motions are compared with the matrix exponential of force balances that are written down here by hand, with 40 digits;
+printed forms are read back, run and compiled, and compared with the value of the formula.
+"""
+
+import ctypes
+import doctest
+import json
+import math
+import re
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+import hopform
+from derive import derivation as module
+from derive.maths.formulas import GROUPS
+from hopform import _cli as cli
+from hopform.model import Derivation, ModelError, derive
+
+MODELS = Path(__file__).resolve().parents[1] / "models"
+NAMES = ("hopper", "damper", "second_spring", "joint")
+EACH = pytest.mark.parametrize("name", NAMES)
+DIGITS = 40
+mp = mpmath.mp.clone()
+mp.dps = DIGITS + 20
+
+
+@cache
+def derivation_of(name: str) -> Derivation:
+    return derive(name if name == "hopper" else MODELS / f"{name}.py")
+
+
+# ---- the mechanisms, by hand ----
+
+ROBOT = {
+    "m_eff": 21, "m_s": 3.2, "k": 1250, "L0": 0.41, "c": 0.003, "b1": 33, "b2": 4, "f1": 0.7, "f2": 0.4, "gamma2": -60,
+    "g": 9.81, "x1_min": -0.01, "x1_max": 0.08, "u_max": 5, "impact_loss": 0.05, "travel": 0.16, "b12": 11, "k_2": 300,
+    "L_2": 0.37, "load": 5, "f1_minus": 0.2,
+}  # fmt: skip
+AT = {
+    "x1": 0.013, "v1": 0.21, "x2": 0.35, "v2": -1.1, "x1_0": 0.004, "v1_0": 0.3, "x2_0": 0.36, "v2_0": -1.9, "u": 2.5,
+    "side_1": 1, "side_2": -1, "t": 0.07, "s": 2.5, "X1": 0.13, "X2": 0.41, "height": 0.2, "aed": 1.7, "h_des": 0.3,
+    "step": 0.02, "x1_T": 0.05, "y": 0.02,
+}  # fmt: skip
+
+
+def forces(name, of, x1, v1, x2, v2):
+    """The forces on actuator and body [N] but for Coulomb friction and the current, as one draws them."""
+    spring = of["k"] * (x1 - x2 + of["L0"] + of["c"])
+    on_1, on_2 = -spring + of["k"] * of["c"] - of["b1"] * v1, spring - of["b2"] * v2 - of["m_s"] * of["g"]
+    leg = in_leg(name, of, x1, v1, x2, v2)
+    return on_1 - leg + (of["load"] if name == "joint" else 0), on_2 + leg
+
+
+def in_leg(name, of, x1, v1, x2, v2):
+    """What acts in the leg beside its spring [N]."""
+    others = {"damper": of["b12"] * (v1 - v2), "second_spring": of["k_2"] * (x1 - x2 + of["L_2"])}
+    return others.get(name, 0)
+
+
+def friction(name, of, side_1, side_2):
+    """Coulomb friction [N]: the joint's differs by the sign of the velocity."""
+    level_1 = of["f1_minus"] if name == "joint" and side_1 < 0 else of["f1"]
+    return -of["m_eff"] * level_1 * side_1, -of["m_s"] * of["f2"] * side_2
+
+
+def accelerations(name, of, x1, v1, x2, v2):
+    """Accelerations of actuator and body; a body that is bolted has none."""
+    (on_1, on_2), (dry_1, dry_2) = forces(name, of, x1, v1, x2, v2), friction(name, of, of["side_1"], of["side_2"])
+    acc_1 = (on_1 + dry_1 - of["gamma2"] * of["u"]) / of["m_eff"]
+    return acc_1, 0 if name == "joint" else (on_2 + dry_2) / of["m_s"]
+
+
+def exact(values):
+    return {key: mp.mpf(str(value)) for key, value in values.items()}
+
+
+def matrix_of(name, of, slips=(True, True)):
+    """The 5 x 5 matrix of the motion of (x1, v1, x2, v2, 1), column by column; a mass that is held does not move."""
+    zero = accelerations(name, of, *[mp.mpf(0)] * 4)
+    matrix = mp.zeros(5, 5)
+    for n, moves in enumerate(slips):
+        matrix[2 * n, 2 * n + 1] = int(moves)
+        matrix[2 * n + 1, 4] = zero[n] if moves else 0
+        for column in range(4):
+            unit = [mp.mpf(int(row == column)) for row in range(4)]
+            matrix[2 * n + 1, column] = accelerations(name, of, *unit)[n] - zero[n] if moves else 0
+    return matrix
+
+
+def moved(name, of, slips=(True, True)):
+    start = mp.matrix([of["x1_0"], of["v1_0"], of["x2_0"], of["v2_0"], 1])
+    return mp.expm(matrix_of(name, of, slips) * of["t"], method="taylor") * start
+
+
+STATES = ("x1_t", "v1_t", "x2_t", "v2_t")
+CASES = {
+    "as it is": {}, "no viscous friction": {"b1": 0, "b2": 0, "b12": 0}, "overdamped": {"b1": 900, "b2": 70},
+    "a slow pole": {"b1": 1e-9, "b2": 1e-9, "b12": 0}, "long after": {"t": 3},
+    "three real poles": {"b1": 330, "b2": 150},
+}  # fmt: skip
+
+
+@EACH
+@pytest.mark.parametrize("case", CASES)
+def test_the_states_are_those_of_the_force_balance(name, case):
+    given = ROBOT | AT | CASES[case]
+    wanted = moved(name, exact(given) | ({"v2_0": mp.mpf(0)} if name == "joint" else {}))
+    for row, state in enumerate(STATES[:2] if name == "joint" else STATES):
+        found = derivation_of(name).value(state, {key: str(value) for key, value in given.items()}, DIGITS + 20)
+        assert abs(mp.mpf(str(found)) - mp.mpf(str(wanted[row]))) < mp.mpf(10) ** -28, state
+
+
+def test_a_pair_of_equal_poles_is_no_exception():
+    """The joint with p^2 = 4 q, exactly."""
+    given = ROBOT | AT | {"m_eff": 4, "k": 900, "b1": 120, "v2_0": 0}
+    wanted = moved("joint", exact(given))
+    assert derivation_of("joint").value("disc", given) == 0
+    found = derivation_of("joint").value("x1_t", {key: str(value) for key, value in given.items()}, DIGITS)
+    assert abs(mp.mpf(str(found)) - wanted[0]) < mp.mpf(10) ** -30
+
+
+@pytest.mark.parametrize("name", ["hopper", "second_spring"])
+@pytest.mark.parametrize("held", [("actuator",), ("body",)])
+def test_the_states_of_a_held_set_are_those_of_the_force_balance(name, held):
+    (found,) = (each for each in derivation_of(name).held_sets if each.held == held)
+    slips = ("actuator" not in held, "body" not in held)
+    rests = {"v1_0": 0, "side_1": 0} if held == ("actuator",) else {"v2_0": 0, "side_2": 0}
+    given = ROBOT | AT | rests
+    wanted = moved(name, exact(given), slips)
+    known = {key: sp.Rational(str(value)) for key, value in given.items()}
+    values = dict(known)
+    for each in derivation_of(name)._library.needed(derivation_of(name).found("poles")[:4]):
+        values[each.name] = each.value.xreplace({symbol: values[symbol.name] for symbol in each.value.free_symbols})
+    pending = {each.name: each for each in found.formulas}
+
+    def value(wanted_name):
+        if wanted_name not in known:
+            each = pending[wanted_name].value
+            known[wanted_name] = sp.N(each.xreplace({s: value(s.name) for s in each.free_symbols}), DIGITS)
+        return known[wanted_name]
+
+    for row, state in enumerate(STATES):
+        if slips[row // 2]:
+            assert abs(mp.mpf(str(value(state))) - wanted[row]) < mp.mpf(10) ** -30, state
+
+
+@pytest.mark.parametrize("name", NAMES[:-1])
+def test_the_transforms_solve_the_force_balance(name):
+    """(s - M)^-1 z(0) of the 5 x 5 system, its last member 1/s."""
+    of = exact(ROBOT | AT)
+    start = mp.matrix([of["x1_0"], of["v1_0"], of["x2_0"], of["v2_0"], 1])
+    wanted = mp.lu_solve(of["s"] * mp.eye(5) - matrix_of(name, of), start)
+    given = {key: str(value) for key, value in (ROBOT | AT).items() if key not in ("X1", "X2")}
+    by_name = {each: mp.mpf(str(derivation_of(name).value(each, given, DIGITS))) for each in ("X1", "X2", "Z")}
+    assert abs(by_name["X1"] - wanted[0]) < mp.mpf(10) ** -30 and abs(by_name["X2"] - wanted[2]) < mp.mpf(10) ** -30
+    for one in ("X1_by_X2", "X2_by_X1"):
+        found = mp.mpf(str(derivation_of(name).value(one, given, DIGITS)))
+        assert abs(found - by_name[one[:2]]) < mp.mpf(10) ** -30
+    without_body = derivation_of(name).transfer["X1_by_X2"].subs({sp.Symbol("X2", real=True): 0})
+    alone = sp.N(_evaluated(name, without_body, given), DIGITS)
+    assert abs(mp.mpf(str(alone)) + by_name["Z"] - by_name["X1"]) < mp.mpf(10) ** -30
+
+
+def _evaluated(name, expression, given):
+    return expression.xreplace(
+        {
+            symbol: sp.Rational(given[symbol.name])
+            if symbol.name in given
+            else derivation_of(name).value(symbol.name, given, DIGITS)
+            for symbol in expression.free_symbols
+        }
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_partial_fractions_are_the_states_where_poles_are_apart(name):
+    given = {key: str(value) for key, value in (ROBOT | AT).items()}
+
+    def value(each):
+        return mp.mpf(str(derivation_of(name).value(each, given, DIGITS)))
+
+    of_pair = value("Rd"), value("R")
+    for hat, state in (("_hat", "x1_t"), ("", "x2_t")):
+        if f"A{hat}" in derivation_of(name).partial_fractions:
+            fractions = value(f"A{hat}") + value(f"D{hat}") * of_pair[0] + value(f"E{hat}") * of_pair[1]
+            if name != "joint":
+                fractions += value(f"B{hat}") * mp.mpf("0.07") + value(f"C{hat}") * value("e")
+            assert abs(fractions - value(state)) < mp.mpf(10) ** -28
+
+
+@EACH
+def test_energies_change_by_the_powers(name):
+    """The rates of E and H along the force balance, by differences of a step of 1e-20."""
+    of = exact(ROBOT | AT)
+    acc = accelerations(name, of, of["x1"], of["v1"], of["x2"], of["v2"])
+    rate = {"x1": of["v1"], "v1": acc[0], "x2": of["v2"], "v2": acc[1]}
+    if name == "joint":
+        of["v2"] = rate["x2"] = mp.mpf(0)
+    step = mp.mpf(10) ** -20
+    found = derivation_of(name)
+
+    def value(each, shift=0):
+        at = of | {key: of[key] + shift * speed for key, speed in rate.items()}
+        return mp.mpf(str(found.value(each, {key: str(number) for key, number in at.items()}, 55)))
+
+    def slope(each):
+        return (value(each, step) - value(each, -step)) / (2 * step)
+
+    powers = [each for each in found.energies if each.endswith("_power") and each != "aed_power"]
+    assert abs(slope("total") - sum(value(each) for each in powers if each != "spring_power")) < mp.mpf(10) ** -25
+    if name != "joint":
+        assert abs(slope("body") - value("aed_power")) < mp.mpf(10) ** -25
+
+
+@EACH
+def test_event_functions_are_those_of_the_force_balance(name):
+    of = exact(ROBOT | AT)
+    at = of["x1"], of["v1"], of["x2"], of["v2"]
+    found = derivation_of(name)
+
+    def value(each):
+        return mp.mpf(str(found.value(each, {key: str(number) for key, number in of.items()}, DIGITS)))
+
+    wanted = {"x1_velocity": at[1], "x1_lower_stop": at[0] - of["x1_min"], "x1_upper_stop": of["x1_max"] - at[0]}
+    if name != "joint":
+        leg = of["k"] * (at[0] - at[2] + of["L0"] + of["c"])
+        leg += in_leg(name, of, *at)
+        wanted |= {"contact_force": leg, "x2_velocity": at[3]}
+    for n in (1,) if name == "joint" else (1, 2):
+        still = [speed if index != 2 * n - 1 else mp.mpf(0) for index, speed in enumerate(at)]
+        driven = forces(name, of, *still)[n - 1] - (of["gamma2"] * of["u"] if n == 1 else 0)
+        mass = of[("m_eff", "m_s")[n - 1]]
+        for way, side in (("up", 1), ("down", -1)):
+            most = -friction(name, of, side, side)[n - 1] * side
+            wanted[f"x{n}_holds_{way}"] = (most - side * driven) / mass
+    assert {each for each in found.event_functions if each.startswith("x") or each == "contact_force"} == {*wanted}
+    for each, number in wanted.items():
+        assert abs(value(each) - number) < mp.mpf(10) ** -30, each
+
+
+def test_held_sets_have_an_order_a_denominator_and_the_conditions_that_may_fail():
+    damper, fed = derivation_of("damper"), derive(MODELS / "feedforward.py")
+    assert [(each.held, each.order) for each in damper.held_sets] == [
+        ((), 3), (("actuator",), 2), (("body",), 2), (("actuator", "body"), 0)
+    ]  # fmt: skip
+    s = sp.Symbol("s")
+    of = {sp.Symbol(key, real=True): sp.Rational(str(value)) for key, value in ROBOT.items()}
+    matrix = matrix_of("damper", exact(ROBOT | AT))
+    wanted = [1, -(matrix[1, 1] + matrix[3, 3])]
+    found = [mp.mpf(str(sp.N(each.subs(of), 20))) for each in damper.held_sets[0].denominator.all_coeffs()]
+    assert all(abs(a - b) < 1e-15 * abs(b) for a, b in zip(found[:2], wanted, strict=True))
+    assert damper.held_sets[0].denominator.gens == (s,)
+    assert [each.conditions for each in damper.held_sets] == [{}] * 4
+    condition = sp.sympify("(b1 - k_fed)/m_eff").replace(
+        lambda each: each.is_Symbol, lambda each: sp.Symbol(each.name, real=True)
+    )
+    assert [list(each.conditions) for each in fed.held_sets] == [[], [], ["p_1"], []]
+    assert sp.expand(fed.held_sets[2].conditions["p_1"] - condition) == 0
+    assert [each.held for each in derivation_of("joint").held_sets] == [(), ("actuator",)]
+
+
+# ---- names, numbers, units ----
+
+
+def test_the_hopper_has_every_equation_of_the_paper():
+    numbers = {number for each in derivation_of("hopper").formulas for number in each.numbers}
+    assert numbers == set(range(1, 28))
+    assert [each.name for each in derivation_of("hopper").found("(14)")] == ["H2"]
+    assert {each.group for each in derivation_of("hopper").formulas} == {*GROUPS}
+
+
+def test_the_lagrangian_gives_the_equations_of_motion():
+    found = derivation_of("damper")
+    for n, (x, m) in enumerate((("x1", "m_eff"), ("x2", "m_s")), 1):
+        coordinate, mass = sp.Symbol(x, real=True), sp.Symbol(m, real=True)
+        balance = found.lagrangian.diff(coordinate) + found.formula(f"force_{n}").value
+        assert sp.expand(balance / mass - found.equations_of_motion[f"acc_{n}"]) == 0
+
+
+def test_a_parameter_may_have_a_name_of_the_derivation(tmp_path):
+    file = tmp_path / "own.py"
+    file.write_text(
+        "from hopform.model import Quantity, Term, v1\n"
+        'beta = Quantity("beta", "b", "N s/m", "drag", "nonnegative", 0.0)\n'
+        "parameters, terms = (beta,), (Term('drag', -beta.symbol * v1, 0),)\n"
+    )
+    found = derive(file)
+    assert sp.Symbol("beta", real=True) in found.equations_of_motion["acc_1"].free_symbols
+    assert sp.Symbol("beta_", real=True) in found.numerators["H4"].free_symbols
+    assert found.formula("beta_").numbers == (9,)
+
+
+BASE = {"kg": 1.7, "m": 2.3, "s": 0.6, "A": 3.1}
+BASE |= {"N": BASE["kg"] * BASE["m"] / BASE["s"] ** 2, "1": 1.0}
+BASE |= {"J": BASE["N"] * BASE["m"], "W": BASE["N"] * BASE["m"] / BASE["s"]}
+
+
+def size(unit):
+    above, *below = unit.split("/")
+    powers = [(word, 1) for word in above.split()] + [(word, -1) for group in below for word in group.split()]
+    return math.prod(BASE[word.split("^")[0]] ** (sign * int((word + "^1").split("^")[1])) for word, sign in powers)
+
+
+@EACH
+def test_units_balance_in_every_formula(name):
+    """In other units of mass, length, time and current every formula has the value that its unit says."""
+    found = derivation_of(name)
+    given = ROBOT | AT
+    units = {each: quantity.unit for each, quantity in found.inputs.items()} | {"X1": "m s", "X2": "m s"}
+    scaled = {key: value * size(units.get(key, "1")) for key, value in given.items()}
+    for each in found.formulas:
+        one, other = float(found.value(each.name, given)), float(found.value(each.name, scaled))
+        assert other == pytest.approx(one * size(each.quantity.unit), rel=1e-8, abs=1e-12), each.name
+
+
+# ---- forms ----
+
+TIGHT, SINGLE = 1e-9, 2e-4
+"""Of the largest value that a formula's steps have: they subtract what is large only where its unit says so."""
+
+
+def values_of(name):
+    found = derivation_of(name)
+    given = {key: str(value) for key, value in (ROBOT | AT).items() if key not in ("X1", "X2")}
+    return {each.name: float(found.value(each.name, given, DIGITS)) for each in found.formulas}
+
+
+def arguments(name, formula):
+    library = derivation_of(name)._library
+    taken = library.taken(library.needed([formula]))
+    return [(ROBOT | AT)[quantity.name] for quantity in taken]
+
+
+@EACH
+def test_text_and_json_read_back_as_the_formula(name):
+    found = derivation_of(name)
+    lines = [line for line in found.show().splitlines() if line and not line.startswith("#")]
+    in_json = json.loads(found.show(form="json"))
+    assert len(lines) == len(in_json) == len(found.formulas)
+    for line, entry, formula in zip(lines, in_json, found.formulas, strict=True):
+        symbols = {symbol.name: symbol for symbol in formula.value.free_symbols}
+        left, _, right = line.partition("  # ")[0].partition(" = ")
+        assert left == entry["name"] == formula.name and entry["unit"] == formula.quantity.unit
+        for text in (right, entry["text"]):
+            read = sp.sympify(text, locals=symbols)
+            difference = (read - formula.value).xreplace({each: sp.Rational(3, 7) for each in symbols.values()})
+            assert abs(sp.N(difference, DIGITS)) < 1e-35, line
+
+
+@pytest.mark.parametrize("name", ["hopper", "joint"])
+def test_sympy_reads_back_as_equations_with_the_values_of_the_formulas(name):
+    found = derivation_of(name)
+    spaces: dict[str, object] = {}
+    exec(found.show(form="sympy"), spaces)
+    given = {key: str(value) for key, value in (ROBOT | AT).items() if key not in ("X1", "X2")}
+    known = {key: sp.Rational(value) for key, value in given.items()}
+    for equation in spaces["equations"]:
+        values = {symbol: known[symbol.name] for symbol in equation.rhs.free_symbols}
+        known[equation.lhs.name] = sp.N(equation.rhs.xreplace(values), DIGITS)
+        wanted = found.value(equation.lhs.name, given, DIGITS)
+        assert abs(known[equation.lhs.name] - wanted) <= 1e-25 * (1 + abs(wanted)), equation
+        assert not equation.atoms(sp.Float), equation
+
+
+@pytest.mark.parametrize("name", ["damper", "joint"])
+def test_numpy_has_the_values_of_the_formulas_for_numbers_and_arrays(name):
+    found, wanted = derivation_of(name), values_of(name)
+    spaces: dict[str, object] = {}
+    exec(found.show(form="numpy"), spaces)
+    for formula in found.formulas:
+        given = arguments(name, formula)
+        function = spaces[formula.name]
+        assert float(function(*given)) == pytest.approx(wanted[formula.name], rel=TIGHT, abs=TIGHT), formula.name
+        if given:
+            many = function(np.full((2, 1), given[0]), *given[1:])
+            assert np.allclose(many, wanted[formula.name], rtol=TIGHT, atol=TIGHT)
+    if name == "joint":
+        assert np.isfinite(spaces["x1_t"](*arguments(name, found.formula("x1_t"))[:-1], np.linspace(0.0, 1.0, 9))).all()
+
+
+@pytest.mark.parametrize(("name", "single"), [("damper", False), ("joint", True)])
+def test_c_has_the_values_of_the_formulas(tmp_path, name, single):
+    found, wanted = derivation_of(name), values_of(name)
+    code = found.show(form="c", single=single)
+    (tmp_path / "all.c").write_text(re.sub("^static ", "", code, flags=re.MULTILINE))
+    flags = ["-std=c99", "-O0", "-Wall", "-Wextra", "-Wno-unused-variable", "-Werror", "-shared", "-fPIC"]
+    flags += ["-Wdouble-promotion", "-Wunsuffixed-float-constants"] if single else []
+    subprocess.run(["cc", *flags, "all.c", "-o", "all.so", "-lm"], cwd=tmp_path, check=True)
+    library = ctypes.CDLL(str(tmp_path / "all.so"))
+    kind, tolerance = (ctypes.c_float, SINGLE) if single else (ctypes.c_double, TIGHT)
+    for formula in found.formulas:
+        function = library[f"{name}_{formula.name}"]
+        given = arguments(name, formula)
+        function.restype, function.argtypes = kind, [kind] * len(given)
+        assert function(*given) == pytest.approx(wanted[formula.name], rel=tolerance, abs=tolerance), formula.name
+
+
+def test_latex_is_in_glyphs_that_balance():
+    found = derivation_of("damper")
+    glyphs = {quantity.glyph for quantity in found.inputs.values()}
+    for formula in found.formulas:
+        comment, line = found.show(formula.name, "latex").splitlines()
+        assert comment.startswith(f"% {formula.name}: ")
+        assert line.startswith(f"{formula.quantity.glyph} = ")
+        assert line.count("{") == line.count("}") and "_t" not in line.replace(r"\_t", "")
+        for symbol in formula.value.free_symbols:
+            assert found.inputs.get(symbol.name) is None or found.inputs[symbol.name].glyph in line, line
+    assert r"b_{12}" in glyphs
+
+
+def test_the_notebook_runs_cell_by_cell():
+    book = json.loads(derivation_of("damper").show(form="notebook"))
+    spaces: dict[str, object] = {}
+    for cell in book["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), spaces)
+    assert {group for group in GROUPS if group in spaces} == {each.group for each in derivation_of("damper").formulas}
+    assert len({cell["id"] for cell in book["cells"]}) == len(book["cells"]) and book["nbformat"] == 4
+
+
+# ---- the door ----
+
+
+def test_every_documented_example_of_the_derivation_runs():
+    outcome = doctest.testmod(module)
+    assert outcome.failed == 0 and outcome.attempted >= 20
+
+
+def test_the_door_says_what_is_wrong(tmp_path):
+    with pytest.raises(ModelError, match="there is no model file .*nothing; models that ship: hopper"):
+        derive(tmp_path / "nothing")
+    with pytest.raises(ModelError, match=r"hopper has no formula 'H22': did you mean H2_2\?"):
+        derivation_of("hopper").show("H22")
+    with pytest.raises(ModelError, match=r"drag.py: .*not linear in v2"):
+        derive(MODELS / "drag.py")
+    with pytest.raises(ModelError, match="s_1 of hopper takes b1"):
+        derivation_of("hopper").value("s_1", {"b2": 1, "m_eff": 1, "m_s": 1})
+
+
+@pytest.mark.parametrize(
+    ("arguments_of", "said"),
+    [
+        (["model", "show", "hopper", "H22"], "did you mean H2_2?"),
+        (["model", "show", "nothing"], "whose name ends in .py, or one of hopper, got 'nothing'"),
+        (["model", "show", "nothing.py"], "nothing.py cannot be read: No such file"),
+        (["model", "show", str(MODELS / "undeclared.py")], "k_emf is not declared in `parameters`"),
+        (["model", "show", "hopper", "--as", "numpy", "--f32"], "--f32 is for --as c"),
+        (["equations", "14", "--as", "c", "--json"], "exclude each other"),
+        (["equations", "28", "--as", "c"], "known: (1) to (27)"),
+    ],
+)
+def test_the_commands_refuse_in_one_line(capsys, arguments_of, said):
+    assert cli.main(arguments_of) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and said in printed.err and printed.err.count("\n") == 1
+
+
+def test_the_commands_print_what_the_derivation_shows(capsys):
+    assert cli.main(["model", "show", str(MODELS / "damper.py"), "acc_1", "--as", "latex"]) == 0
+    assert capsys.readouterr().out == derivation_of("damper").show("acc_1", "latex")
+    assert cli.main(["equations", "(14)", "--as", "c"]) == 0
+    assert capsys.readouterr().out == derivation_of("hopper").show("14", "c")
+    assert cli.main(["equations", "--as", "text"]) == 0
+    assert capsys.readouterr().out == derivation_of("hopper").show("paper")
+    assert cli.main(["model", "show", "hopper", "x2_t", "--as", "c", "--f32"]) == 0
+    assert "static float hopper_x2_t(" in capsys.readouterr().out
+    assert hopform.model.derive is derive

@@ -1,0 +1,93 @@
+"""The facts of a solver, solver.toml: they say of a package what the package itself says, and are read before it."""
+
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from derive.emit.facts import facts
+from derive.emit.toml import toml
+from derive.model.equations import Model
+from derive.model_file import read_model
+from derive.models.hopper import HOPPER
+from hopform_solver import LAYOUT, VERSION, elements, records
+from tests.derived import MODELS, derived
+
+ROOT = Path(__file__).resolve().parents[2]
+SOUND = ("back_emf", "damper", "held_body", "joint", "rig", "second_spring")
+
+
+@cache
+def model(name: str) -> Model:
+    return HOPPER if name == "hopper" else read_model(MODELS / f"{name}.py")
+
+
+def of_package(known, package_records, package_elements) -> None:
+    """Parameters, events, ledger and outputs of the facts are those of the package, in its order."""
+    fields = [
+        (f["name"], f["glyph"], f["unit"], f["domain"], f["meaning"], f.get("default")) for f in known["parameters"]
+    ]
+    assert fields == [tuple(field) for field in package_records.ROBOT_FIELDS]
+    limits = [(f["name"], f["glyph"], f["unit"], f["domain"], f["meaning"], f.get("default")) for f in known["limits"]]
+    assert limits == [tuple(package_records.TRAVEL)]
+    events = [event for element in known["elements"] for event in element.get("events", {})]
+    assert sorted(events) == sorted(package_records.EVENTS.values())
+    entries = [entry for element in known["elements"] for entry in element["ledger"]]
+    assert sorted(entries) == sorted(package_records.Ledger._fields)
+    assert [each["name"] for each in known["outputs"]] == list(package_elements.ROWS)
+    states = {each["name"] for each in known["coordinates"]}
+    assert states == {*package_records.LegState._fields, "x2"}
+
+
+def test_the_facts_of_the_hopper_are_those_of_its_package():
+    known = tomllib.loads((ROOT / "generated" / "solver.toml").read_text("utf-8"))
+    of_package(known, records, elements)
+    assert (known["format"], known["name"], known["layout"], known["version"]) == (1, "hopper", LAYOUT, VERSION)
+
+
+def test_the_facts_of_a_derived_model_are_those_of_its_package(store):
+    leg = derived(store, "damper", "with_damper", "--float64")
+    known = tomllib.loads((leg.folder / "solver.toml").read_text("utf-8"))
+    of_package(known, leg.part("records"), leg.part("elements"))
+    assert (known["name"], known["layout"]) == ("damper", leg.package.LAYOUT)
+    assert known["title"].startswith("A damper between the masses")
+    assert all((leg.folder / source).is_file() for source in known["build"]["sources"])
+    compiled = {path.relative_to(leg.folder).as_posix() for path in (leg.folder / "c" / "src").glob("*.c")}
+    assert compiled == {*known["build"]["sources"]}
+
+
+@pytest.mark.parametrize("name", ["hopper", *SOUND])
+def test_the_facts_of_every_model_are_data_that_reads_back(name):
+    known = facts(model(name), "0" * 16, ["c/src/version.c"])
+    assert tomllib.loads(toml(known)) == known
+
+
+@pytest.mark.parametrize("name", ["hopper", *SOUND])
+def test_each_parameter_belongs_to_an_element(name):
+    known = facts(model(name), "", ())
+    there = {each["name"] for each in known["elements"]} | {"contact"}  # a rig has no contact and keeps its parameter
+    assert all(parameter["element"] in there for parameter in known["parameters"])
+
+
+def element_of(name: str, parameter: str) -> str:
+    return next(each["element"] for each in facts(model(name), "", ())["parameters"] if each["name"] == parameter)
+
+
+def test_a_parameter_of_a_term_belongs_to_that_term():
+    assert element_of("damper", "b12") == "damper"
+    assert element_of("second_spring", "L_2") == "second spring"
+    assert element_of("joint", "f1_minus") == "actuator"
+
+
+def test_what_a_model_can_follows_from_its_bolts():
+    everything = ["motion", "stance", "flight", "hop", "command", "reach", "identify"]
+    leg = facts(model("damper"), "", ())
+    assert facts(HOPPER, "", ())["can"] == everything
+    assert leg["can"] == everything[:-1] and "the term 'damper'" in leg["lacks"]["identify"]
+    rig, joint = facts(model("rig"), "", ()), facts(model("joint"), "", ())
+    assert rig["can"] == joint["can"] == ["motion"]
+    assert all(known["lacks"].keys() == {*everything[1:]} for known in (rig, joint))
+    held = facts(Model(fixed=("body",)), "", ())
+    assert held["can"] == ["motion", "stance"]
+    assert "contact" in held and "contact" not in rig and "flight" not in held

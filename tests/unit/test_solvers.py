@@ -1,0 +1,312 @@
+"""Solvers of models of one's own: `hopform.load_solver` gives all that hopform has, over another derived package."""
+
+import math
+import os
+import pickle
+import shutil
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform._solver.choice import SOLVERS
+from tests import needs
+from tests.derived import built, solver_of
+
+HOPPER = hopform.load_robot("hopper_c")
+
+
+@pytest.fixture(scope="module")
+def leg(store) -> hopform.Solver:
+    """The hopper with a damper in its leg."""
+    return solver_of(store, "damper")
+
+
+@pytest.fixture(scope="module")
+def stranger(store) -> hopform.Solver:
+    """The hopper of the paper under another name."""
+    return solver_of(store, "stranger")
+
+
+@pytest.fixture
+def damped(leg) -> hopform.Robot:
+    return replace(leg.load_robot("hopper_c"), b12=5.0)
+
+
+def edited(folder: Path, to: Path, name: str, old: str, new: str) -> Path:
+    """A copy of a solver's folder with one text in one file changed."""
+    shutil.copytree(folder, to)
+    text = (to / name).read_text("utf-8")
+    assert text.count(old) == 1
+    (to / name).write_text(text.replace(old, new), "utf-8")
+    return to
+
+
+# ---- figures of an independent integration ----
+
+
+@pytest.mark.parametrize(
+    ("b12", "u", "takeoff", "apex", "stop"),
+    [
+        (5.0, 0.0, 0.184781, 7.851, None), (5.0, 3.0, 0.189874, 17.156, None), (20.0, 0.0, 0.190742, 1.368, None),
+        (20.0, 3.0, 0.252848, 8.886, 0.252848), (40.0, 3.0, 0.25562, 7.81, 0.25029),
+    ],
+)  # fmt: skip
+def test_a_damped_leg_takes_off_as_an_independent_integration_says(leg, backend, b12, u, takeoff, apex, stop):
+    """hopper_c dropped from 20 cm, with a damper b12 in its leg: take-off [s], apex [cm], upper stop [s]."""
+    robot = replace(leg.load_robot("hopper_c"), b12=b12)
+    stance = leg.solve_stance(robot, v2=leg.touchdown_velocity(robot, 0.2), u=u, backend=backend)
+    assert stance.duration == pytest.approx(takeoff, abs=6e-7 if takeoff != 0.25562 else 6e-6)
+    assert 100.0 * stance.apex == pytest.approx(apex, abs=6e-4 if apex != 7.81 else 6e-3)
+    stops = [event.time for event in stance.events if event.kind == "x1_hits_stop"]
+    assert stops == ([] if stop is None else [pytest.approx(stop, abs=6e-6)])
+
+
+# ---- a solver has what hopform has ----
+
+
+def test_a_solver_has_every_name_of_hopform(leg):
+    own = {*hopform.__all__} - {"load_solver"}
+    assert own <= {*dir(leg)} and all(getattr(leg, name) is not None for name in own)
+    with pytest.raises(AttributeError, match="a solver has no attribute 'solve_stanze'"):
+        _ = leg.solve_stanze
+
+
+def test_the_solver_of_the_hopper_is_hopform_itself():
+    solver = hopform.load_solver("hopper")
+    assert solver.Robot is hopform.Robot and solver.ROBOTS == hopform.ROBOTS and solver.ufuncs is hopform.ufuncs
+    assert solver.solve_stance(HOPPER, v2=-1.93, u=2.0) == hopform.solve_stance(HOPPER, v2=-1.93, u=2.0)
+    assert solver.backends() == hopform.backends() and solver.equations() == hopform.equations()
+    assert hopform.load_solver("hopper") is solver
+
+
+def test_solvers_stand_side_by_side_and_nothing_is_put_on_the_path(leg, stranger, damped):
+    assert leg.Robot is not stranger.Robot is not hopform.Robot
+    names = [field.name for field in leg.Robot.fields()]
+    assert names == [*(field.name for field in hopform.Robot.fields()), "b12"]
+    assert not [path for path in sys.path if "solver_of_" in path]
+    ours = {name for name in sys.modules if name.startswith("hopform._solvers.")}
+    assert {f"hopform._solvers.{each.solver.source}" for each in (leg.Robot, stranger.Robot)} <= ours
+    plain, undamped = hopform.solve_stance(HOPPER, v2=-1.93, u=2.0), replace(damped, b12=0.0)
+    for solver, robot in ((leg, undamped), (stranger, stranger.load_robot("hopper_c"))):
+        stance = solver.solve_stance(robot, v2=-1.93, u=2.0)
+        assert stance.duration == pytest.approx(plain.duration, rel=1e-13)
+    assert leg.solve_stance(damped, v2=-1.93, u=2.0).duration != pytest.approx(plain.duration, rel=1e-4)
+
+
+@needs.library
+def test_both_back_ends_of_a_solver_say_the_same(leg, damped):
+    assert leg.backends() == ("c", "python") and leg.library_message() is None
+    found = [leg.solve_stance(damped, v2=-1.93, u=2.0, backend=each) for each in ("c", "python")]
+    assert [each.duration for each in found] == [found[0].duration] * 2
+    assert [each.end for each in found] == [found[0].end] * 2
+
+
+def test_derivatives_by_a_parameter_of_ones_own_are_those_of_differences(leg, damped):
+    """Central differences in b12: their error is of the order of step^2, and of the rounding over the step."""
+    stance, step = leg.solve_stance(damped, v2=-1.93, u=2.0), 1e-4
+    apexes = [leg.solve_stance(replace(damped, b12=5.0 + d), v2=-1.93, u=2.0).apex for d in (step, -step)]
+    slope = (apexes[0] - apexes[1]) / (2.0 * step)
+    assert stance.sensitivities["apex", "b12"] == pytest.approx(slope, rel=1e-6)
+    assert stance.sensitivities.units["b12"] == "N s/m"
+    found = stance.sensitivities.to_xarray()
+    assert found.column_unit.sel(column="b12") == "N s/m"
+
+
+def test_a_batch_takes_a_parameter_of_ones_own(leg, damped):
+    dampings = np.array([0.0, 5.0, 20.0])
+    batch = leg.solve_stances(damped, v2=-1.93, u=2.0, b12=dampings)
+    each = [leg.solve_stance(replace(damped, b12=b), v2=-1.93, u=2.0).apex for b in dampings]
+    np.testing.assert_array_equal(batch.apex, each)
+    row = np.array([[*damped.parameters[:-1], b] for b in dampings])
+    np.testing.assert_array_equal(leg.ufuncs.stance(0.0, 0.0, -1.93, 0.0, 2.0, 2.0, row)[6], each)
+    with pytest.raises(hopform.HopformError, match=r"b12\[1\] must be >= 0 and finite N s/m, got -1.0"):
+        leg.solve_stances(damped, v2=-1.93, b12=[0.0, -1.0])
+    with pytest.raises(hopform.HopformError, match="neither an input of a stance nor a field of the robot"):
+        hopform.solve_stances(HOPPER, v2=-1.93, b12=[0.0])
+
+
+def test_a_sweep_over_a_parameter_of_ones_own_has_its_unit(leg, damped):
+    pytest.importorskip("xarray")
+    found = leg.sweep(damped, height=[0.1, 0.2], b12=[5.0, 20.0])
+    assert dict(found.sizes) == {"height": 2, "b12": 2} and found.b12.attrs == {"units": "N s/m"}
+    assert float(found.apex.sel(height=0.2, b12=20.0)) == pytest.approx(0.01368, abs=6e-6)
+    single = leg.sweep(damped, height=[0.1, 0.2], b12=20.0)
+    assert single.b12.attrs == {"units": "N s/m"}
+
+
+def test_a_damped_leg_hops_is_controlled_and_is_mapped(leg, damped):
+    """The chosen current leads to the wanted apex; the run under it repeats that apex."""
+    v2 = leg.touchdown_velocity(damped, 0.1)
+    command = leg.choose_current(damped, v2=v2, h_des=0.1)
+    assert command.status == "reached"
+    assert leg.solve_stance(damped, v2=v2, u=command.u).apex == pytest.approx(0.1, abs=1e-9)
+    run = leg.simulate(damped, [0.0, 0.0, 0.0], leg.controllers.FeedForward(0.1), height=0.1)
+    assert run.status == "completed" and [hop.apex for hop in run.hops] == [pytest.approx(0.1, abs=1e-6)] * 3
+    reach = leg.reachability(damped, np.linspace(0.05, 0.2, 4), np.array([0.0, 3.0]))
+    assert reach.highest[1] > reach.apex[1, 0] and leg.next_apex(damped, 0.1, 3.0) == pytest.approx(
+        leg.solve_stance(damped, v2=v2, u=3.0).apex, rel=1e-12
+    )
+
+
+# ---- robots ----
+
+
+def test_a_robot_of_another_solver_is_refused_with_both_names(leg, damped):
+    source = leg.Robot.solver.source
+    both = rf"robot hopper_c is of the solver hopper \(source hopform_solver\), not of damper \(source {source}\)"
+    with pytest.raises(hopform.HopformError, match=both):
+        leg.solve_stance(HOPPER, v2=-1.93)
+    with pytest.raises(hopform.HopformError, match=r"is of the solver damper .* not of hopper"):
+        hopform.load_solver("hopper").simulate(damped, [0.0], 3.0, height=0.2)
+    with pytest.raises(hopform.HopformError, match="robot must be a Robot, as load_robot gives it, got 'hopper_c'"):
+        leg.solve_stance("hopper_c", v2=-1.93)
+
+
+def test_the_robots_of_a_solver_are_checked_by_its_own_parameters(leg, damped):
+    assert damped.b12 == 5.0 and "b12 = 5.0" in damped.to_toml()
+    with pytest.raises(hopform.HopformError, match="b12 must be >= 0 and finite N s/m, got -1.0"):
+        replace(damped, b12=-1.0)
+    with pytest.raises(TypeError, match="b12"):
+        hopform.Robot(**HOPPER.parameters._asdict(), b12=1.0)
+
+
+@pytest.mark.parametrize("what", ["robot", "stance", "flight", "batch", "solver"])
+def test_what_a_solver_made_is_pickled_by_its_source(leg, damped, backend, what, monkeypatch):
+    """Where the solver is not loaded it is refused: a pickle names no folder from which programs would be run."""
+    stance = leg.solve_stance(damped, v2=-1.93, u=3.0, backend=backend)
+    things = {"robot": damped, "stance": stance, "flight": stance.fly(), "solver": leg}
+    thing = things.get(what) or leg.solve_stances(damped, v2=-1.93, backend=backend)
+    text = pickle.dumps(thing)
+    assert pickle.loads(text) == thing
+    if what != "batch":  # which has no robot
+        source = leg.Robot.solver.source
+        monkeypatch.delitem(SOLVERS, source)
+        with pytest.raises(hopform.HopformError, match=f"source '?{source}'?, which is not loaded here"):
+            pickle.loads(text)
+
+
+def test_a_toml_names_its_model_or_has_the_keys_of_the_solver(leg, stranger, damped, tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(damped.to_toml(), "utf-8")
+    assert leg.load_robot(file) == damped
+    with pytest.raises(hopform.HopformError, match=r"unknown parameter 'b12'.*mine.toml, line"):
+        hopform.load_robot(file)
+    file.write_text('model = "damper"\n' + HOPPER.to_toml(), "utf-8")
+    assert leg.load_robot(file).b12 == 0.0
+    for other in (stranger, hopform):
+        name = "stranger" if other is stranger else "hopper"
+        with pytest.raises(hopform.HopformError, match=f"of the model 'damper', the solver of '{name}' .*line 1"):
+            other.load_robot(file)
+    file.write_text("model = 1\n" + HOPPER.to_toml(), "utf-8")
+    with pytest.raises(hopform.HopformError, match="model must be the name of a model, got 1"):
+        leg.load_robot(file)
+
+
+def test_the_shipped_robots_are_those_of_a_solver_with_their_parameters(leg, stranger):
+    assert stranger.ROBOTS == hopform.ROBOTS
+    assert {*hopform.ROBOTS} <= {*leg.ROBOTS}
+    assert leg.load_robot("hopper_b").b12 == 0.0
+    with pytest.raises(hopform.HopformError, match="there is no robot 'hopper_x', did you mean 'hopper_"):
+        leg.load_robot("hopper_x")
+
+
+# ---- what a model cannot do ----
+
+
+def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(store, tmp_path, damped, leg):
+    """A folder whose facts say what derive says of a rig: what it can is read, not found out."""
+    lacking = 'can = ["motion"]\n\n[lacks]\nstance = "a contact"\nhop = "a body that flies"\n'
+    lacking += 'flight = "a body that flies"\ncommand = "a body that flies"\nreach = "a body that flies"\n'
+    facts = (built(store, "stranger") / "solver.toml").read_text("utf-8")
+    begin, end = facts.index("can = "), facts.index("[build]")
+    folder = edited(built(store, "stranger"), tmp_path / "rig", "solver.toml", facts[begin:end], lacking + "\n")
+    rig = hopform.load_solver(folder)
+    robot = rig.Robot(**HOPPER.parameters._asdict())
+    for call in (
+        lambda: rig.solve_stance(robot, v2=-1.0), lambda: hopform.solve_stance(robot, v2=-1.0),
+        lambda: rig.solve_stances(robot, v2=[-1.0]), lambda: rig.sweep(robot, v2=[-1.0]),
+    ):  # fmt: skip
+        with pytest.raises(hopform.HopformError, match="^the model stranger has no stance: it lacks a contact$"):
+            call()
+    for act, call in {
+        "flight": lambda: rig.solve_flight(robot, v2=1.0), "hops": lambda: rig.simulate(robot, [0.0], 1.0, height=0.1),
+        "controller": lambda: rig.choose_current(robot, v2=-1.0, h_des=0.1),
+        "map of apexes": lambda: rig.next_apex(robot, 0.1, 1.0),
+    }.items():  # fmt: skip
+        with pytest.raises(hopform.HopformError, match=f"^the model stranger has no {act}: it lacks a body that flies"):
+            call()
+    with pytest.raises(hopform.HopformError, match="the model damper has no identification: .* the term 'damper'"):
+        leg.record(damped, "drop")
+    with pytest.raises(hopform.HopformError, match="the model damper has no identification"):
+        leg.fit_drop_test(None, m_s=3.0)
+
+
+# ---- folders and names ----
+
+
+def test_what_is_no_solver_is_refused_by_its_name(tmp_path):
+    model, file, empty = tmp_path / "leg.py", tmp_path / "leg.toml", tmp_path / "empty"
+    model.write_text("terms = ()\n")
+    file.write_text("")
+    empty.mkdir()
+    for path, message in (
+        (model, "is a model, a text, and a solver is a program: `hopform model build"),
+        (file, "is no solver: that is a folder with solver.toml"),
+        (empty, "is no solver, it has no solver.toml"),
+        (tmp_path / "absent", "there is no solver"),
+        (7, "solver must be a path, got 7"),
+    ):
+        with pytest.raises(hopform.HopformError, match=message):
+            hopform.load_solver(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "message"),
+    [
+        ("solver.toml", "format = 1", "format = 2", "must be of format 1, which this hopform reads, got 2"),
+        ("solver.toml", 'title = "', 'titles = "', "holds no facts of a solver: KeyError: 'title'"),
+        ("solver.toml", "format = 1", "format 1", "cannot be read"),
+        ("python/hopform_solver/__init__.py", 'LAYOUT = "', 'LAYOUT = "0', "has the layout .*, its package 0"),
+    ],
+)
+def test_a_folder_that_disagrees_with_itself_is_refused(store, tmp_path, name, old, new, message):
+    folder = edited(built(store, "stranger"), tmp_path / "copy", name, old, new)
+    with pytest.raises(hopform.HopformError, match=message):
+        hopform.load_solver(folder)
+
+
+@needs.library
+def test_a_library_of_other_sources_than_the_folder_has_is_not_used(store, tmp_path):
+    """As after deriving again without a compiler: the layout is the same, the formulas need not be."""
+    folder = edited(built(store, "stranger"), tmp_path / "copy", "solver.toml", "built as a stranger", "edited")
+    source = folder / "c" / "src" / "version.c"
+    source.write_text(source.read_text("utf-8") + "\n", "utf-8")
+    solver = hopform.load_solver(folder)
+    assert solver.backends() == ("python",) and "is stale: it is of the sources" in solver.library_message()
+    with pytest.warns(RuntimeWarning, match="Python back end: .* is stale"):
+        assert solver.solve_stance(solver.load_robot("hopper_c"), v2=-1.93).backend == "python"
+
+
+def test_a_solver_is_found_by_its_name_where_models_are_built_the_newest_first(store, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    place = tmp_path / "hopform" / "solvers"
+    old = edited(built(store, "stranger"), place / "a", "solver.toml", "built as a stranger", "of yesterday")
+    edited(built(store, "stranger"), place / "b", "solver.toml", "built as a stranger", "of today")
+    (place / "c").mkdir()
+    (place / "c" / "solver.toml").write_text("half of a fi")
+    os.utime(old / "solver.toml", (1.0, 1.0))
+    assert hopform.load_solver("stranger").title == "The hopper of the paper, of today."
+    with pytest.raises(
+        hopform.HopformError, match="there is no solver 'strange'; known: hopper, stranger, or a folder"
+    ):
+        hopform.load_solver("strange")
+
+
+def test_the_same_folder_is_loaded_once(store, stranger):
+    assert hopform.load_solver(built(store, "stranger")) is stranger
+    assert hopform.load_solver(str(built(store, "stranger"))) is stranger
+    assert not math.isnan(stranger.solve_stance(stranger.load_robot("hopper_c"), v2=-1.93).apex)
