@@ -20,7 +20,7 @@ from hopform._figures import plots
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
 from hopform._identify.ramp import Rise, Threshold
-from hopform._identify.recordings import SI, Recording, Units
+from hopform._identify.recordings import DRIVES, SI, Recording, Units
 from hopform._show import Shown
 
 
@@ -44,7 +44,8 @@ def recording_panel(axes: Axes, recording: Recording, name: str | None = None) -
     shown = name or _by_name(recording)[0]
     column = recording.columns[shown]
     scale, unit = (100.0, "cm") if column.quantity == "length" else (1.0, SI[column.quantity])
-    axes.plot(recording.time, scale * column.values, lw=0.9, color=plots.BLUE)
+    colour = plots.CURRENT if column.quantity in DRIVES else plots.BLUE
+    axes.plot(recording.time, scale * column.values, lw=0.9, color=colour)
     axes.set(xlabel="t [s]", ylabel=f"{shown} [{unit}]")
 
 
@@ -145,7 +146,7 @@ def plot_threshold(figure: Figure, threshold: Threshold) -> None:
 def _draw_rise(above: Axes, below: Axes, rise: Rise, units: Units) -> None:
     onset = rise.onset
     rise_panel(above, rise, units)
-    below.plot(rise.time, rise.u, lw=0.8, color=plots.BLUE)
+    below.plot(rise.time, rise.u, lw=0.8, color=plots.CURRENT)
     for axes in (above, below):
         axes.axvspan(onset.time_low, onset.time_high, color=plots.MAGENTA, alpha=0.2, label="onset, 95 %")
         axes.axvline(onset.time, color=plots.MAGENTA, lw=0.9)

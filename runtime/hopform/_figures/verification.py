@@ -18,7 +18,7 @@ from hopform import Robot, fit_drop_test, fit_step_response, friction_threshold,
 from hopform._checks import Role, stream
 from hopform._figures import results
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, rms, scale, standing, volts
-from hopform._figures.plots import BLACK, BLUE, ORANGE
+from hopform._figures.plots import BLACK, BLUE, CURRENT, ORANGE
 from hopform.terrain import flat
 
 NOISE = 2e-4  # [m]
@@ -170,8 +170,8 @@ def threshold(sources: Mapping[str, str], robot: Robot) -> Drawn:
     results.rise_panel(top, rise, found.units)
     under(top)
     top.set_xlabel("")
-    bottom.plot(rise.time, rise.u)
-    bottom.axhspan(rise.onset.u_low, rise.onset.u_high, alpha=0.3)
+    bottom.plot(rise.time, rise.u, color=CURRENT)
+    bottom.axhspan(rise.onset.u_low, rise.onset.u_high, color=CURRENT, alpha=0.3)
     bottom.set(xlabel="t [s]", ylabel=f"current $u$ [{volts(robot)}]")
     ours = (
         f"a ramp recorded from {named(robot)}: {len(found.onsets)} onsets of motion, u* = {found.u:.4g} {volts(robot)} "
