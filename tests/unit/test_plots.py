@@ -87,7 +87,9 @@ def test_a_run_has_labels_with_units_and_legends(run_figure):
 
 
 def test_the_energy_less_the_analytical_one_is_rounding(figure, run_figure):
-    """What is drawn is their difference, whose power of ten stands at its axis."""
+    """What is drawn is their difference, whose power of ten stands at its axis once it is drawn."""
+    for each in (figure, run_figure):
+        plots.render(each, ".svg")
     for energy, axes, tolerance in ((*figure.axes[3:5], 1e-12), (*run_figure.axes[2:4], 1e-11)):
         (off,) = curves(axes).values()
         assert 0.0 < np.abs(off[1]).max() < tolerance
