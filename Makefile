@@ -66,7 +66,7 @@ test-slices: compiler venv-dev ## the slower tests, with some robots of each cou
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
 	$(PY) tools/build_library.py
 	@rm -rf out/site out/doxygen out/doctrees && mkdir -p out
-	.venv/bin/hopform figures out/figures >out/figures.log
+	.venv/bin/hopform figures out/figures --caption none --width 4.2in >out/figures.log
 	doxygen docs/site/Doxyfile
 	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site
 	$(PY) docs/play/build.py out/site/play

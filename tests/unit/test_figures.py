@@ -345,7 +345,19 @@ def test_take_offs_are_marked_where_energy_is_drawn(number):
 
 def test_the_schematic_has_every_coordinate_and_force():
     words = " ".join(each.get_text() for axes in drawn(1).figure.axes for each in axes.texts)
-    for word in ("$x_1$", "$x_2$", "$L_0 + c$", "$k$", "F", r"$-\gamma_2 u$", "$m_s$", "$m_{eff}$"):
+    for word in (
+        "$x_1$",
+        "$x_2$",
+        "$L_0 + c$",
+        "$k$",
+        "F",
+        r"$-\gamma_2 u$",
+        "$m_s$",
+        "$m_{eff}$",
+        "$m_s g$",
+        "$R_1$",
+        "$R_2$",
+    ):
         assert word in words
     assert "a positive input lifts the body" in drawn(1).ours
     other = figures.draw(1, dataclasses.replace(hopform.load_robot("hopper_c"), gamma2=65.0))

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Circle, Rectangle
 
 from hopform import HopformError, Robot, Run, Stance, TouchdownDetector, delayed_apex, simulate, solve_stance
 from hopform._checks import Role, stream
 from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, volts
-from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, LOOK, MAGENTA, ORANGE, STANCE, shade_stances
+from hopform._figures.plots import BLACK, BLUE, CURRENT, GREEN, GREY, LOOK, MAGENTA, ORANGE, STANCE, shade_stances
 from hopform.controllers import FeedForward
 from hopform.terrain import flat
 
@@ -34,7 +34,7 @@ def step_response(robot: Robot) -> Drawn:
     middle.plot(1e3 * t, free, color=BLACK, linestyle=":", label="motor and viscous friction alone")
     middle.set_ylabel("velocity [m/s]")
     legend(middle)
-    bottom.step(1e3 * t, u, color=ORANGE, where="post")
+    bottom.step(1e3 * t, u, color=CURRENT, where="post")
     bottom.set(xlabel="time [ms]", ylabel=f"current $u$ [{volts(robot)}]")
     ours = (
         f"simulated, {robot.u_max:g} {volts(robot)} for {1e3 * pulse:.0f} ms while it stands on its spring. After "
@@ -102,7 +102,7 @@ def friction_threshold(robot: Robot) -> Drawn:
     top.set(ylabel="actuator $x_1$ [mm]", ylim=(-0.1, 1.0))
     legend(top)
     ramp = np.array([0.0, seconds])
-    bottom.plot(ramp, rate * ramp, color=ORANGE)
+    bottom.plot(ramp, rate * ramp, color=CURRENT)
     bottom.set(xlabel="time [s]", ylabel=f"current $u$ [{volts(robot)}]")
     ours = (
         f"a ramp of {rate:g} {volts(robot)}/s in steps of 5 ms, noise of 0.02 mm on x1. With the spring unloaded x1 "
@@ -124,23 +124,29 @@ def moves(stance: Stance, rate: float) -> float:
 
 # ---- the schematic: actuator, spring and body, with their coordinates, forces and signs ----
 
-LIFT, DOWN, PLATE, BODY = 0.10, 0.06, 0.045, 0.14
-"""[m] of the drawing: x1, the spring's compression, thickness of plate and body."""
+LIFT, DOWN, PLATE, BODY = 0.10, 0.06, 0.03, 0.16
+"""[m] of the drawing: x1, the spring's compression, thickness of the plate on the spring, height of the body."""
+ROTOR = 0.055
+"""[m] of the drawing: its radius."""
 
 
 def schematic(robot: Robot) -> Drawn:
-    """Fig. 1: what x1, x2, L0, c, the spring force and the signs are."""
-    figure, axes = panels(1, 3.4, 2, width_ratios=[1.0, 1.0])
+    """Fig. 1: what x1, x2, L0, c, the spring force and the signs are; gravity, friction; the rotor, whose inertia behind
+    its gear is the mass of the actuator.
+    """
+    beside = LOOK.get().width > 5.0
+    figure, axes = panels(1, 3.1, 2) if beside else panels(2, 4.6)
     hopper(axes[0], 0.0, 0.0, "unloaded:\n$F = 0$, $x_1 = 0$, $x_2 = L_0 + c$")
     hopper(axes[1], LIFT, DOWN, "in stance:\n$F = k\\,(x_1 - x_2 + L_0 + c) > 0$")
     sign = "a positive input lifts the body" if robot.gamma2 < 0.0 else "a positive input lowers the body"
     ours = (
-        f"the foot stands on the ground and carries the spring, k = {robot.k:g} N/m; between spring and body the "
-        f"actuator, m_eff = {robot.m_eff:g} kg, moves the spring's upper end away from the body by x1, "
-        f"{cm(robot.x1_min)} to {cm(robot.x1_max)}. x2 is the height of the body, m_s = {robot.m_s:g} kg, over the "
-        f"ground, L0 + c = {cm(robot.L0 + robot.c)} unloaded. The motor pushes the actuator by -gamma2 u along x1: "
-        f"with gamma2 = {robot.gamma2:g} {sign}. The spring pushes body and actuator by F; the leg takes off where F "
-        "= 0"
+        f"the foot stands on the ground and carries the spring, k = {robot.k:g} N/m. The actuator moves the spring's "
+        f"upper end away from the body by x1, {cm(robot.x1_min)} to {cm(robot.x1_max)}. Its mass m_eff = "
+        f"{robot.m_eff:g} kg is the rotor's inertia behind the gear, so nothing of it weighs. x2 is the height of the "
+        f"body, m_s = {robot.m_s:g} kg, over the ground, L0 + c = {cm(robot.L0 + robot.c)} unloaded. The motor pushes "
+        f"the actuator by -gamma2 u along x1: with gamma2 = {robot.gamma2:g} {sign}. The spring pushes body and "
+        "actuator by F, gravity pulls the body by m_s g. Friction R1 and R2, viscous and dry, acts against v1 and v2; "
+        "drawn where the actuator extends and the body moves up. The leg takes off where F = 0"
     )
     return figure, ours, {"drawn": {"x1": LIFT, "compression": DOWN}, "robot": robot}
 
@@ -153,23 +159,27 @@ def hopper(axes: Axes, x1: float, compression: float, title: str) -> None:
     turns = 0.045 * np.array([0.0, 0.0, *(1.0 if n % 2 else -1.0 for n in range(12)), 0.0, 0.0])
     axes.plot(turns, np.linspace(0.0, plate, turns.size), color=BLACK, linewidth=1.3)
     axes.plot([-0.05, 0.05], [0.0, 0.0], color=BLACK, linewidth=3.5, solid_capstyle="butt")
-    axes.plot([0.0, 0.0], [plate, top], color=GREEN, linewidth=3.0)
+    axes.plot([0.0, 0.0], [plate, top + BODY / 2.0], color=GREEN, linewidth=3.0, zorder=4)
     axes.add_patch(Rectangle((-0.09, plate), 0.18, PLATE, facecolor=ORANGE, edgecolor=BLACK, zorder=3))
-    axes.add_patch(Rectangle((-0.15, top), 0.30, BODY, facecolor=BLUE, edgecolor=BLACK, zorder=3))
-    axes.text(0.0, plate + PLATE / 2.0, "$m_{eff}$", ha="center", va="center", zorder=4)
-    axes.text(0.0, top + BODY / 2.0, "$m_s$", ha="center", va="center", color="white", zorder=4)
+    axes.add_patch(Rectangle((-0.17, top), 0.34, BODY, facecolor=BLUE, edgecolor=BLACK, zorder=3))
+    axes.add_patch(Circle((ROTOR, top + BODY / 2.0), ROTOR, facecolor=ORANGE, edgecolor=BLACK, zorder=3))
+    axes.text(ROTOR + 0.004, top + BODY / 2.0, "$m_{eff}$", ha="center", va="center", zorder=5, fontsize="small")
+    axes.text(-0.095, top + BODY / 2.0, "$m_s$", ha="center", va="center", color="white", zorder=4)
     axes.text(0.07, plate / 2.0, "$k$", va="center")
     axes.fill_between([-0.45, 0.45], -0.03, 0.0, facecolor="#DDDDDD", edgecolor=GREY, hatch="////", linewidth=0.0)
-    arrow(axes, -0.24, 0.0, top, "$x_2$", BLACK)
+    arrow(axes, -0.27, 0.0, top, "$x_2$", BLACK)
     if x1:
-        axes.plot([-0.13, 0.24], [plate + x1, plate + x1], color=GREY, linestyle=":", linewidth=1.0)
-        arrow(axes, 0.21, plate + x1, plate, "$x_1$", GREEN)
-        arrow(axes, 0.21, top, top + BODY, "F", MAGENTA)
-        arrow(axes, -0.14, plate - 0.10, plate, "F", MAGENTA)
+        axes.plot([-0.13, 0.27], [plate + x1, plate + x1], color=GREY, linestyle=":", linewidth=1.0)
+        arrow(axes, 0.25, plate + x1, plate, "$x_1$", GREEN)
+        arrow(axes, 0.12, top + BODY, top + BODY + 0.09, "$F$", MAGENTA)
+        arrow(axes, -0.14, plate - 0.10, plate, "$F$", MAGENTA)
         arrow(axes, 0.13, plate, plate - 0.10, "$-\\gamma_2 u$", ORANGE)
+        arrow(axes, -0.12, plate + PLATE, plate + 0.09 + PLATE, "$R_1$", GREY)
+        arrow(axes, 0.22, top + BODY, top + BODY - 0.12, "$m_s g$", BLACK)
+        arrow(axes, 0.34, top + BODY, top + BODY - 0.12, "$R_2$", GREY)
     else:
-        arrow(axes, 0.24, 0.0, free, "$L_0 + c$", GREY)
-    axes.set(xlim=(-0.45, 0.55), ylim=(-0.03, 0.66), aspect="equal", xticks=[], yticks=[])
+        arrow(axes, 0.27, 0.0, free, "$L_0 + c$", GREY)
+    axes.set(xlim=(-0.45, 0.55), ylim=(-0.03, 0.72), aspect="equal", xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
     axes.set_title(title, fontsize="small")
 

@@ -11,6 +11,7 @@ each time. The extra `plot` brings matplotlib.
 
 import io
 import logging
+import math
 import re
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -32,7 +33,7 @@ from numpy.typing import NDArray
 
 from hopform import Batch, Command, Flight, Hop, HopformError, Phase, Reachability, Run, Sensitivities, Stance
 from hopform._stance import aed_at, rest_of
-from hopform._words import current, ending, mode_of_actuator, mode_of_body, name_of, unit_of_time
+from hopform._words import EVENTS, current, ending, mode_of_actuator, mode_of_body, name_of, unit_of_time
 
 SUFFIXES = {
     ".svg": {"Date": None, "Creator": "hopform"},
@@ -44,6 +45,8 @@ SUFFIXES = {
 BLUE, PALE_BLUE, MAGENTA, GREY, BLACK = "#0072B2", "#8CC4E8", "#A6257A", "#666666", "#222222"
 ORANGE, GREEN, SKY = "#D55E00", "#009E73", "#56B4E9"
 """Of the palette of Okabe and Ito, which colour-blind readers distinguish."""
+CURRENT, CURRENTS = ORANGE, "viridis_r"
+"""The colour of a current over time, and matplotlib's scale of colours for curves of several currents."""
 SHADES: dict[str, dict[str, Any]] = {
     "extends": {"facecolor": "#CFE6F5", "edgecolor": "none"},
     "retracts": {"facecolor": "#FBE3C5", "edgecolor": "none"},
@@ -53,6 +56,10 @@ SHADES: dict[str, dict[str, Any]] = {
     "at stop": {"facecolor": "#EDEDED", "edgecolor": "#BDBDBD", "hatch": "////"},
     "locked": {"facecolor": "#EDEDED", "edgecolor": "#BDBDBD", "hatch": "xxxx"},
 }
+TAKEOFF: dict[str, Any] = {"color": BLACK, "markersize": 4.0, "linestyle": "none"}
+"""The mark of a take-off."""
+NAME: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "color": BLACK}
+"""The name of an event."""
 STANCE: dict[str, Any] = {"facecolor": "#EDEDED", "edgecolor": "none"}
 STYLE: dict[str, Any] = {
     "figure.dpi": 100, "savefig.dpi": 160, "font.size": 9, "figure.titlesize": 9.5, "axes.labelsize": 9,
@@ -61,7 +68,7 @@ STYLE: dict[str, Any] = {
     "svg.hashsalt": "hopform", "svg.fonttype": "path", "pdf.fonttype": 42,
 }  # fmt: skip
 BODY_ENERGY, WITH_SPRING = "kinetic + gravitational", "with the spring as in (23) in stance"
-PREDICTED = r"predicted: start, AED (24), impacts, $k\,x_1^2/2$"
+LESS_PREDICTED = r"the latter less its prediction: start, AED (24), impacts, $k\,x_1^2/2$"
 """The energies of a run. The spring's share at x_1, k x_1^2/2, returns at touchdown and leaves at take-off, (27)."""
 SAMPLES = 400
 """Points along a stance's curves."""
@@ -131,27 +138,31 @@ def framed(figure: Figure, width: float, height: float, title: str) -> Generator
 
 
 def plot_stance(figure: Figure, stance: Stance) -> None:
-    """A stance over time: actuator, body, contact force, and the energy (23) with the AED (24) drawn on top.
+    """A stance over time, its events named: actuator, body, contact force, the energy (23), and how far that is from its
+    prediction by the AED (24).
 
     >>> import hopform
     >>> robot = hopform.load_robot("hopper_c")
     >>> figure = Figure()
     >>> plot_stance(figure, hopform.solve_stance(robot, v2=-1.93, u=3.0))
-    >>> [axes.get_ylabel() for axes in figure.axes]
+    >>> [axes.get_ylabel() for axes in figure.axes[:4]]
     ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'contact force [N]', 'energy E (23) [J]']
     """
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
-    panels: list[Drawing] = [draw_strokes, draw_body, draw_force, draw_energy]
+    panels: list[Drawing] = [draw_strokes, draw_body, draw_force, draw_energy, draw_off]
+    shares = [1.0, 1.0, 1.0, 1.0, 0.6]
     if len(stance.u) > 1:
         panels.append(draw_current)
-    with framed(figure, 6.4, 1.45 * len(panels) + 1.1, title_of(stance)):
-        rows: list[Axes] = list(figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
+        shares.append(0.8)
+    with framed(figure, 6.4, 1.45 * sum(shares) + 1.1, title_of(stance)):
+        rows: list[Axes] = list(figure.subplots(len(panels), 1, sharex=True, height_ratios=shares))
         for draw, axes in zip(panels, rows, strict=True):
             draw(axes, stance, t, t * scale)
             mark_phases(axes, stance.phases, scale)
         shade(rows[0], stance.phases, [mode_of_actuator(phase, stance.robot) for phase in stance.phases], scale)
         shade(rows[1], stance.phases, [mode_of_body(phase, stance.robot) for phase in stance.phases], scale)
+        name_events(rows[:3], stance, scale)
         rows[-1].set_xlabel(f"time since touchdown [{unit}]")
         figure.align_ylabels(rows)
         legend_of_modes(figure, stance)
@@ -190,26 +201,35 @@ def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
 
 
 def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    """Two independent computations on top of each other: E from the state, E(0) + AED from the integrals of (24)."""
-    energy = np.asarray(stance.energy(t).body)
-    words = ("body, with the spring as in (23)", "predicted: E(0) + analytical energy delta (24)")
-    draw_twice(axes, shown, energy, energy[0] + aed_at(stance, t), words)
+    axes.plot(shown, np.asarray(stance.energy(t).body), color=BLUE)
     name_axis(axes, "energy E (23) [J]")
-    axes.legend(loc="best")
 
 
-def draw_twice(
-    axes: Axes, shown: Curve, energy: Curve, predicted: Curve, words: tuple[str, str], wide: str = PALE_BLUE
-) -> None:
-    axes.plot(shown, energy, color=wide, linewidth=4.0, label=words[0])
-    axes.plot(shown, predicted, color=MAGENTA, linewidth=1.1, label=words[1])
+def draw_off(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
+    """Two independent computations, E from the state, E(0) + AED from the integrals of (24): their difference."""
+    energy = np.asarray(stance.energy(t).body)
+    draw_difference(axes, shown, energy - energy[0] - aed_at(stance, t), "E less\nprediction [J]")
 
 
-def draw_energies(axes: Axes, run: Run | Hop, t: Curve, wide: str = PALE_BLUE) -> None:
-    """The energy of the body, that with the spring as in (23), and the same as predicted: a line each."""
-    draw_twice(axes, t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), (WITH_SPRING, PREDICTED), wide)
+def draw_difference(axes: Axes, shown: Curve, values: Curve, label: str, words: str = "") -> None:
+    """What two curves that coincide leave of each other, with its power of ten."""
+    axes.plot(shown, values, color=MAGENTA, linewidth=0.8, label=words)
+    axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0))
+    axes.yaxis.get_offset_text().set_fontsize(7)
+    axes.set_ylabel(label)
+
+
+def draw_energies(axes: Axes, run: Run | Hop, t: Curve) -> None:
+    """The energy of the body, and that with the spring as in (23)."""
     axes.plot(t, sum(energies_of_body(run, t)), color=BLACK, linewidth=0.8, linestyle=(0, (3, 1)), label=BODY_ENERGY)
+    axes.plot(t, np.asarray(run.energy(t).body), color=BLUE, label=WITH_SPRING)
     name_axis(axes, "energy [J]")
+
+
+def draw_run_off(axes: Axes, run: Run | Hop, t: Curve) -> None:
+    """How far the energy with the spring is from its prediction."""
+    off = np.asarray(run.energy(t).body) - np.asarray(run.aed(t))
+    draw_difference(axes, t, off, "E less\nprediction [J]", LESS_PREDICTED)
 
 
 def energies_of_body(run: Run | Hop, t: Curve) -> tuple[Curve, Curve]:
@@ -219,7 +239,7 @@ def energies_of_body(run: Run | Hop, t: Curve) -> tuple[Curve, Curve]:
 
 
 def draw_current(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, moved.current(t), color=BLUE, linewidth=0.9 if isinstance(moved, Run | Hop) else 1.4)
+    axes.plot(shown, moved.current(t), color=CURRENT, linewidth=0.9 if isinstance(moved, Run | Hop) else 1.4)
     name_axis(axes, "current $u$ [A]")
 
 
@@ -244,6 +264,30 @@ def mark_phases(axes: Axes, phases: Sequence[Phase], scale: float) -> None:
         [phase.start * scale for phase in phases[1:]], 0.0, 1.0, transform=axes.get_xaxis_transform(),
         color=GREY, linewidth=0.6, linestyle=(0, (1, 2)), zorder=1,
     )  # fmt: skip
+
+
+def name_events(rows: Sequence[Axes], stance: Stance, scale: float) -> None:
+    """The name of an event beside its line, in the panel of its mass; that of the take-off where the force ends. Of names
+    that would overlap the first one stands.
+    """
+    least = stance.duration / 40.0
+    for row, mass in zip(rows, ("actuator ", "body "), strict=False):
+        free = -math.inf
+        for time, words in ((event.time, EVENTS[event.kind]) for event in stance.events):
+            if words.startswith(mass) and time >= free:
+                near_end = time > 0.95 * stance.duration
+                label(row, time * scale, words.removeprefix(mass), "right" if near_end else "left")
+                free = time + least
+    if stance.status == "takeoff":
+        rows[2].plot([stance.duration * scale], [0.0], "^", label="take-off", clip_on=False, **TAKEOFF)
+        label(rows[2], stance.duration * scale, "take-off", "right")
+
+
+def label(axes: Axes, x: float, words: str, side: str) -> None:
+    """A name at the top of a panel, upright, to the left or the right of a time."""
+    at = {"left": 1.5, "right": -1.5}[side]
+    where = axes.get_xaxis_transform()
+    axes.annotate(words, (x, 1.0), (at, -2.0), where, ha=side, va="top", rotation=90, **NAME)
 
 
 def legend_of_modes(figure: Figure, stance: Stance) -> None:
@@ -281,17 +325,20 @@ def plain(text: str) -> str:
 
 
 def plot_run(figure: Figure, run: Run | Hop) -> None:
-    """A run over time: hop height, actuator, energies with the analytical one on top (Figs. 12 to 14), current."""
+    """A run over time: hop height, actuator, energies and how far they are from the analytical one (Figs. 12 to 14),
+    current.
+    """
     t = run_times(run)
-    with framed(figure, 6.4, 6.4, title_of_run(run)):
-        rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5, 0.6]))
+    with framed(figure, 6.4, 7.0, title_of_run(run)):
+        rows: list[Axes] = list(figure.subplots(5, 1, sharex=True, height_ratios=[1.0, 0.7, 1.3, 0.5, 0.6]))
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t, t)
         draw_energies(rows[2], run, t)
-        draw_current(rows[3], run, t, t)
+        draw_run_off(rows[3], run, t)
+        draw_current(rows[4], run, t, t)
         for axes in rows:
             shade_stances(axes, run)
-        lines = [line for axes in (rows[0], rows[2]) for line in axes.get_legend_handles_labels()[0]]
+        lines = [line for axes in (rows[0], *rows[2:4]) for line in axes.get_legend_handles_labels()[0]]
         figure.legend(handles=[Patch(label="stance", **STANCE), *lines], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)
@@ -345,7 +392,7 @@ def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
     times, heights = apexes(run)
     axes.plot(times, 100.0 * heights, "o", label="apex", **marks)
     x2 = [100.0 * (float(hop.stance.end.x2) + hop.ground - base) for hop in lifts]
-    axes.plot([hop.takeoff_time for hop in lifts], x2, "^", markerfacecolor="none", label="take-off", **marks)
+    axes.plot([hop.takeoff_time for hop in lifts], x2, "^", clip_on=False, label="take-off", **TAKEOFF)
     if run.h_des:
         draw_wanted(axes, run)
     if any(run.terrain):
@@ -458,7 +505,7 @@ def reach_panel(axes: Axes, found: Reachability) -> None:
     heights, apex = 100.0 * found.heights, 100.0 * found.apex
     ends = (heights, 100.0 * found.lowest, 100.0 * found.highest)
     axes.fill_between(*ends, color=PALE_BLUE, alpha=0.35, label="reachable")
-    colours = colours_of(found.currents, "viridis")
+    colours = colours_of(found.currents)
     for u, column, inside, beyond in zip(found.currents, apex.T, found.admissible.T, found.limited.T, strict=True):
         axes.plot(heights, np.where(inside, column, np.nan), color=colours.to_rgba(u), linewidth=0.6)
         axes.plot(heights, np.where(beyond, column, np.nan), color=GREY, linewidth=0.5)
@@ -473,10 +520,10 @@ def reach_panel(axes: Axes, found: Reachability) -> None:
     axes.set(xlabel="apex [cm]", ylabel="next apex [cm]")
 
 
-def colours_of(values: Curve, scale: str) -> ScalarMappable:
-    """The colours of values on a scale of matplotlib, whose ends are apart."""
+def colours_of(values: Curve) -> ScalarMappable:
+    """The colours of currents, on a scale whose ends are apart."""
     low, high = float(np.min(values)), float(np.max(values))
-    return ScalarMappable(Normalize(low, high) if low < high else Normalize(low - 0.5, high + 0.5), scale)
+    return ScalarMappable(Normalize(low, high) if low < high else Normalize(low - 0.5, high + 0.5), CURRENTS)
 
 
 def plot_command(figure: Figure, found: Command) -> None:

@@ -43,7 +43,8 @@ def recording_panel(axes: Axes, recording: Recording, name: str | None = None) -
     shown = name or _by_name(recording)[0]
     column = recording.columns[shown]
     scale, unit = (100.0, "cm") if column.quantity == "length" else (1.0, SI[column.quantity])
-    axes.plot(recording.time, scale * column.values, lw=0.9, color=plots.BLUE)
+    colour = plots.CURRENT if column.quantity in DRIVES else plots.BLUE
+    axes.plot(recording.time, scale * column.values, lw=0.9, color=colour)
     axes.set(xlabel="t [s]", ylabel=f"{shown} [{unit}]")
 
 

@@ -138,7 +138,7 @@ def over_hops(run: Run, height: float, share: float) -> tuple[Figure, Axes]:
     plots.draw_heights(top, run, t)
     plots.shade_stances(top, run, "stance")
     legend(top, 5)
-    middle.plot(t, np.asarray(run.current(t)), color=plots.ORANGE, linewidth=0.9)
+    middle.plot(t, np.asarray(run.current(t)), color=plots.CURRENT, linewidth=0.9)
     for axes in (middle, bottom):
         plots.shade_stances(axes, run)
     middle.set_ylabel(f"{'input' if volts(run.robot) == 'V' else 'current'} $u$ [{volts(run.robot)}]")
@@ -301,26 +301,27 @@ def actuated(robot: Robot) -> Drawn:
 
 
 def energies(run: Run) -> tuple[dict[str, Any], Figure]:
-    """The body's energy over a run, that with the spring as in (23), this as (24) predicts it, and its parts; and these
-    numbers.
+    """The body's energy over a run, that with the spring as in (23), how far this is from what (24) predicts, and its
+    parts; and these numbers.
     """
     t = np.asarray(plots.run_times(run), dtype=float)
     energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
     kinetic, weight = plots.energies_of_body(run, t)
     spring = energy - kinetic - weight
-    figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
+    figure, (top, middle, bottom) = panels(3, 4.8, sharex=True, height_ratios=[1.4, 0.5, 1.0])
     lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
-    marks: dict[str, Any] = {"color": plots.BLACK, "markersize": 3.5, "label": "take-off"}
-    for axes in (top, bottom):
+    for axes in (top, middle, bottom):
         plots.shade_stances(axes, run, "stance")
-        axes.plot(lifts, np.zeros(len(lifts)), "^", transform=axes.get_xaxis_transform(), **marks)
-    plots.draw_energies(top, run, t, plots.SKY)
+    where: dict[str, Any] = {"transform": top.get_xaxis_transform(), "clip_on": False}
+    top.plot(lifts, np.zeros(len(lifts)), "^", label="take-off", **where, **plots.TAKEOFF)
+    plots.draw_energies(top, run, t)
     legend(top, 2)
+    plots.draw_run_off(middle, run, t)
     bottom.plot(t, kinetic, color=plots.BLUE, linewidth=1.0, label="kinetic")
     bottom.plot(t, weight, color=plots.GREEN, linewidth=1.0, linestyle="--", label="gravitational")
     bottom.plot(t, spring, color=plots.ORANGE, linewidth=1.0, linestyle="-.", label="spring as in (23)")
     bottom.set(xlabel="time [s]", ylabel="parts [J]")
-    legend(bottom, handles=bottom.get_lines()[1:])
+    legend(bottom, handles=bottom.get_lines())
     data = {"run": run, "t": t, "body": kinetic + weight, "energy": energy, "predicted": predicted, "kinetic": kinetic,
             "weight": weight, "spring": spring, "predicted off": float(np.abs(energy - predicted).max())}  # fmt: skip
     return data, figure
@@ -333,7 +334,7 @@ def family_of_maps(robot: Robot) -> Drawn:
     """Fig. 5: a family of return maps, one per control action."""
     currents = np.array([0.0, *np.linspace(0.5, 1.0, 6) * movable(robot).u_max])
     reach = reachability(robot, scale(robot) * np.linspace(0.02, 0.36, 171), currents)
-    colours = colours_of(currents, "viridis_r")
+    colours = colours_of(currents)
     free = np.where(reach.admissible, 100 * reach.apex, np.nan)
     stopped = np.where(beside(reach.limited), 100 * reach.apex, np.nan)
     silent, held = np.isnan(reach.apex).any(axis=1), np.isfinite(reach.hold)
