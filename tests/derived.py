@@ -10,7 +10,6 @@ from typing import Any
 import hopform
 from derive.__main__ import main
 from hopform._solver import c as native
-from hopform._solver.choice import Solver
 from hopform._solver.folder import folder_at
 from hopform._solver.package import Package
 from tests.objects import key, once
@@ -46,12 +45,6 @@ class Derived:
             lambda aside: compile_sources(self.folder / "c", aside, "-O0"),
         )
         return native.Library(path, self.prefix, Package(f"{self.prefix}_solver"))
-
-    @cached_property
-    def solver(self) -> Solver:
-        """The same for functions of hopform."""
-        assert self.package
-        return Solver(Package(f"{self.prefix}_solver"), lambda: self.library, folder_at(self.folder), self.prefix)
 
 
 def derived(store: Path, name: str, prefix: str, *options: str) -> Derived:
