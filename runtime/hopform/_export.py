@@ -107,7 +107,7 @@ def dropped(wanted: Wanted) -> set[str]:
 
 
 def sources(wanted: Wanted) -> dict[Path, str]:
-    """The generated files for firmware, by path, as `python -m derive --prefix` writes them."""
+    """The generated files for firmware, by path."""
     texts: dict[Path, str] = {}
     for name in (wanted.solver.folder.path("packages") / "files.txt").read_text("utf-8").split():
         if any(f"_{precision}." in name for precision in dropped(wanted)):

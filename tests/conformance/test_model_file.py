@@ -33,6 +33,7 @@ from derive.model_file import read_model
 from hopform._cli import tables
 from hopform._figures import results
 from hopform._solver import c as native
+from hopform._solver.build import compile_solver
 from hopform._solver.c import C
 from hopform._solver.package import Package
 from hopform._solver.printed import Python
@@ -40,13 +41,12 @@ from hopform_solver import records
 from tests.conformance.errors import TOLERANCE, plain_errors, rounded
 from tests.conformance.flights import condition, outcome, random_flight
 from tests.conformance.random_stances import random_robot
-from tests.derived import MODELS, Derived, derived
+from tests.derived import MODELS, Derived, derived, loaded
 from tests.oracle import integrator, reference
 from tests.oracle.differences import differences, scaled_error, size_of
 from tests.oracle.reference.flight import FlightReference
 from tests.oracle.reference.flight import solve_flight as reference_flight
 from tests.oracle.reference.records import mp
-from tools.build_library import compile_sources
 
 WARNINGS = (
     "-Wall",
@@ -599,7 +599,7 @@ BAD_NAMES = {
     ),
     "built into Python": ('"property"', '"tuple"', '"type"', '"count"', '"index"', '"min"', '"abs"', '"super"'),
     "as names of the generated code": (
-        '"x_t"', '"size_t"', '"k_real"', '"k_f32"', '"d_tau"', '"hopform_k"', '"my_HOPFORM"', '"leg_k"',
+        '"x_t"', '"size_t"', '"k_real"', '"k_f32"', '"d_tau"', '"hopform_k"', '"my_HOPFORM"',
     ),
     "that the generated code has already": (
         '"x1"', '"v1"', '"y"', '"u"', '"t"', '"a1_v1"', '"s_1"', '"C_1"', '"side_1"', '"robot"', '"rates"', '"Rates"',
@@ -614,7 +614,7 @@ BAD_FILES |= {f"the name {name}": (declared(name=name), why) for why, names in B
 def refused_in_one_line(folder: Path, capsys: Any, *options: str) -> str:
     """What the command prints of robot.py in a folder; it writes nothing."""
     out = folder / "out"
-    assert main(["--model", str(folder / "robot.py"), "--out", str(out), "--prefix", "leg", *options]) == 2
+    assert main(["--model", str(folder / "robot.py"), "--out", str(out), *options]) == 2
     printed = capsys.readouterr()
     (line,) = printed.err.splitlines()
     assert printed.out == "" and not out.exists()
@@ -705,17 +705,13 @@ parameters += [R, S]
 def odd(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("odd")
     (folder / "robot.py").write_text(ODD, "utf-8")
-    assert main(["--model", str(folder / "robot.py"), "--out", str(folder / "out"), "--prefix", "odd"]) == 0
+    assert main(["--model", str(folder / "robot.py"), "--out", str(folder / "out")]) == 0
     return folder / "out"
 
 
 @pytest.fixture(scope="module")
 def odd_package(odd) -> Any:
-    sys.path.insert(0, str(odd / "python"))
-    try:
-        yield importlib.import_module("odd_solver")
-    finally:
-        sys.path.remove(str(odd / "python"))
+    return loaded(odd, "odd_solver")
 
 
 @pytest.mark.sliced
@@ -739,8 +735,8 @@ def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package,
     np.testing.assert_allclose(ours.duration, theirs.duration, rtol=200 * eps)
     library = odd / "libodd.so"
     if not library.exists():
-        compile_sources(odd / "c", library, "-O0", *WARNINGS)
-    solver = C(native.Library(library, "odd", Package("odd_solver")))
+        compile_solver(odd, library, "-O0", *WARNINGS)
+    solver = C(native.Library(library, "hopform", Package("odd_solver")))
     solved = solver.solve_stance(tuple(robot), start, ((0.0, 2.0),), 2.0, 64, np.dtype(dtype))
     _, duration, state, _, _ = solved.outcome()
     np.testing.assert_allclose(duration, ours.duration, rtol=20 * eps)
@@ -759,7 +755,7 @@ def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
 
 def test_the_examples_of_a_package_with_a_further_parameter_run(driven):
     """Its robot has a value for every parameter, and what is printed does not depend on it."""
-    code = "import doctest, driven_solver; print(doctest.testmod(driven_solver))"
+    code = "import doctest, hopform_solver; print(doctest.testmod(hopform_solver))"
     environment = os.environ | {"PYTHONPATH": str(driven.folder / "python")}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout == "TestResults(failed=0, attempted=5)\n", done.stdout
