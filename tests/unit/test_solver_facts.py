@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from derive.emit import c
 from derive.emit.facts import facts
 from derive.emit.toml import toml
+from derive.model import selftest
 from derive.model.equations import Model
 from derive.model_file import read_model
 from derive.models.hopper import HOPPER
@@ -91,3 +93,13 @@ def test_what_a_model_can_follows_from_its_bolts():
     held = facts(Model(fixed=("body",)), "", ())
     assert held["can"] == ["motion", "stance"]
     assert "contact" in held and "contact" not in rig and "flight" not in held
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_the_selftest_of_a_model_has_its_further_parameters_act(name):
+    """With all of them 0 the digest said nothing of a term, and a robot whose L_2 must be > 0 was refused in each case."""
+    robot = model(name).robot
+    further = robot.quantities[len(HOPPER.robot.quantities) :]
+    numbers = c.values(robot, selftest.ROBOTS[0]).strip("{}").split(", ")[len(HOPPER.robot.quantities) :]
+    assert len(numbers) == len(further)
+    assert all(float(number) in each.interval and float(number) for number, each in zip(numbers, further, strict=True))
