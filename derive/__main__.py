@@ -11,7 +11,6 @@ try:
     from .emit.folder import GENERATED, FolderError, check, lies_in, write
     from .emit.render import INSTALLED, Options, render
     from .model.equations import ModelError
-    from .model.kinds import LONGEST_PREFIX
     from .model.precisions import F32, F64, PRECISIONS
     from .model_file import read_model
     from .models.hopper import HOPPER
@@ -44,7 +43,6 @@ def _parser() -> argparse.ArgumentParser:
     option("--out", type=Path, metavar="DIR", help=where)
     further = "further terms in the equations of motion: a file that is run as Python, so read it first; needs --out"
     option("--model", type=Path, metavar="FILE", help=further)
-    option("--prefix", default="hopform", metavar="NAME", help="prefix of every public name; needs --out")
     one = parser.add_mutually_exclusive_group()
     for name, precision, word in (("--float32", F32, "single"), ("--float64", F64, "double")):
         help_ = f"C in {word} precision only"
@@ -55,20 +53,16 @@ def _parser() -> argparse.ArgumentParser:
 def _options(chosen: argparse.Namespace) -> Options:
     if INSTALLED and chosen.out is None:
         raise ModelError("--out DIR is needed: there is no checkout whose generated/ this could be")
-    own = chosen.model is not None or chosen.prefix != "hopform" or chosen.precisions is not None
+    own = chosen.model is not None or chosen.precisions is not None
     if own and chosen.out is None:
-        options = "--model, --prefix, --float32 and --float64"
-        raise ModelError(f"{options} need --out DIR: generated/ holds the hopper of the paper")
+        raise ModelError("--model, --float32 and --float64 need --out DIR: generated/ holds the hopper of the paper")
     if own and lies_in(chosen.out, GENERATED):
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
-    prefix, model = chosen.prefix, HOPPER
-    if not (prefix.isidentifier() and prefix.isascii() and prefix.islower() and len(prefix) <= LONGEST_PREFIX):
-        wanted = f"a lower-case identifier of C of up to {LONGEST_PREFIX} characters"
-        raise ModelError(f"--prefix must be {wanted}, got {prefix!r}")
+    model = HOPPER
     if chosen.model is not None:
-        model = read_model(chosen.model, prefix)
+        model = read_model(chosen.model)
         print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
-    return Options(model, prefix, chosen.precisions or PRECISIONS)
+    return Options(model, chosen.precisions or PRECISIONS)
 
 
 if __name__ == "__main__":

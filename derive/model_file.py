@@ -55,15 +55,15 @@ enumerators of columns.
 """
 
 
-def read_model(path: Path, prefix: str = "hopform") -> Model:
+def read_model(path: Path) -> Model:
     """The model of a file that defines `terms`, `parameters`, `fixed` and `friction_by_sign`; errors name the file."""
     if not path.is_file():
         raise ModelError(f"--model: there is no file {path}")
     try:
         defined = _run(path)
         _refuse_misspelt(defined)
-        parameters = _parameters(defined.get("parameters", ()), prefix)
-        terms = _terms(defined, parameters, prefix)
+        parameters = _parameters(defined.get("parameters", ()))
+        terms = _terms(defined, parameters)
         fixed, by_sign = (_sequence(defined.get(name, ()), name, str) for name in ("fixed", "friction_by_sign"))
         model = Model(terms, parameters, fixed, by_sign, **_named(path, defined.get("__doc__")))
         for term in () if "foot" in model.fixed else terms:
@@ -165,7 +165,7 @@ def _names_of_the_derivation() -> frozenset[str]:
     return frozenset(names | set(ELEMENTARY))
 
 
-def _why_not(name: Any, prefix: str) -> str | None:
+def _why_not(name: Any) -> str | None:
     """Why a name cannot be that of a parameter in generated code."""
     if not isinstance(name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
         return "it must be a str of letters, digits and _, a letter first"
@@ -179,27 +179,27 @@ def _why_not(name: Any, prefix: str) -> str | None:
         (name in KEYWORDS_OF_C or keyword.iskeyword(name), "it must not be a keyword of Python, C or C++"),
         (hasattr(builtins, name) or hasattr(tuple, name), "it must not be built into Python"),
         (
-            name.endswith(("_t", "_real", "_f32", "_f64")) or name.startswith("d_") or _has_prefix(name, prefix),
-            f"it must not end in _t, _real, _f32 or _f64, begin with d_ or {prefix}_, or contain hopform, as names of "
-            "the generated code do",
+            name.endswith(("_t", "_real", "_f32", "_f64")) or name.startswith("d_") or _has_prefix(name),
+            "it must not end in _t, _real, _f32 or _f64, begin with d_, or contain hopform, as names of the generated "
+            "code do",
         ),
     )
     return next((reason for holds, reason in reasons if holds), None)
 
 
-def _has_prefix(name: str, prefix: str) -> bool:
+def _has_prefix(name: str) -> bool:
     """Whether a name looks like one that gets the prefix of every public name."""
-    return "hopform" in name.lower() or name.lower().startswith(f"{prefix}_")
+    return "hopform" in name.lower()
 
 
 # ---- parameters ----
 
 
-def _parameters(value: Any, prefix: str) -> tuple[Quantity, ...]:
+def _parameters(value: Any) -> tuple[Quantity, ...]:
     made: list[Quantity] = []
     for parameter in _sequence(value, "parameters", Quantity):
         name = parameter.name
-        if (why := _why_not(name, prefix)) is not None:
+        if (why := _why_not(name)) is not None:
             raise ModelError(f"the name of a parameter is {_shown(name)}: {why}")
         if name in {other.name for other in made}:
             raise ModelError(f"the parameter {name} is declared twice")
@@ -233,7 +233,7 @@ def _check_text(text: object, what: str, *, backslash: bool) -> None:
 # ---- terms ----
 
 
-def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...], prefix: str) -> tuple[Term, ...]:
+def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...]) -> tuple[Term, ...]:
     if "terms" not in defined:
         raise ModelError("the file must define `terms`, a tuple of hopform.model.Term")
     symbols = {*ROBOT.symbols, *(parameter.symbol for parameter in parameters), x1, x2, v1, v2, u, side_1, side_2}
@@ -244,7 +244,7 @@ def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...], prefix: st
             allowed = "letters, digits, blanks, - and _, a letter first"
             raise ModelError(f"the name of a term is {_shown(term.name)}: it must be {allowed}")
         fields = {f"{energy.field_name(term.name)}_{mass}" for mass in (1, 2)}
-        if fields & taken or _has_prefix(energy.field_name(term.name), prefix):
+        if fields & taken or _has_prefix(energy.field_name(term.name)):
             raise ModelError(
                 f"the name of a term is {term.name!r}: the generated code or another term has {min(fields)} already, "
                 "which would be its entry of the ledger"

@@ -1,22 +1,32 @@
 """Models of a user as packages and libraries: each is derived and compiled once per run of the tests."""
 
-import importlib
 import sys
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
 import hopform
 from derive.__main__ import main
 from hopform._solver import c as native
-from hopform._solver.choice import Solver
+from hopform._solver.build import compile_solver
 from hopform._solver.folder import folder_at
 from hopform._solver.package import Package
 from tests.objects import key, once
-from tools.build_library import compile_sources
 
 MODELS = Path(__file__).resolve().parent / "models"
+
+
+def loaded(folder: Path, name: str) -> Any:
+    """The package of a folder that the generator has written, under a name of its own."""
+    place = folder / "python" / "hopform_solver"
+    spec = spec_from_file_location(name, place / "__init__.py", submodule_search_locations=[str(place)])
+    assert spec is not None and spec.loader is not None
+    sys.modules[name] = package = module_from_spec(spec)
+    spec.loader.exec_module(package)
+    return package
 
 
 @dataclass(frozen=True)
@@ -24,44 +34,34 @@ class Derived:
     """A folder that `python -m derive --model` has written; its package and its library once they are asked for."""
 
     folder: Path
-    prefix: str
+    name: str
 
     @cached_property
     def package(self) -> Any:
-        sys.path.insert(0, str(self.folder / "python"))
-        try:
-            return importlib.import_module(f"{self.prefix}_solver")
-        finally:
-            sys.path.remove(str(self.folder / "python"))
+        return loaded(self.folder, f"{self.name}_solver")
 
     def part(self, name: str) -> Any:
         """A module of the package."""
-        return importlib.import_module(f"{self.package.__name__}.{name}")
+        return import_module(f"{self.package.__name__}.{name}")
 
     @cached_property
     def library(self) -> native.Library:
         assert self.package
         path = once(
             self.folder.with_name(f"lib{self.folder.name}.so"),
-            lambda aside: compile_sources(self.folder / "c", aside, "-O0"),
+            lambda aside: compile_solver(self.folder, aside, "-O0"),
         )
-        return native.Library(path, self.prefix, Package(f"{self.prefix}_solver"))
-
-    @cached_property
-    def solver(self) -> Solver:
-        """The same for functions of hopform."""
-        assert self.package
-        return Solver(Package(f"{self.prefix}_solver"), lambda: self.library, folder_at(self.folder), self.prefix)
+        return native.Library(path, "hopform", Package(f"{self.name}_solver"))
 
 
-def derived(store: Path, name: str, prefix: str, *options: str) -> Derived:
-    """A model of tests/models under a prefix, in a folder that all processes of the run share."""
-    model = MODELS / f"{name}.py"
+def derived(store: Path, model: str, name: str, *options: str) -> Derived:
+    """A model of tests/models, its package named so, in a folder that all processes of the run share."""
+    file = MODELS / f"{model}.py"
 
     def make(aside: Path) -> None:
-        assert main(["--model", str(model), "--out", str(aside), "--prefix", prefix, *options]) == 0
+        assert main(["--model", str(file), "--out", str(aside), *options]) == 0
 
-    return Derived(once(store / f"{prefix}_{key(model.read_text('utf-8'), *options)}", make), prefix)
+    return Derived(once(store / f"{model}_{key(file.read_text('utf-8'), *options)}", make), name)
 
 
 def built(store: Path, name: str) -> Path:
@@ -69,7 +69,7 @@ def built(store: Path, name: str) -> Path:
 
     def make(aside: Path) -> None:
         assert main(["--model", str(MODELS / f"{name}.py"), "--out", str(aside)]) == 0
-        compile_sources(aside / "c", aside / folder_at(aside).library.name, "-O0")
+        compile_solver(aside, aside / folder_at(aside).library.name, "-O0")
 
     return once(store / f"solver_of_{name}_{key((MODELS / f'{name}.py').read_text('utf-8'))}", make)
 

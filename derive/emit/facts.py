@@ -18,8 +18,10 @@ from ..model.equations import FALLING, MASSES, Model
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
 
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno")
-"""Of the compiler that makes the library which Python loads: each operation is rounded as it is written."""
+ROUNDING = ("-ffp-contract=off", "-fno-math-errno")
+"""Flags of every build: each operation is rounded as it is written, and a square root is an instruction."""
+FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", *ROUNDING)
+"""Of the compiler that makes the library which Python loads."""
 
 HOPPING = ("flight", "hop", "command", "reach")
 """What a body allows that flies under gravity with an input."""

@@ -1,8 +1,7 @@
-"""Engine sources and rendered templates, written in `real`, as C of one precision under one prefix.
+"""Engine sources and rendered templates, written in `real`, as C of one precision.
 
-Four things change and nothing else: the word `real`, the suffix `_real`, literals without a suffix (in single
-precision: the shortest that reads back as the same number, with its f), and the prefix `hopform`. Lines keep their
-numbers, so that what a compiler or debugger says of an instance names the line of its source.
+Three things change and nothing else: the word `real`, the suffix `_real`, and literals without a suffix (in single
+precision: the shortest that reads back as the same number, with its f). Lines keep their numbers, so that what a compiler or debugger says of an instance names the line of its source.
 """
 
 import re
@@ -19,7 +18,7 @@ _TOKEN = re.compile(
 )
 
 
-def instantiate(text: str, precision: Precision, prefix: str = "hopform") -> str:
+def instantiate(text: str, precision: Precision) -> str:
     """A text in `real` as C in one precision."""
 
     def token(match: re.Match[str]) -> str:
@@ -28,12 +27,7 @@ def instantiate(text: str, precision: Precision, prefix: str = "hopform") -> str
             return single(float(text))
         return precision.type if text == "real" else text
 
-    return with_prefix(re.sub(r"_real\b", f"_{precision.name}", _TOKEN.sub(token, text)), prefix)
-
-
-def with_prefix(text: str, prefix: str) -> str:
-    """Every public name under another prefix: hopform_solve -> NAME_solve, HOPFORM_H -> NAME_H."""
-    return text if prefix == "hopform" else text.replace("hopform", prefix).replace("HOPFORM", prefix.upper())
+    return re.sub(r"_real\b", f"_{precision.name}", _TOKEN.sub(token, text))
 
 
 def single(value: float) -> str:

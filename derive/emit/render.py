@@ -27,8 +27,8 @@ from ..model.precisions import F64, PRECISIONS, Precision
 from ..models.hopper import HOPPER
 from ..paper import register
 from . import c, numpy, python
-from .facts import facts
-from .instantiate import instantiate, with_prefix
+from .facts import ROUNDING, facts
+from .instantiate import instantiate
 from .program import program
 from .toml import toml
 
@@ -67,10 +67,9 @@ BY_AXIS = ir.Member("later", "At"), ir.Member("rates", "Speeds"), ir.Member("cha
 
 @dataclass(frozen=True)
 class Options:
-    """The model to render, the prefix of every public name, the precisions of the C library."""
+    """The model to render, and the precisions of the C library."""
 
     model: Model = HOPPER
-    prefix: str = "hopform"
     precisions: tuple[Precision, ...] = PRECISIONS
 
 
@@ -129,14 +128,13 @@ def _texts(options: Options) -> dict[Path, str]:
 
 def _printed(made: Program, options: Options, texts: dict[Path, str]) -> dict[Path, str]:
     """The engine as Python in each precision, printed from its C under its own names."""
-    plain = replace(options, prefix="hopform", precisions=PRECISIONS)
-    texts = texts if plain == options else _rendered(made, plain)
+    both = replace(options, precisions=PRECISIONS)
+    texts = texts if both == options else _rendered(made, both)
     of_c = {path.as_posix(): text for path, text in texts.items() if path.parts[0] == "c"}
     header = "# " + HEADER.format("derive/emit/python.py").replace(f" {LICENCE_LINE}", f"\n# {LICENCE_LINE}\n")
     printed = {}
     for suffix, text in python.engines(of_c, made, (precision.name for precision in PRECISIONS)):
-        target = f"python/hopform_solver/engine_{suffix}.py"
-        printed[Path(with_prefix(target, options.prefix))] = _spelled(target, header + text, options, None)
+        printed[Path(f"python/hopform_solver/engine_{suffix}.py")] = header + text
     return printed
 
 
@@ -189,17 +187,14 @@ def instance(name: str) -> str:
 def _placed(target: str, options: Options) -> Iterator[tuple[Path, Precision | None]]:
     """The paths of what is made for a path, one for each precision where its name asks for them."""
     for precision in options.precisions if target.startswith("c/") and "_real" in target else (None,):
-        name = target.replace("_real", f"_{precision.name}") if precision else target
-        yield Path(with_prefix(name, options.prefix)), precision
+        yield Path(target.replace("_real", f"_{precision.name}") if precision else target), precision
 
 
 def _spelled(target: str, text: str, options: Options, precision: Precision | None) -> str:
-    """A text in one precision, with the prefix of every public name; EQUATIONS.md has neither."""
+    """A text in its precision, if it has one."""
     if target.startswith("packages/") and target.endswith((".c", ".ino")):  # an example, in the first precision
         precision = options.precisions[0]
-    if precision is not None:
-        return instantiate(text, precision, options.prefix)
-    return with_prefix(text, options.prefix) if target.startswith(("c/", "python/", "packages/")) else text
+    return text if precision is None else instantiate(text, precision)
 
 
 def _firmware(options: Options) -> list[str]:
@@ -285,6 +280,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "declared": _declarations(),
         "firmware": firmware,
         "units": [name for name in firmware if name.endswith(".c")],
+        "rounding": ROUNDING,
         "facts": toml(facts(options.model, LAYOUT, _compiled(options))),
         "answers": answered,
         "schema": json.dumps({"$comment": HEADER_MARK} | schema(answered), indent=2),

@@ -16,8 +16,9 @@ from pathlib import Path
 import numpy as np
 
 import hopform
+from derive.emit.facts import FLAGS
 from hopform._solver import library as libraries
-from tools.build_library import FLAGS, ROOT
+from tools.build_library import ROOT
 
 COUNT = 100_000
 FEW = 10_000

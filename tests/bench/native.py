@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from derive.emit.facts import FLAGS
 from tests.bench.jobs import Jobs, answers
-from tools.build_library import FLAGS
 
 HERE = Path(__file__).parent / "peers"
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,8 +5,10 @@ b1, and hop with an integrator; a term that the closed form cannot carry, or tha
 name.
 """
 
+import csv
 import dataclasses
 import importlib
+import io
 import math
 import os
 import subprocess
@@ -28,7 +30,10 @@ from derive.ir import Quantity
 from derive.model.equations import Model, Term
 from derive.model.quantities import v2
 from derive.model_file import read_model
+from hopform._cli import tables
+from hopform._figures import results
 from hopform._solver import c as native
+from hopform._solver.build import compile_solver
 from hopform._solver.c import C
 from hopform._solver.package import Package
 from hopform._solver.printed import Python
@@ -36,13 +41,12 @@ from hopform_solver import records
 from tests.conformance.errors import TOLERANCE, plain_errors, rounded
 from tests.conformance.flights import condition, outcome, random_flight
 from tests.conformance.random_stances import random_robot
-from tests.derived import MODELS, Derived, derived
+from tests.derived import MODELS, Derived, derived, loaded
 from tests.oracle import integrator, reference
 from tests.oracle.differences import differences, scaled_error, size_of
 from tests.oracle.reference.flight import FlightReference
 from tests.oracle.reference.flight import solve_flight as reference_flight
 from tests.oracle.reference.records import mp
-from tools.build_library import compile_sources
 
 WARNINGS = (
     "-Wall",
@@ -400,46 +404,28 @@ def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(store, hop
         np.testing.assert_allclose(*ends, rtol=1e-12, atol=1e-15)
 
 
-def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
-    """Under the prefix hopform it stands in for hopform_solver:
-    fields, ledger and AED have the term wherever they are shown.
-    """
+def test_a_solver_shows_a_term_wherever_the_hopper_shows_its_forces(tmp_path):
+    """Fields, ledger and AED have it, in tables, over time and drawn."""
     drag = Quantity("d2", "d_2", "N s/m", "drag of the body", "nonnegative", 0.0)
-    write(render(Options(Model((Term("drag", 0, -drag.symbol * v2, acts="stance"),), (drag,)))), tmp_path)
-    code = """
-import csv, dataclasses, io
-import numpy as np
-import hopform
-from hopform._figures import results
-from hopform._cli import tables
-robot = dataclasses.replace(hopform.load_robot("hopper_c"), d2=20.0)
-stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="python")
-run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="python")
-(header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
-column = {name: np.array(values, float) for name, *values in zip(header, *rows)}
-t = run.times(50)
-drawn = [line.get_ydata() for line in results.figure_of(stance).axes[3].get_lines()[:2]]
-ledger = tables.ledger(stance)
-entries = stance.ledger(stance.duration)
-print(abs(entries.drag_2) > 0.01)
-for error in (
-    column["E"] - column["E"][0] - column["AED"],
-    np.asarray(run.energy(t).body) - run.aed(t),
-    drawn[0] - drawn[1],
-    *([float(list(each.cells)[-1])] for each in ledger.columns[1:]),
-):
-    print(np.abs(error).max() < 1e-12)
-print([each for each in ledger.columns[0].cells if "drag" in each])
-"""
-    paths = os.pathsep.join([str(tmp_path / "python"), os.environ.get("PYTHONPATH", "")])
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": paths},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.stderr, done.stdout.split("\n")) == ("", [*["True"] * 6, "['drag 2']", ""])
+    write(render(Options(Model((Term("drag", 0, -drag.symbol * v2, acts="stance"),), (drag,), name="drag"))), tmp_path)
+    solver = hopform.load_solver(tmp_path)
+    robot = dataclasses.replace(solver.load_robot("hopper_c"), d2=20.0)
+    stance = solver.solve_stance(robot, v2=-1.93, u=2.0, backend="python")
+    run = solver.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="python")
+    (header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
+    column = {name: np.array(values, float) for name, *values in zip(header, *rows, strict=True)}
+    t = run.times(50)
+    drawn = [line.get_ydata() for line in results.figure_of(stance).axes[3].get_lines()[:2]]
+    ledger = tables.ledger(stance)
+    assert abs(stance.ledger(stance.duration).drag_2) > 0.01
+    for error in (
+        column["E"] - column["E"][0] - column["AED"],
+        np.asarray(run.energy(t).body) - run.aed(t),
+        drawn[0] - drawn[1],
+        *([float(list(each.cells)[-1])] for each in ledger.columns[1:]),
+    ):
+        assert np.abs(error).max() < 1e-12
+    assert [each for each in ledger.columns[0].cells if "drag" in each] == ["body, drag"]
 
 
 # ---- what is refused ----
@@ -613,7 +599,7 @@ BAD_NAMES = {
     ),
     "built into Python": ('"property"', '"tuple"', '"type"', '"count"', '"index"', '"min"', '"abs"', '"super"'),
     "as names of the generated code": (
-        '"x_t"', '"size_t"', '"k_real"', '"k_f32"', '"d_tau"', '"hopform_k"', '"my_HOPFORM"', '"leg_k"',
+        '"x_t"', '"size_t"', '"k_real"', '"k_f32"', '"d_tau"', '"hopform_k"', '"my_HOPFORM"',
     ),
     "that the generated code has already": (
         '"x1"', '"v1"', '"y"', '"u"', '"t"', '"a1_v1"', '"s_1"', '"C_1"', '"side_1"', '"robot"', '"rates"', '"Rates"',
@@ -628,7 +614,7 @@ BAD_FILES |= {f"the name {name}": (declared(name=name), why) for why, names in B
 def refused_in_one_line(folder: Path, capsys: Any, *options: str) -> str:
     """What the command prints of robot.py in a folder; it writes nothing."""
     out = folder / "out"
-    assert main(["--model", str(folder / "robot.py"), "--out", str(out), "--prefix", "leg", *options]) == 2
+    assert main(["--model", str(folder / "robot.py"), "--out", str(out), *options]) == 2
     printed = capsys.readouterr()
     (line,) = printed.err.splitlines()
     assert printed.out == "" and not out.exists()
@@ -719,17 +705,13 @@ parameters += [R, S]
 def odd(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("odd")
     (folder / "robot.py").write_text(ODD, "utf-8")
-    assert main(["--model", str(folder / "robot.py"), "--out", str(folder / "out"), "--prefix", "odd"]) == 0
+    assert main(["--model", str(folder / "robot.py"), "--out", str(folder / "out")]) == 0
     return folder / "out"
 
 
 @pytest.fixture(scope="module")
 def odd_package(odd) -> Any:
-    sys.path.insert(0, str(odd / "python"))
-    try:
-        yield importlib.import_module("odd_solver")
-    finally:
-        sys.path.remove(str(odd / "python"))
+    return loaded(odd, "odd_solver")
 
 
 @pytest.mark.sliced
@@ -753,8 +735,8 @@ def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package,
     np.testing.assert_allclose(ours.duration, theirs.duration, rtol=200 * eps)
     library = odd / "libodd.so"
     if not library.exists():
-        compile_sources(odd / "c", library, "-O0", *WARNINGS)
-    solver = C(native.Library(library, "odd", Package("odd_solver")))
+        compile_solver(odd, library, "-O0", *WARNINGS)
+    solver = C(native.Library(library, "hopform", Package("odd_solver")))
     solved = solver.solve_stance(tuple(robot), start, ((0.0, 2.0),), 2.0, 64, np.dtype(dtype))
     _, duration, state, _, _ = solved.outcome()
     np.testing.assert_allclose(duration, ours.duration, rtol=20 * eps)
@@ -773,7 +755,7 @@ def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
 
 def test_the_examples_of_a_package_with_a_further_parameter_run(driven):
     """Its robot has a value for every parameter, and what is printed does not depend on it."""
-    code = "import doctest, driven_solver; print(doctest.testmod(driven_solver))"
+    code = "import doctest, hopform_solver; print(doctest.testmod(hopform_solver))"
     environment = os.environ | {"PYTHONPATH": str(driven.folder / "python")}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout == "TestResults(failed=0, attempted=5)\n", done.stdout

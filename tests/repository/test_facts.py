@@ -6,7 +6,6 @@ term brings, a word of events and a status.
 
 import importlib
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,9 +21,10 @@ from derive.model import answers, kinds
 from derive.model.equations import Model, Term
 from derive.model.quantities import v1
 from hopform._solver import c as native
+from hopform._solver.build import compile_solver
 from hopform._solver.c import C
 from hopform._solver.package import Package
-from tools.build_library import compile_sources
+from tests.derived import loaded
 
 DRAG = Quantity("seal", r"\zeta", "N s/m", "drag of a seal", "fraction", 0.25)
 MODEL = Model((Term("seal drag", -DRAG.symbol * v1, 0),), (DRAG,))
@@ -35,17 +35,13 @@ ENTRY = "seal_drag_1"
 @pytest.fixture(scope="module")
 def altered(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("facts") / "out"
-    write(render(Options(MODEL, "sealed")), folder)
+    write(render(Options(MODEL)), folder)
     return folder
 
 
 @pytest.fixture(scope="module")
 def package(altered) -> Any:
-    sys.path.insert(0, str(altered / "python"))
-    try:
-        yield importlib.import_module("sealed_solver")
-    finally:
-        sys.path.remove(str(altered / "python"))
+    return loaded(altered, "sealed_solver")
 
 
 def lines(altered: Path, name: str, word: str) -> list[str]:
@@ -54,8 +50,8 @@ def lines(altered: Path, name: str, word: str) -> list[str]:
 
 def test_a_new_parameter_stands_in_every_table(altered, package):
     for precision in ("f32", "f64"):
-        assert lines(altered, f"c/include/sealed/sealed_{precision}.h", "seal;")
-    assert "X(seal, FRACTION)" in lines(altered, "c/src/facts.h", "SEALED_ROBOT_MEMBERS")[0]
+        assert lines(altered, f"c/include/hopform/hopform_{precision}.h", "seal;")
+    assert "X(seal, FRACTION)" in lines(altered, "c/src/facts.h", "HOPFORM_ROBOT_MEMBERS")[0]
     assert lines(altered, "c/README.md", "`seal`") == ["| `seal` | \\zeta | N s/m | >= 0 and < 1 | drag of a seal |"]
     structs = importlib.import_module("sealed_solver.structs").STRUCTS
     assert structs["Robot"][-1] == ("seal", "real", 1)
@@ -73,8 +69,8 @@ def test_a_new_parameter_stands_in_every_table(altered, package):
 
 def test_a_new_entry_of_the_ledger_stands_in_every_table(altered, package):
     for precision in ("f32", "f64"):
-        assert lines(altered, f"c/include/sealed/sealed_{precision}.h", f"{ENTRY};")
-    assert f"X({ENTRY}, REAL)" in lines(altered, "c/src/facts.h", "SEALED_LEDGER_MEMBERS")[0]
+        assert lines(altered, f"c/include/hopform/hopform_{precision}.h", f"{ENTRY};")
+    assert f"X({ENTRY}, REAL)" in lines(altered, "c/src/facts.h", "HOPFORM_LEDGER_MEMBERS")[0]
     records = importlib.import_module("sealed_solver.records")
     assert records.Ledger._fields[-1] == records.LEDGER_OF_ROBOT[-1] == ENTRY
     assert ENTRY not in records.LEDGER_OF_BODY
@@ -85,8 +81,8 @@ def test_a_new_entry_of_the_ledger_stands_in_every_table(altered, package):
 
 def test_what_is_altered_builds_and_is_checked_by_both_back_ends(altered, package):
     library = altered / "sealed.so"
-    compile_sources(altered / "c", library, "-O0")
-    solver = C(native.Library(library, "sealed", Package("sealed_solver")))
+    compile_solver(altered, library, "-O0")
+    solver = C(native.Library(library, "hopform", Package("sealed_solver")))
     hopper = hopform.load_robot("hopper_c")
     robot = tuple(getattr(hopper, field.name) for field in package.ROBOT_FIELDS[:-1])
     start, steps = package.LegState(0.0, 0.0, -1.93, 0.0), ((0.0, 2.0),)

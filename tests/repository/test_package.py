@@ -114,11 +114,11 @@ def test_an_installed_wheel_derives_the_hopper_to_the_same_bytes(installed, tmp_
 
 def test_an_installed_wheel_derives_another_robot(installed, tmp_path):
     model = ROOT / "tests" / "models" / "back_emf.py"
-    derive = (sys.executable, "-m", "hopform._derive", "--model", model, "--prefix", "driven", "--out")
+    derive = (sys.executable, "-m", "hopform._derive", "--model", model, "--out")
     said = f"derive: {model} was run as Python\n"
     assert run(*derive, "driven", cwd=tmp_path, PYTHONPATH=str(installed)) == (0, said)
     code, output = run(
-        sys.executable, "-c", "import driven_solver as s; print(s.ROBOT_FIELDS[-1].name)",
+        sys.executable, "-c", "import hopform_solver as s; print(s.ROBOT_FIELDS[-1].name)",
         cwd=tmp_path, PYTHONPATH=str(tmp_path / "driven" / "python"),
     )  # fmt: skip
     assert (code, output) == (0, "k_emf\n")

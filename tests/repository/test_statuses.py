@@ -6,7 +6,7 @@ from pathlib import Path
 from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
 from hopform import _batch, _checks, _files, _robots, _stance, _studies, terrain
 from hopform import _control as reach
-from hopform._cli import options
+from hopform._cli import model, options
 from hopform._hopping import run, touchdown
 from hopform._identify import kinds, synthetic
 from hopform._solver import c as native
@@ -72,6 +72,7 @@ LIMITS = {
     "known values of a fit": kinds.MOST_KNOWN,
     "robots of a sample": _robots.MOST_SAMPLES,
     "bytes of a robot file": _robots.LARGEST_TOML,
+    "bytes of a model file": model.LARGEST_MODEL,
     "bytes of any other file that is read": _files.LARGEST,
     "digits of a whole number in text": _checks.MOST_DIGITS,
     "characters of a prefix": LONGEST_PREFIX,

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from derive.emit.facts import FLAGS
 from tests.needs import the_first
-from tools.build_library import FLAGS
 
 C = Path(__file__).resolve().parents[2] / "generated" / "c"
 SOURCE = """

@@ -55,9 +55,9 @@ def test_a_package_has_sources_licence_readme_costs_and_no_word_left_to_fill_in(
         assert not re.search(r"@(prefix|PREFIX|version|summary|real|sources\w*|files)@", text), file
 
 
-def test_the_prefix_of_an_export_is_that_of_the_generator(tmp_path):
-    assert derive(["--prefix", "gait", "--float32", "--out", str(tmp_path)]) == 0
-    exported = sources(Wanted("plain", "gait", ("f32",)))
+def test_an_export_in_one_precision_is_that_of_the_generator(tmp_path):
+    assert derive(["--float32", "--out", str(tmp_path)]) == 0
+    exported = sources(Wanted("plain", precisions=("f32",)))
     for path, text in exported.items():
         if path.name != "facts.h":  # has the layout, which depends on precisions
             assert (tmp_path / "c" / path).read_text("utf-8") == text, path

@@ -6,7 +6,6 @@ runs as people type it; elsewhere its main function runs here, with the copy's f
 
 import ctypes
 import hashlib
-import importlib
 import os
 import re
 import shutil
@@ -16,19 +15,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import pytest
 
 import derive.__main__ as command
-import hopform
-import hopform_solver
 from derive.emit import folder as files
 from derive.emit import render
-from hopform._solver import c as native
-from hopform._solver.c import C
-from hopform._solver.package import Package
-from hopform_solver.records import LegState
-from tools.build_library import compile_sources
+from hopform._solver.build import compile_solver
 
 ROOT = Path(__file__).resolve().parents[2]
 FORMULAS = "python/hopform_solver/formulas.py"
@@ -65,7 +57,7 @@ def rendered() -> Callable[[render.Options], dict[Path, str]]:
         if options.model is not render.HOPPER:
             return render.render(options)
         made_from = (f"{name}\n{path.read_text('utf-8')}" for name, path in render.inputs())
-        key = (options.prefix, *map(str, options.precisions), *made_from)
+        key = (*map(str, options.precisions), *made_from)
         if key not in known:
             known[key] = render.render(options)
         return dict(known[key])
@@ -378,7 +370,7 @@ def test_a_file_of_ones_own_where_one_would_be_made_is_refused_by_name(run, tmp_
     assert contents(out) == before
 
 
-@pytest.mark.parametrize("options", [(), ("--float32",), ("--prefix", "monopod")])
+@pytest.mark.parametrize("options", [(), ("--float32",)])
 def test_a_file_that_was_edited_by_hand_is_refused_by_name_before_anything_is_written(run, tmp_path, options):
     """Whether the run would change this file or not."""
     out = tmp_path / "out"
@@ -464,65 +456,6 @@ def test_a_manifest_that_is_none_is_made_anew_in_generated(run, tree, fresh):
     assert contents(tree / "generated") == contents(fresh / "generated")
 
 
-# ---- another name ----
-
-
-@pytest.fixture(scope="module")
-def renamed(fresh, tmp_path_factory) -> Path:
-    out = tmp_path_factory.mktemp("renamed")
-    done = derive(fresh, "--out", out, "--prefix", "monopod")
-    assert done.code == 0, done.err
-    return out
-
-
-def test_a_prefix_renames_every_name_and_leaves_none(renamed, fresh):
-    ours, theirs = contents(renamed), contents(fresh / "generated")
-    assert {path.replace("monopod", "hopform") for path in ours} == theirs.keys()
-    for path, data in ours.items():
-        if path.startswith(("c/", "python/")):
-            text = data.decode().split("\n", 1)[-1]  # below the header, which names a template
-            assert "hopform" not in path + text.lower(), path
-
-
-@pytest.fixture(scope="module")
-def monopod(renamed):
-    """The renamed package, and its library."""
-    sys.path.insert(0, str(renamed / "python"))
-    try:
-        package = importlib.import_module("monopod_solver")
-        library = renamed / "libmonopod.so"
-        compile_sources(renamed / "c", library, "-O0")
-        yield package, C(native.Library(library, "monopod", Package("monopod_solver")))
-    finally:
-        sys.path.remove(str(renamed / "python"))
-
-
-CASES = [(v2, u) for v2 in (-0.4, -1.93) for u in (-3.0, 0.0, 2.0, 3.0)]
-
-
-def test_a_renamed_package_answers_the_same_numbers(monopod, hopper_c):
-    package, _ = monopod
-    velocities, currents = np.array(CASES).T
-    parameters = hopper_c.parameters
-    ours = package.solve(package.Robot(*parameters), package.LegState(0.0, 0.0, velocities, 0.0), currents)
-    theirs = hopform_solver.solve(parameters, LegState(0.0, 0.0, velocities, 0.0), currents)
-    for name in ("duration", "apex", "aed", "ending", "phase_count"):
-        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
-    np.testing.assert_array_equal(ours.end, theirs.end)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_a_renamed_library_answers_the_same_numbers(monopod, hopper_c, dtype):
-    _, solver = monopod
-    for v2, u in CASES:
-        start = LegState(0.0, 0.0, v2, 0.0)
-        ours = solver.solve_stance(hopper_c.parameters, start, ((0.0, u),), 2.0, 4096, np.dtype(dtype))
-        theirs = hopform.solve_stance(hopper_c, v2=v2, u=u, dtype=dtype, backend="c")
-        _, duration, _, _, aed = ours.outcome()
-        assert (duration, aed) == (theirs.duration, theirs.aed)
-        assert [row[0] for row in ours.phase_rows()] == [phase.start for phase in theirs.phases]
-
-
 # ---- one precision ----
 
 
@@ -534,7 +467,7 @@ def test_one_precision_leaves_the_other_out(run, fresh, tmp_path, option, kept, 
     assert made.keys() == {path for path in everything if left_out not in path or path.startswith("python/")}
     assert not [path for path, data in made.items() if path.startswith("c/") and f"_{left_out}\n".encode() in data]
     library = tmp_path / "libone.so"
-    compile_sources(out / "c", library, "-O0")
+    compile_solver(out, library, "-O0")
     handle = ctypes.CDLL(str(library))
     assert hasattr(handle, f"hopform_solve_stance_{kept}")
     assert not hasattr(handle, f"hopform_solve_stance_{left_out}")
@@ -546,14 +479,8 @@ def test_one_precision_leaves_the_other_out(run, fresh, tmp_path, option, kept, 
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        (("--prefix", "monopod"), "need --out DIR"),
         (("--float32",), "need --out DIR"),
         (("--model", "robot.py"), "need --out DIR"),
-        (("--prefix", "2legs", "--out", "out"), "'2legs'"),
-        (("--prefix", "Monopod", "--out", "out"), "'Monopod'"),
-        (("--prefix", "mono-pod", "--out", "out"), "'mono-pod'"),
-        (("--prefix", "größe", "--out", "out"), "'größe'"),
-        (("--prefix", "", "--out", "out"), "''"),
         (("--model", "nowhere.py", "--out", "out"), "there is no file nowhere.py"),
         (("--out", "derive/model/equations.py"), "derive/model/equations.py"),
     ],

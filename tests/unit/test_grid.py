@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import hopform
+from derive.emit.facts import FLAGS
 from hopform import Robot, State
 from hopform._solver import c as native
+from hopform._solver.build import compile_solver
 from tests import needs
-from tools.build_library import compile_sources
 
 SAMPLES = 10_000
 GENERATED = Path(__file__).resolve().parents[2] / "generated" / "c"
@@ -153,7 +154,9 @@ def is_another(name: str) -> bool:
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_wider_registers_give_the_bits_of_the_plain_ones(tmp_path, dtype):
     shutil.copytree(GENERATED, tmp_path / "c", ignore=lambda _, names: {name for name in names if is_another(name)})
-    compile_sources(tmp_path / "c", tmp_path / "plain.so", "-DHOPFORM_PORTABLE")
+    sources = ", ".join(f'"c/src/hopform_{precision}.c"' for precision in ("f32", "f64"))
+    (tmp_path / "solver.toml").write_text(f"[build]\nflags = {list(FLAGS)}\nsources = [{sources}]\n", "utf-8")
+    compile_solver(tmp_path, tmp_path / "plain.so", "-DHOPFORM_PORTABLE")
     types = native.library().types(np.dtype(dtype))
     plain = getattr(ctypes.CDLL(str(tmp_path / "plain.so")), f"hopform_stance_grid_{types.suffix}")
     for robot, count in ((RINGING, SAMPLES), (HOPPER, 257), *((robot, 1000) for robot in ROBOTS.values())):

@@ -18,20 +18,21 @@ import hopform_solver
 from hopform import ufuncs
 from hopform._solver import c as native
 from hopform._solver import library as libraries
+from hopform._solver.build import LibraryNotBuilt, compile_solver
 from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.package import OURS
-from tools.build_library import LibraryNotBuilt, compile_sources
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def compile_one(library: Path, source: str) -> None:
     """A library of one source and the public headers."""
-    folder = library.with_name("c")
-    shutil.copytree(ROOT / "generated" / "c" / "include", folder / "include")
-    (folder / "src").mkdir()
-    (folder / "src" / "one.c").write_text(source, "utf-8")
-    compile_sources(folder, library)
+    folder = library.with_name("one")
+    shutil.copytree(ROOT / "generated" / "c" / "include", folder / "c" / "include")
+    (folder / "c" / "src").mkdir()
+    (folder / "c" / "src" / "one.c").write_text(source, "utf-8")
+    (folder / "solver.toml").write_text('[build]\nflags = ["-shared", "-fPIC"]\nsources = ["c/src/one.c"]\n', "utf-8")
+    compile_solver(folder, library)
 
 
 def forget() -> None:

@@ -4,16 +4,13 @@ motion.
 
 from collections.abc import Generator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import Any
 
 from hopform import HopformError
 from hopform import model as door
 from hopform._checks import shown
 from hopform._cli.options import Form
 from hopform._files import path_of, read_text
-
-if TYPE_CHECKING:
-    from derive.derivation import Derivation
 
 LARGEST_MODEL = 2**20
 """[B] the largest model file."""
@@ -28,8 +25,8 @@ def in_one_line() -> Generator[None, None, None]:
         raise HopformError(str(error)) from None
 
 
-def derived(model: str) -> "Derivation":
-    """The derivation of a model file, or of a model that ships."""
+def derived(model: str) -> Any:
+    """The Derivation of a model file, or of a model that ships."""
     if model not in door.part("derivation").SHIPPED:
         if not model.endswith(".py"):
             known = ", ".join(door.part("derivation").SHIPPED)
@@ -38,16 +35,15 @@ def derived(model: str) -> "Derivation":
             )
         read_text(path_of("FILE", model), LARGEST_MODEL)
     with in_one_line():
-        found: Derivation = door.derive(model)
-    return found
+        return door.derive(model)
 
 
-def spelled(derivation: "Derivation", formula: str | None, form: Form, f32: bool = False) -> str:
+def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False) -> str:
     """Formulas of a derivation as they are pasted."""
     if f32 and form != Form.c:
         raise HopformError(f"--f32 is for --as c, got --as {form}")
     with in_one_line():
-        return derivation.show(formula, str(form), single=f32)
+        return str(derivation.show(formula, str(form), single=f32))
 
 
 def model_show(model: str, formula: str | None = None, form: Form = Form.text, f32: bool = False) -> None:

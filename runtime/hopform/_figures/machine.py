@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, Rectangle
 
 from hopform import HopformError, Robot, Run, Stance, TouchdownDetector, delayed_apex, simulate, solve_stance
 from hopform._checks import Role, stream
-from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, volts
+from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, unloaded, volts
 from hopform._figures.plots import BLACK, BLUE, CURRENT, GREEN, GREY, LOOK, MAGENTA, ORANGE, STANCE, shade_stances
 from hopform.controllers import FeedForward
 from hopform.terrain import flat
@@ -82,7 +82,7 @@ def friction_threshold(robot: Robot) -> Drawn:
     rate = round(1.6 * onset_expected / seconds, 3)
     # On a rig: level, so that nothing weighs on the spring, which is as good as unloaded; and standing, as built.
     steps = [(float(t), float(rate * t)) for t in np.linspace(0.0, seconds, 1201)[:-1]]
-    loose = solve_stance(replace(robot, g=0.0), v2=0.0, x2=robot.L0 + robot.c - 1e-6, u=steps, horizon=seconds)
+    loose = solve_stance(replace(robot, g=0.0), v2=0.0, x2=unloaded(robot) - 1e-6, u=steps, horizon=seconds)
     stands = solve_stance(robot, v2=0.0, x2=standing(robot), u=steps, horizon=seconds)
     runs = {"spring unloaded": loose, "standing": stands}
     onset = {name: moves(stance, rate) for name, stance in runs.items()}
@@ -143,7 +143,7 @@ def schematic(robot: Robot) -> Drawn:
         f"the foot stands on the ground and carries the spring, k = {robot.k:g} N/m. The actuator moves the spring's "
         f"upper end away from the body by x1, {cm(robot.x1_min)} to {cm(robot.x1_max)}. Its mass m_eff = "
         f"{robot.m_eff:g} kg is the rotor's inertia behind the gear, so nothing of it weighs. x2 is the height of the "
-        f"body, m_s = {robot.m_s:g} kg, over the ground, L0 + c = {cm(robot.L0 + robot.c)} unloaded. The motor pushes "
+        f"body, m_s = {robot.m_s:g} kg, over the ground, L0 + c = {cm(unloaded(robot))} unloaded. The motor pushes "
         f"the actuator by -gamma2 u along x1: with gamma2 = {robot.gamma2:g} {sign}. The spring pushes body and "
         "actuator by F, gravity pulls the body by m_s g. Friction R1 and R2, viscous and dry, acts against v1 and v2; "
         "drawn where the actuator extends and the body moves up. The leg takes off where F = 0"

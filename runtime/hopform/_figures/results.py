@@ -19,7 +19,7 @@ from hopform._errors import HopformError
 from hopform._figures import plots
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
-from hopform._identify.recordings import SI, Recording, Units
+from hopform._identify.recordings import DRIVES, SI, Recording, Units
 from hopform._show import Shown
 
 

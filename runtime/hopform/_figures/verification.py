@@ -18,7 +18,7 @@ from hopform import Robot, fit_drop_test, fit_step_response, read_recording, sim
 from hopform._checks import Role, stream
 from hopform._figures import results
 from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, rms, scale, standing, volts
-from hopform._figures.plots import BLACK, BLUE, CURRENT, ORANGE
+from hopform._figures.plots import BLACK, BLUE, ORANGE
 from hopform.terrain import flat
 
 NOISE = 2e-4  # [m]

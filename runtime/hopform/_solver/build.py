@@ -1,0 +1,102 @@
+"""Compile the folder of a solver into the shared library that Python loads, by the flags and sources that its
+solver.toml names.
+
+It needs Python's own library alone: the wheel's build hook and tools/build_library.py load it by its path.
+"""
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from hashlib import sha256
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+PLATFORM = os.environ.get("HOPFORM_PLATFORM") or sys.platform
+"""The platform of a wheel that is built for another computer, with $CC a cross compiler; or this one's."""
+SUFFIX = ".dylib" if PLATFORM.startswith(("darwin", "macosx")) else ".dll" if PLATFORM.startswith("win") else ".so"
+
+
+class LibraryNotBuilt(Exception):
+    """Why there is no library now, in one line; what the compiler said may follow as a second argument."""
+
+
+class NoCompiler(LibraryNotBuilt):
+    """There is none, so that the solver is without a library, not broken."""
+
+
+class Plan(NamedTuple):
+    """What solver.toml says of a build: the flags, and the sources by their paths in the folder."""
+
+    flags: tuple[str, ...]
+    sources: tuple[str, ...]
+
+
+def plan(folder: Path) -> Plan:
+    """The [build] of a solver's folder."""
+    said = tomllib.loads((folder / "solver.toml").read_text("utf-8"))["build"]
+    return Plan(tuple(said["flags"]), tuple(said["sources"]))
+
+
+def compiler() -> list[str]:
+    """$CC; where it is not set cc, or zig of the extra `compiler`. NoCompiler without any."""
+    chosen = shlex.split(os.environ.get("CC", ""))
+    if chosen:
+        return chosen
+    if shutil.which("cc"):
+        return ["cc"]
+    if find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc", "-fno-sanitize=undefined"]
+    raise NoCompiler("there is no C compiler: set CC, or install one (Debian: gcc; PyPI: hopform[compiler])")
+
+
+def compile_solver(
+    folder: Path, output: Path, *more: str, progress: Callable[[int, int], object] | None = None
+) -> None:
+    """Compile the sources of a solver's folder into a library; further flags come last, so that a level of optimisation
+    takes effect. `progress` gets the number of steps that are done, and that of all.
+
+    It is written aside and renamed: a program that runs keeps the one that it loaded, and nobody loads half a file.
+    Raises LibraryNotBuilt.
+    """
+    flags, sources = plan(folder)
+    command = compiler()
+    libraries = [] if "-nostdlib" in command else ["-lm"]
+    of_object = [*command, *(flag for flag in flags if flag != "-shared"), *more]
+    of_object += ["-I", str(folder / "c" / "include"), f'-DHOPFORM_SOURCE="{source_of(folder)}"', "-c"]
+    try:
+        with tempfile.TemporaryDirectory(prefix="_build_", dir=output.parent) as aside:
+            made = [Path(aside, f"{Path(source).stem}.o") for source in sources]
+            each = [[*of_object, str(folder / name), "-o", str(to)] for name, to in zip(sources, made, strict=True)]
+            with ThreadPoolExecutor(os.cpu_count()) as pool:
+                for done, one in enumerate(as_completed([pool.submit(run, line) for line in each]), 1):
+                    one.result()
+                    if progress is not None:
+                        progress(done, len(sources) + 1)
+            library = Path(aside, output.name)  # a library for Windows knows its own name
+            run([*command, *flags, *more, *map(str, made), "-o", str(library), *libraries])
+            os.replace(library, output)
+    except OSError as error:
+        hint = "set CC, or on Debian: apt install gcc"
+        raise NoCompiler(f"no C compiler: {command[0]}: {error.strerror} ({hint})") from error
+    except subprocess.CalledProcessError as error:
+        first = next((line for line in error.stderr.splitlines() if "error" in line), f"exit code {error.returncode}")
+        raise LibraryNotBuilt(f"{command[0]} does not compile {folder.name}/c: {first}", error.stderr) from error
+
+
+def source_of(folder: Path) -> str:
+    """The hash of the sources in c/ of a folder, by which its library knows them."""
+    c, digest = folder / "c", sha256()
+    for path in sorted(path for part in (c / "include" / "hopform", c / "src") for path in part.iterdir()):
+        digest.update(f"{path.name}\n".encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def run(command: list[str]) -> None:
+    subprocess.run(command, check=True, capture_output=True, text=True, errors="replace")
