@@ -16,7 +16,7 @@ from typing import Any
 
 import hopform
 from hopform._export import Wanted, package, selftest
-from hopform._robots import FIELDS, Provenance
+from hopform._robots import Provenance
 from hopform._solver.package import records
 from hopform._warnings import WARNINGS
 
@@ -51,7 +51,7 @@ def facts() -> dict[str, Any]:
     sys.path.insert(0, str(ROOT))
     from derive.model import kinds
 
-    fields = FIELDS
+    fields = hopform.Robot.all_fields()
     robots = {name: hopform.load_robot(name) for name in hopform.ROBOTS}
     tables = (kinds.STATUSES, kinds.COMMANDS, kinds.ENDINGS, kinds.EVENTS, kinds.CURRENT_EVENTS)
     return {

@@ -257,7 +257,7 @@ def kind_of(row: tuple[Any, ...], following: tuple[Any, ...]) -> str:
 
 def of_phase(number: int, stance: "Stance", phase: "Phase", kind: str, search: Search | None) -> Iterator[str]:
     """A phase: its poles, then a row for each event function."""
-    modes = f"actuator {mode_of_actuator(phase, stance.robot)}, body {mode_of_body(phase)}"
+    modes = f"actuator {mode_of_actuator(phase, stance.robot)}, body {mode_of_body(phase, stance.robot)}"
     yield f"Phase {number}, {phase.start:.5g} to {phase.end:.5g} s: {modes}; then {kind}"
     if search is None or not search.functions:
         moves = phase.mode_1 != 0 or phase.mode_2 != 0

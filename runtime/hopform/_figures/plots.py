@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from hopform import Batch, Command, Flight, Hop, HopformError, Phase, Reachability, Run, Sensitivities, Stance
 from hopform._stance import aed_at, rest_of
-from hopform._words import EVENTS, current, ending, mode_of_actuator, mode_of_body, name_of, unit_of_time
+from hopform._words import current, ending, mode_of_actuator, mode_of_body, name_of, unit_of_time
 
 SUFFIXES = {
     ".svg": {"Date": None, "Creator": "hopform"},
@@ -271,13 +271,15 @@ def name_events(rows: Sequence[Axes], stance: Stance, scale: float) -> None:
     that would overlap the first one stands.
     """
     least = stance.duration / 40.0
-    for row, mass in zip(rows, ("actuator ", "body "), strict=False):
+    masses = (each for each in stance.robot.solver.facts.elements if each.get("events"))
+    for row, mass in zip(rows, masses, strict=False):
         free = -math.inf
-        for time, words in ((event.time, EVENTS[event.kind]) for event in stance.events):
-            if words.startswith(mass) and time >= free:
-                near_end = time > 0.95 * stance.duration
-                label(row, time * scale, words.removeprefix(mass), "right" if near_end else "left")
-                free = time + least
+        for event in stance.events:
+            if event.kind in mass["events"] and event.time >= free:
+                near_end = event.time > 0.95 * stance.duration
+                words = mass["events"][event.kind].removeprefix(f"{mass['name']} ")
+                label(row, event.time * scale, words, "right" if near_end else "left")
+                free = event.time + least
     if stance.status == "takeoff":
         rows[2].plot([stance.duration * scale], [0.0], "^", label="take-off", clip_on=False, **TAKEOFF)
         label(rows[2], stance.duration * scale, "take-off", "right")
