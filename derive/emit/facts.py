@@ -18,8 +18,10 @@ from ..model.equations import FALLING, MASSES, Model
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
 
-ROUNDING = ("-ffp-contract=off", "-fno-math-errno")
-"""Flags of every build: each operation is rounded as it is written, and a square root is an instruction."""
+ROUNDING = ("-ffp-contract=off", "-fno-tree-slp-vectorize", "-fno-math-errno")
+"""Flags of every build: each operation is rounded as it is written, and a square root is an instruction. Without the
+second gcc -O3 -march=x86-64-v3 makes one vfmsubadd of a sum and a difference of products, whatever the first says.
+"""
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", *ROUNDING)
 """Of the compiler that makes the library which Python loads."""
 

@@ -12,13 +12,15 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from derive.emit.facts import ROUNDING
+
 ROOT = Path(__file__).resolve().parents[3]
 C = ROOT / "generated" / "c"
 HERE = Path(__file__).resolve().parent
 BOARDS = HERE / "boards"
 OUT = ROOT / "out" / "firmware"
 
-COMMON = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-ffunction-sections", "-fdata-sections")
+COMMON = ("-std=c99", *ROUNDING, "-ffunction-sections", "-fdata-sections")
 
 DIGEST = r"(f32|f64) ([0-9a-f]{8})"
 
@@ -169,13 +171,13 @@ def link(
 
 
 @cache
-def native_digests() -> dict[str, str]:
-    """What digests.c prints on this computer, by precision."""
+def native_digests(*more: str) -> dict[str, str]:
+    """What digests.c prints on this computer, by precision, with further flags of the compiler."""
     with tempfile.TemporaryDirectory(prefix="hopform-") as folder:
         image = str(Path(folder) / "digests")
         files = [HERE / "digests.c", BOARDS / "board.c", *sources()]
         include = ["-I", str(C / "include"), "-I", str(BOARDS)]
-        run(["cc", "-O2", *COMMON, *include, *map(str, files), "-o", image, "-lm"])
+        run(["cc", "-O2", *COMMON, *more, *include, *map(str, files), "-o", image, "-lm"])
         return dict(re.findall(DIGEST, run([image])))
 
 
