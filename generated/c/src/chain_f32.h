@@ -821,7 +821,7 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
     const float others = fabs_f32(stance->duration) + fabs_f32(stance->apex) + fabs_f32(stance->aed);
     if (!is_finite_state_f32(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f32)) {
         const hopform_memory_f32 written = hopform_array_f32(stance, 1, sizeof *stance);
-        return hopform_refuse_f32(HOPFORM_ERROR_NUMBERS, &written, 1);
+        return hopform_refuse_f32(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

@@ -821,7 +821,7 @@ static inline int32_t stance_report_f64(const stance_chain_f64 *chain, const hop
     const double others = fabs_f64(stance->duration) + fabs_f64(stance->apex) + fabs_f64(stance->aed);
     if (!is_finite_state_f64(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f64)) {
         const hopform_memory_f64 written = hopform_array_f64(stance, 1, sizeof *stance);
-        return hopform_refuse_f64(HOPFORM_ERROR_NUMBERS, &written, 1);
+        return hopform_refuse_f64(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

@@ -5,7 +5,6 @@
 #include "control_f32.inc"
 #include "energy_f32.inc"
 #include "flight_f32.inc"
-#include "overlap_f32.inc"
 #include "selftest_f32.inc"
 #include "sensitivity_f32.inc"
 #include "stance_f32.inc"

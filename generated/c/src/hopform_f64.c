@@ -5,7 +5,6 @@
 #include "control_f64.inc"
 #include "energy_f64.inc"
 #include "flight_f64.inc"
-#include "overlap_f64.inc"
 #include "selftest_f64.inc"
 #include "sensitivity_f64.inc"
 #include "stance_f64.inc"

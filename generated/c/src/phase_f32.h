@@ -103,13 +103,6 @@ static inline bool hopform_hops_f32(const hopform_plan_f32 *plan) {
     return hopform_is_made_f32(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_f32(&plan->robot) > 0.0f;
 }
 
-/* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
- * the arrays are zeros. */
-int32_t hopform_reading_status_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                    const hopform_times_f32 *times, const hopform_memory_f32 *arrays,
-                                    int array_count);
-
 /* Index of the last phase that starts at or before t. */
 static inline int32_t hopform_phase_index_f32(const hopform_phase_f32 *phases, int32_t count, float t) {
     int32_t low = 0;

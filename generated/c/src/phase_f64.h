@@ -103,13 +103,6 @@ static inline bool hopform_hops_f64(const hopform_plan_f64 *plan) {
     return hopform_is_made_f64(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_f64(&plan->robot) > 0.0;
 }
 
-/* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
- * the arrays are zeros. */
-int32_t hopform_reading_status_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
-                                    const hopform_times_f64 *times, const hopform_memory_f64 *arrays,
-                                    int array_count);
-
 /* Index of the last phase that starts at or before t. */
 static inline int32_t hopform_phase_index_f64(const hopform_phase_f64 *phases, int32_t count, double t) {
     int32_t low = 0;

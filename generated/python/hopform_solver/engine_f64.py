@@ -28,7 +28,7 @@ ERROR_NUMBERS = -8  # out of the range of the precision: scale the robot or use 
 ERROR_TARGET = -9  # the desired apex is below the ground, not finite, or stop_margin is negative
 ERROR_GAINS = -10  # a gain is negative or not finite
 ERROR_DETECTOR = -11  # a sample or threshold is not finite, low > high, or count < 1
-ERROR_OVERLAP = -13  # an output overlaps an input that is read while it is written
+ERROR_OVERLAP = -13  # an output overlaps an input other than a small one
 COMMAND_REACHED = 1  # the next apex is the desired one
 COMMAND_NEAREST = 2  # no admissible current reaches it; this one comes nearest
 COMMAND_NO_TAKEOFF = 3  # no current is admissible
@@ -3276,29 +3276,9 @@ class Memory:
         self.size = other.size
 
 
-class Times:
-    """Times at which a stance is read, which do not decrease if they are in order."""
-    __slots__ = ("at", "count", "in_order",)
-    SIZE = 16
-    PARTS: tuple[str, ...] = ()
-
-    def __init__(self, at: Any = None, count: int = 0, in_order: bool = False) -> None:
-        self.at = at
-        self.count = count
-        self.in_order = in_order
-
-    def copy(self) -> "Times":
-        return Times(self.at, self.count, self.in_order)
-
-    def put(self, other: "Times") -> None:
-        self.at = other.at
-        self.count = other.count
-        self.in_order = other.in_order
-
-
 def array(first: Any, count: int, element: int) -> Memory:
-    """An array; a count below 0 stands for none."""
-    memory = Memory(first, count * element if count > 0 else 0)
+    """An array; None, or a count below 0, stands for none."""
+    memory = Memory(first, count * element if first is not None and count > 0 else 0)
     return memory
 
 
@@ -3487,6 +3467,73 @@ class Passage:
         self.side = other.side
         self.event = other.event
         self.leaves = other.leaves
+
+
+class Times:
+    """Times at which a stance is read, which do not decrease if they are in order."""
+    __slots__ = ("at", "count", "in_order",)
+    SIZE = 16
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, at: Any = None, count: int = 0, in_order: bool = False) -> None:
+        self.at = at
+        self.count = count
+        self.in_order = in_order
+
+    def copy(self) -> "Times":
+        return Times(self.at, self.count, self.in_order)
+
+    def put(self, other: "Times") -> None:
+        self.at = other.at
+        self.count = other.count
+        self.in_order = other.in_order
+
+
+def times_are_sound(times: Times, stance: Stance) -> bool:
+    """Whether a stance has each of the times; at rest it goes on for ever."""
+    latest = NEVER if stance.ending == ENDING_REST else stance.duration
+    earliest = 0.0
+    sound = True
+    for n in range(times.count):
+        sound = sound and times.at[n] >= earliest and times.at[n] <= latest
+        earliest = times.at[n] if times.in_order else 0.0
+    return sound
+
+
+def reading_status(plan: Any, steps: Any, phases: Any, stance: Any, times: Any, arrays: Any, array_count: int) -> int:
+    """Status of a call that reads a solved stance, at times unless that is None, into arrays: OK if it can; else the
+    arrays are zeros, but for those that lie in an input.
+    """
+    none = Times(None, 0, False)
+    when = times if times is not None else none
+    kept = stance.phases_kept if stance is not None else 1  # one at least is an input
+    whole_ = stance is not None and kept >= 1 and kept >= stance.phase_count
+    given = plan is not None and steps is not None and phases is not None and stance is not None
+    given = given and (times is None or times.at is not None)
+    for n in range(array_count):
+        given = given and arrays[n].first is not None
+    read = [array(plan, 1, Plan.SIZE), array(steps, phases[kept - 1].step + 1 if whole_ and phases is not None else 1,
+        Step.SIZE), array(phases, kept, Phase.SIZE), array(stance, 1, Stance.SIZE),
+        array(when.at, when.count, REAL_SIZE)]
+    status = OK
+    if not given:
+        status = ERROR_NULL
+    elif not is_made(plan):
+        status = ERROR_ROBOT
+    elif not whole_:
+        status = ERROR_TIME
+    elif overlap(arrays, array_count, read, 5):
+        status = ERROR_OVERLAP
+    elif not times_are_sound(when, stance):
+        status = ERROR_TIME
+    return refuse(status, arrays, array_count, read, 5) if status < 0 else status
+
+
+def state_of_stance(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real) -> State:
+    """The state at a time of a solved stance, which has it."""
+    within = lesser(t, stance.duration)
+    phase = phases[phase_index(phases, stance.phases_kept, within)]
+    return state_in_phase(plan, phase, steps[phase.step].u, within - phase.t)
 
 
 class EventFunction:
@@ -5241,8 +5288,7 @@ NO_CURRENT = Command(0.0, 0.0, COMMAND_NO_TAKEOFF)
 
 
 def end_search(search: Any, status: int, command: Any) -> int:
-    """End a search: from now on a step of it commands u = 0 and returns the status. The command comes last, in case it
-    lies in the search.
+    """End a search: from now on a step of it commands u = 0 and returns the status. None for what is not to be written.
     """
     if search is not None:
         search.status = status
@@ -5258,10 +5304,11 @@ def end_search(search: Any, status: int, command: Any) -> int:
 def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, command: Any) -> int:
     read = array(plan, 1, Plan.SIZE)
     written = [array(search, 1, Search.SIZE), array(command, 1, Command.SIZE)]
+    if overlap(written, 2, [read], 1):
+        return end_search(None if overlap(written, 1, [read], 1) else search, ERROR_OVERLAP, None
+            if overlap(written[1:], 1, [read], 1) else command)
     if search is None or plan is None or start is None or target is None or command is None:
         return end_search(search, ERROR_NULL, command)
-    if overlap(written, 2, [read], 1) or overlap(written, 1, written[1:], 1):
-        return end_search(search, ERROR_OVERLAP, command)
     from_ = start.copy()  # start and target may lie in what is written
     wanted = target.copy()
     end_search(search, SEARCHING, command)
@@ -5289,12 +5336,14 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
 
 
 def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -> int:
-    if search is None or phases is None or command is None:
-        return end_search(search, ERROR_NULL, command)
+    if search is None:
+        return end_search(None, ERROR_NULL, command)
     read = [array(search, 1, Search.SIZE), array(search.plan, 1, Plan.SIZE if search.status == SEARCHING else 0)]
     written = [array(phases, capacity, Phase.SIZE), array(command, 1, Command.SIZE)]
     if overlap(written, 2, read, 2):
-        return end_search(search, ERROR_OVERLAP, command)
+        return end_search(search, ERROR_OVERLAP, None if overlap(written[1:], 1, read, 2) else command)
+    if phases is None or command is None:
+        return end_search(search, ERROR_NULL, command)
     if search.status != SEARCHING or search.plan is None:
         report_command(search, command)
         return search.status
@@ -5322,23 +5371,22 @@ def choose_current(search: Search, plan: Plan, start: State, target: Target, pha
 def try_currents(plan: Any, starts: Any, start_count: int, currents: Any, current_count: int, horizon: Real,
         phases: Any, capacity: int, trials: Any) -> int:
     row = current_count * Trial.SIZE if current_count > 0 else 0
-    all = array(trials, start_count, row)
     read = [array(plan, 1, Plan.SIZE), array(starts, start_count, State.SIZE),
-        array(currents, current_count, REAL_SIZE), all.copy()]
-    written = array(phases, capacity, Phase.SIZE)
+        array(currents, current_count, REAL_SIZE)]
+    written = [array(trials, start_count, row), array(phases, capacity, Phase.SIZE)]
     if plan is None or starts is None or currents is None or phases is None or trials is None:
-        return refuse(ERROR_NULL, [all], 1)
-    if overlap([written], 1, read, 4) or overlap([all], 1, read, 3):
-        return refuse(ERROR_OVERLAP, [all], 1)
+        return refuse(ERROR_NULL, written, 1, read, 3)
+    if overlap(written, 2, read, 3):
+        return refuse(ERROR_OVERLAP, written, 1, read, 3)
     if not hops(plan):
-        return refuse(ERROR_ROBOT, [all], 1)
+        return refuse(ERROR_ROBOT, written, 1, read, 3)
     kept = OK
     for i in range(start_count):
         for j in range(current_count):
             status = evaluate_candidate(plan, starts[i], currents[j], horizon, phases, capacity,
                 trials[i * current_count + j])
             if status < 0:
-                return refuse(status, [all], 1)
+                return refuse(status, written, 1, read, 3)
             kept = status if status != OK else kept
     return kept
 
@@ -5362,18 +5410,17 @@ def most_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Real:
 
 
 def stance_compression(plan: Plan, steps: Any, phases: Any, stance: Stance, compression_max: Any) -> int:
-    if compression_max is None:
-        return ERROR_NULL
-    status = reading_status(plan, steps, phases, stance, None, None, 0)
-    most = 0.0 if status < 0 else stance.end.y
+    array_ = array(compression_max, 1, REAL_SIZE)
+    status = reading_status(plan, steps, phases, stance, None, [array_], 1)
+    if status < 0:
+        return status
+    most = stance.end.y
     for n in range(stance.phases_kept):
-        if not status >= 0:
-            break
         until = phases[n + 1].t if n + 1 < stance.phases_kept else stance.duration
         u = steps[phases[n].step].u
         most = greater(most, most_in_phase(plan, phases[n], u, until - phases[n].t))
     compression_max[0] = most
-    return status
+    return OK
 
 
 class Matrix:
@@ -5665,12 +5712,10 @@ def energy_add(ledger: Ledger, plan: Plan, phase: Phase, u: Real, t: Real) -> No
 
 def stance_energy(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, energies_: Any,
         ledgers: Any, stop_losses: Any) -> int:
-    wanted = ledgers is not None and stop_losses is not None
+    wanted = ledgers is not None or stop_losses is not None
     arrays = [array(energies_, count, Energy.SIZE), array(ledgers, count, Ledger.SIZE),
         array(stop_losses, count, REAL_SIZE)]
     when = Times(times, count, wanted)
-    if (ledgers is None) != (stop_losses is None):
-        return refuse(ERROR_NULL, arrays, 3)
     status = reading_status(plan, steps, phases, stance, when, arrays, 3 if wanted else 1)
     if status < 0:
         return status
@@ -5678,8 +5723,7 @@ def stance_energy(plan: Plan, steps: Any, phases: Any, stance: Stance, times: An
     loss = stance.start_loss
     n = 0
     for i in range(count):
-        state = State()
-        stance_at(plan, steps, phases, stance, times[i], state)
+        state = state_of_stance(plan, steps, phases, stance, times[i])
         energies_[i].put(energies(plan.robot, state))
         if not wanted:
             continue
@@ -6561,7 +6605,7 @@ def stance_report(chain: StanceChain, start: State, ending: int, stance: Stance)
     others = abs(stance.duration) + abs(stance.apex) + abs(stance.aed)
     if not is_finite_state(end) or not others - stance.start_loss <= NEVER:
         written = array(stance, 1, Stance.SIZE)
-        return refuse(ERROR_NUMBERS, [written], 1)
+        return refuse(ERROR_NUMBERS, [written], 1, None, 0)
     return PHASES_NOT_KEPT if stance.phases_kept < stance.phase_count else OK
 
 
@@ -7154,20 +7198,21 @@ def report_flight(chain: FlightChain, flight: Flight) -> bool:
 
 
 def design_return(plan: Any, time: Real, gains: Any) -> int:
-    none = Gains()
-    found = none.copy()  # the gains may lie in the plan
-    status = ERROR_NULL
-    if gains is None:
-        return status
-    if plan is not None and plan.made != PLAN_MADE:
+    read = array(plan, 1, Plan.SIZE)
+    written = array(gains, 1, Gains.SIZE)
+    status = OK
+    if plan is None or gains is None:
+        status = ERROR_NULL
+    elif overlap([written], 1, [read], 1):
+        status = ERROR_OVERLAP
+    elif not is_made(plan):
         status = ERROR_ROBOT
-    elif plan is not None and not (time > 0.0 and time <= NEVER):
+    elif not (time > 0.0 and time <= NEVER):
         status = ERROR_TIME
-    elif plan is not None:
-        found = critical_gains(plan.robot, time)
-        status = OK if gains_are_sound(found) else ERROR_NUMBERS
-    gains.put(none.copy() if status < 0 else found.copy())
-    return status
+    else:
+        gains.put(critical_gains(plan.robot, time))
+        status = OK if gains_are_sound(gains) else ERROR_NUMBERS
+    return refuse(status, [written], 1, [read], 1) if status < 0 else status
 
 
 def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real, max_phases: int, phases: Any,
@@ -7177,13 +7222,13 @@ def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real,
         return ERROR_NULL
     from_ = start.copy() if start is not None else nothing.start.copy()  # may lie in what is written, as gains
     law = gains.copy() if gains is not None else nothing.gains.copy()
+    read = array(plan, 1, Plan.SIZE)
+    written = [array(flight, 1, Flight.SIZE), array(phases, capacity, FlightPhase.SIZE)]
+    if overlap(written, 2, [read], 1):
+        return refuse(ERROR_OVERLAP, written, 1, [read], 1)
     flight.put(nothing)
     if plan is None or start is None or phases is None and capacity > 0:
         return ERROR_NULL
-    read = array(plan, 1, Plan.SIZE)
-    written = [array(phases, capacity, FlightPhase.SIZE), array(flight, 1, Flight.SIZE)]
-    if overlap(written, 2, [read], 1):
-        return ERROR_OVERLAP
     robot = plan.robot
     if not hops(plan):
         return ERROR_ROBOT
@@ -7228,20 +7273,29 @@ def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real,
 
 def reading_status_in_flight(plan: Any, phases: Any, flight: Any, times: Any, count: int, in_order: bool, arrays: Any,
         array_count: int) -> int:
-    """Status of a call that reads a solved flight, at times, into arrays: OK if it can; else the arrays are zeros."""
+    """Status of a call that reads a solved flight, at times, into arrays: OK if it can; else the arrays are zeros, but
+    for those that lie in an input.
+    """
     given = plan is not None and phases is not None and flight is not None and (times is not None or count <= 0)
     for n in range(array_count):
         given = given and (arrays[n].first is not None or count <= 0)
-    if not given:
-        return refuse(ERROR_NULL, arrays, array_count)
-    sound = flight.phases_kept >= flight.phase_count and flight.phases_kept >= 1 and is_made(plan)
-    for n in range(count):
-        sound = sound and times[n] >= (times[n - 1] if in_order and n > 0 else 0.0) and times[n] <= flight.duration
-    read = [array(plan, 1, Plan.SIZE), array(phases, flight.phases_kept, FlightPhase.SIZE),
+    read = [array(plan, 1, Plan.SIZE), array(phases, flight.phases_kept if flight is not None else 1, FlightPhase.SIZE),
         array(flight, 1, Flight.SIZE), array(times, count, REAL_SIZE)]
-    if not sound or overlap(arrays, array_count, read, 4):
-        return refuse(ERROR_OVERLAP if sound else ERROR_TIME, arrays, array_count)
-    return OK
+    status = OK
+    if not given:
+        status = ERROR_NULL
+    elif not is_made(plan):
+        status = ERROR_ROBOT
+    elif flight.phases_kept < flight.phase_count or flight.phases_kept < 1:
+        status = ERROR_TIME
+    elif overlap(arrays, array_count, read, 4):
+        status = ERROR_OVERLAP
+    for n in range(count):
+        if not status >= 0:
+            break
+        sound = times[n] >= (times[n - 1] if in_order and n > 0 else 0.0) and times[n] <= flight.duration
+        status = status if sound else ERROR_TIME
+    return refuse(status, arrays, array_count, read, 4) if status < 0 else status
 
 
 def state_of_flight(plan: Plan, rates: FlightRates, flight: Flight, phase: FlightPhase, t: Real) -> State:
@@ -7341,40 +7395,6 @@ def flight_energy(plan: Plan, phases: Any, flight: Flight, times: Any, count: in
         state = state_of_flight(plan, rates, flight, phases[n], times[i])
         energies[i].put(flight_energies(plan.robot, state.v1, state.v2, state.x1 - state.y))
     return OK
-
-
-def times_are_sound(times: Times, stance: Stance) -> bool:
-    """Whether a stance has each of the times; at rest it goes on for ever."""
-    latest = NEVER if stance.ending == ENDING_REST else stance.duration
-    earliest = 0.0
-    sound = True
-    for n in range(times.count):
-        sound = sound and times.at[n] >= earliest and times.at[n] <= latest
-        earliest = times.at[n] if times.in_order else 0.0
-    return sound
-
-
-def reading_status(plan: Any, steps: Any, phases: Any, stance: Any, times: Any, arrays: Any, array_count: int) -> int:
-    none = Times(None, 0, False)
-    when = times if times is not None else none
-    given = plan is not None and steps is not None and phases is not None and stance is not None
-    given = given and (times is None or times.at is not None)
-    for n in range(array_count):
-        given = given and arrays[n].first is not None
-    status = OK
-    if not given:
-        status = ERROR_NULL
-    elif stance.phases_kept < stance.phase_count or stance.phases_kept < 1 or not is_made(plan):
-        status = ERROR_TIME
-    else:
-        read = [array(plan, 1, Plan.SIZE), array(steps, phases[stance.phases_kept - 1].step + 1, Step.SIZE),
-            array(phases, stance.phases_kept, Phase.SIZE), array(stance, 1, Stance.SIZE),
-            array(when.at, when.count, REAL_SIZE)]
-        if overlap(arrays, array_count, read, 5):
-            status = ERROR_OVERLAP
-        elif not times_are_sound(when, stance):
-            status = ERROR_TIME
-    return refuse(status, arrays, array_count) if status < 0 else status
 
 
 class SelftestCase:
@@ -7851,7 +7871,7 @@ def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, ma
         if not exists:
             break
         exists = matrix[n] >= -NEVER and matrix[n] <= NEVER
-    return OK if exists else refuse(NO_DERIVATIVE, [array_], 1)
+    return OK if exists else refuse(NO_DERIVATIVE, [array_], 1, None, 0)
 
 
 def stance_tangents(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, states: Any,
@@ -7975,14 +7995,10 @@ def solve_stance(plan: Plan, start: State, steps: Any, step_count: int, horizon:
 
 
 def call_status(plan: Any, start: State, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
-        capacity: int, stance: Stance, follows: bool) -> int:
-    """Whether a stance can be solved; else why not. The controller knows that what it hands on does not overlap."""
+        capacity: int) -> int:
+    """Whether a stance can be solved; else why not."""
     if plan is None or steps is None or phases is None and capacity > 0:
         return ERROR_NULL
-    read = [array(plan, 1, Plan.SIZE), array(steps, step_count if step_count <= MOST_STEPS else 0, Step.SIZE)]
-    written = [array(phases, capacity, Phase.SIZE), array(stance, 1, Stance.SIZE)]
-    if not follows and overlap(written, 2, read, 2):
-        return ERROR_OVERLAP
     if not is_made(plan):
         return ERROR_ROBOT
     status = stance_status(plan.robot, start, horizon, max_phases)
@@ -7997,13 +8013,17 @@ def solve_followed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
         capacity: int, stance: Any, follow: Any, tally: Any) -> int:
     if stance is None:
         return ERROR_NULL
+    read = [array(plan, 1, Plan.SIZE), array(steps, step_count if step_count <= MOST_STEPS else 0, Step.SIZE)]
+    written = [array(stance, 1, Stance.SIZE), array(phases, capacity, Phase.SIZE)]
     nothing = State()
     from_ = start.copy() if start is not None else nothing.copy()  # it may lie in the stance or in the phases
-    status = call_status(plan, from_, steps, step_count, horizon, max_phases, phases, capacity, stance,
-        follow is not None) if start is not None else ERROR_NULL
+    status = ERROR_NULL
+    if follow is None and overlap(written, 2, read, 2):  # who follows has looked
+        status = ERROR_OVERLAP
+    elif start is not None:
+        status = call_status(plan, from_, steps, step_count, horizon, max_phases, phases[0], capacity)
     if status < 0:
-        written = array(stance, 1, Stance.SIZE)
-        return refuse(status, [written], 1)
+        return refuse(status, written, 1, read, 2)
     chain = StanceChain()
     stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity)
     chain.follow = follow
@@ -8018,22 +8038,14 @@ def solve_followed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
     return stance_report(chain, from_, ending, stance)
 
 
-def stance_at(plan: Any, steps: Any, phases: Any, stance: Any, t: Real, state: Any) -> int:
-    found = State()  # the state may lie in what is read
-    status = OK
-    if plan is None or steps is None or phases is None or stance is None or state is None:
-        status = ERROR_NULL
-    elif not is_made(plan):
-        status = ERROR_ROBOT
-    elif not (t >= 0.0 and t <= NEVER) or t > stance.duration and stance.ending != ENDING_REST or stance.phases_kept < stance.phase_count or stance.phases_kept < 1:
-        status = ERROR_TIME
-    else:
-        within = t if t < stance.duration else stance.duration
-        phase = phases[phase_index(phases, stance.phases_kept, within)]
-        found = state_in_phase(plan, phase, steps[phase.step].u, within - phase.t)
-    if state is not None:
-        state.put(found)
-    return status
+def stance_at(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real, state: State) -> int:
+    array_ = array(state, 1, State.SIZE)
+    when = Times([t], 1, False)
+    status = reading_status(plan, steps, phases, stance, when, [array_], 1)
+    if status < 0:
+        return status
+    state.put(state_of_stance(plan, steps, phases, stance, t))
+    return OK
 
 
 class Grid:
@@ -8137,7 +8149,7 @@ def stance_grid(plan: Plan, steps: Any, phases: Any, stance: Stance, t0: Real, d
     last = t0 + float(count - 1) * dt
     latest = NEVER if rests else stance.duration + 8.0 * EPS * stance.duration
     if count < 0 or not t0 >= 0.0 or not dt > 0.0 or not last <= latest:
-        return refuse(ERROR_TIME, arrays, 4)
+        return refuse(ERROR_TIME, arrays, 4, None, 0)
     grid = Grid()
     grid.t0 = t0
     grid.dt = dt

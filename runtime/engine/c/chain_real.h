@@ -821,7 +821,7 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
     const real others = fabs_real(stance->duration) + fabs_real(stance->apex) + fabs_real(stance->aed);
     if (!is_finite_state_real(end) || !(others - stance->start_loss <= HOPFORM_NEVER_real)) {
         const hopform_memory_real written = hopform_array_real(stance, 1, sizeof *stance);
-        return hopform_refuse_real(HOPFORM_ERROR_NUMBERS, &written, 1);
+        return hopform_refuse_real(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

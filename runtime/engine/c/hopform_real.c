@@ -5,7 +5,6 @@
 #include "control_real.inc"
 #include "energy_real.inc"
 #include "flight_real.inc"
-#include "overlap_real.inc"
 #include "selftest_real.inc"
 #include "sensitivity_real.inc"
 #include "stance_real.inc"

@@ -103,13 +103,6 @@ static inline bool hopform_hops_real(const hopform_plan_real *plan) {
     return hopform_is_made_real(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_real(&plan->robot) > 0.0;
 }
 
-/* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
- * the arrays are zeros. */
-int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
-                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                    const hopform_times_real *times, const hopform_memory_real *arrays,
-                                    int array_count);
-
 /* Index of the last phase that starts at or before t. */
 static inline int32_t hopform_phase_index_real(const hopform_phase_real *phases, int32_t count, real t) {
     int32_t low = 0;
