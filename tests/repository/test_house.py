@@ -127,7 +127,7 @@ def test_the_runtime_imports_what_the_project_declares(path):
 # ---- the engine knows no coordinate ----
 
 
-@each(sorted(path for path in ENGINE.rglob("*") if path.suffix in {".c", ".h", ".inc", ".py"}))
+@each(sorted(path for path in ENGINE.rglob("*") if path.suffix in {".c", ".h", ".py"}))
 def test_no_file_of_the_engine_names_a_coordinate(path):
     """Neither as a word nor as the end of one, and the compression as no member; y is a letter of mathematics, too."""
     names = [str(symbol) for symbol in (*quantities.STATE.symbols, quantities.x2) if symbol != quantities.y]

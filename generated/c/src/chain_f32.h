@@ -8,6 +8,7 @@
 
 #include "first_event_f32.h"
 #include "ledger_f32.h"
+#include "overlap_f32.h"
 
 /* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
  * the order in which they win a tie. */

@@ -8,7 +8,6 @@
 #include "facts.h"
 #include "kernels_f32.h"
 #include "model_f32.h"
-#include "overlap_f32.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start) {
@@ -196,12 +195,5 @@ typedef struct {
 
 typedef struct hopform_tally_f32 hopform_tally_f32;
 typedef void hopform_follow_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage);
-
-/* hopform_solve_stance of one current that shows every phase to `follow`; NULL for none. */
-int32_t hopform_solve_followed_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
-                                    const hopform_step_f32 *steps, int32_t step_count, float horizon,
-                                    int32_t max_phases, hopform_phase_f32 *phases, int32_t capacity,
-                                    hopform_stance_f32 *stance, hopform_follow_f32 *follow,
-                                    hopform_tally_f32 *tally);
 
 #endif

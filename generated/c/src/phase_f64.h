@@ -8,7 +8,6 @@
 #include "facts.h"
 #include "kernels_f64.h"
 #include "model_f64.h"
-#include "overlap_f64.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start) {
@@ -196,12 +195,5 @@ typedef struct {
 
 typedef struct hopform_tally_f64 hopform_tally_f64;
 typedef void hopform_follow_f64(hopform_tally_f64 *tally, const hopform_passage_f64 *passage);
-
-/* hopform_solve_stance of one current that shows every phase to `follow`; NULL for none. */
-int32_t hopform_solve_followed_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
-                                    const hopform_step_f64 *steps, int32_t step_count, double horizon,
-                                    int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity,
-                                    hopform_stance_f64 *stance, hopform_follow_f64 *follow,
-                                    hopform_tally_f64 *tally);
 
 #endif

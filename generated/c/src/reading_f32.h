@@ -5,6 +5,7 @@
 #ifndef HOPFORM_READING_H_f32
 #define HOPFORM_READING_H_f32
 
+#include "overlap_f32.h"
 #include "phase_f32.h"
 
 /* Times at which a stance is read, which do not decrease if they are in order. */

@@ -5,6 +5,7 @@
 #ifndef HOPFORM_READING_H_f64
 #define HOPFORM_READING_H_f64
 
+#include "overlap_f64.h"
 #include "phase_f64.h"
 
 /* Times at which a stance is read, which do not decrease if they are in order. */

@@ -8,6 +8,7 @@
 
 #include "first_event_real.h"
 #include "ledger_real.h"
+#include "overlap_real.h"
 
 /* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
  * the order in which they win a tie. */

@@ -8,7 +8,6 @@
 #include "facts.h"
 #include "kernels_real.h"
 #include "model_real.h"
-#include "overlap_real.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_real(const hopform_robot_real *robot, const hopform_state_real *start) {
@@ -196,12 +195,5 @@ typedef struct {
 
 typedef struct hopform_tally_real hopform_tally_real;
 typedef void hopform_follow_real(hopform_tally_real *tally, const hopform_passage_real *passage);
-
-/* hopform_solve_stance of one current that shows every phase to `follow`; NULL for none. */
-int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
-                                    const hopform_step_real *steps, int32_t step_count, real horizon,
-                                    int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
-                                    hopform_stance_real *stance, hopform_follow_real *follow,
-                                    hopform_tally_real *tally);
 
 #endif

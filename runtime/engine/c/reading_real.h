@@ -5,6 +5,7 @@
 #ifndef HOPFORM_READING_H_real
 #define HOPFORM_READING_H_real
 
+#include "overlap_real.h"
 #include "phase_real.h"
 
 /* Times at which a stance is read, which do not decrease if they are in order. */

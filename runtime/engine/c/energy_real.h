@@ -2,6 +2,9 @@
  *
  * Energies and the ledger at any time of a stance.
  */
+#ifndef HOPFORM_ENERGY_H_real
+#define HOPFORM_ENERGY_H_real
+
 #include <stdbool.h>
 
 #include "ledger_real.h"
@@ -54,3 +57,5 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
     }
     return HOPFORM_OK;
 }
+
+#endif

@@ -10,6 +10,9 @@
  *
  * An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
  */
+#ifndef HOPFORM_SENSITIVITY_H_real
+#define HOPFORM_SENSITIVITY_H_real
+
 #include <stdbool.h>
 #include <string.h>
 
@@ -303,3 +306,5 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
     }
     return way.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }
+
+#endif

@@ -5,6 +5,9 @@
  * eight before, and so on. A sample lies behind 7 such steps for each factor of 8 in its number, so next to nothing
  * accumulates, and the loops vectorise.
  */
+#ifndef HOPFORM_STATES_H_real
+#define HOPFORM_STATES_H_real
+
 #include <stdbool.h>
 #include <string.h>
 
@@ -177,3 +180,5 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
     }
     return HOPFORM_OK;
 }
+
+#endif

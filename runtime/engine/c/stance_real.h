@@ -2,6 +2,9 @@
  *
  * The plan of a robot, and a stance by it: what users call.
  */
+#ifndef HOPFORM_STANCE_H_real
+#define HOPFORM_STANCE_H_real
+
 #include "chain_real.h"
 #include "plan_real.h"
 #include "reading_real.h"
@@ -46,13 +49,6 @@ int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real
     return status;
 }
 
-int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
-                                  const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
-                                  hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance) {
-    return hopform_solve_followed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
-                                       NULL, NULL);
-}
-
 /* Whether a stance can be solved; else why not. */
 static int32_t call_status_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                 const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
@@ -65,11 +61,12 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
-                                    const hopform_step_real *steps, int32_t step_count, real horizon,
-                                    int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
-                                    hopform_stance_real *stance, hopform_follow_real *follow,
-                                    hopform_tally_real *tally) {
+/* hopform_solve_stance that shows every phase to `follow`; NULL for none. */
+static int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
+                                           const hopform_step_real *steps, int32_t step_count, real horizon,
+                                           int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
+                                           hopform_stance_real *stance, hopform_follow_real *follow,
+                                           hopform_tally_real *tally) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
     const hopform_memory_real read[] = {
         hopform_array_real(plan, 1, sizeof *plan),
@@ -103,6 +100,13 @@ int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform
     return stance_report_real(&chain, &from, ending, stance);
 }
 
+int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
+                                  const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
+                                  hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance) {
+    return hopform_solve_followed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                                       NULL, NULL);
+}
+
 int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                const hopform_phase_real *phases, const hopform_stance_real *stance, real t,
                                hopform_state_real *state) {
@@ -113,3 +117,5 @@ int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step
     *state = hopform_state_of_stance_real(plan, steps, phases, stance, t);
     return HOPFORM_OK;
 }
+
+#endif

@@ -9,6 +9,9 @@
  * pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
  * compression is in the height, too, and fades as exp(-l t).
  */
+#ifndef HOPFORM_FLIGHT_H_real
+#define HOPFORM_FLIGHT_H_real
+
 #include "chain_real.h"
 #include "facts.h"
 #include "linear_real.h"
@@ -842,3 +845,5 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
     }
     return HOPFORM_OK;
 }
+
+#endif

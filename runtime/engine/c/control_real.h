@@ -11,8 +11,13 @@
  * interval, is held in all of it, because the force on it is linear in u. The others rest on slopes;
  * docs/explanation/controller.md says which.
  */
-#include "reading_real.h"
+#ifndef HOPFORM_CONTROL_H_real
+#define HOPFORM_CONTROL_H_real
+
 #include "trial_real.h"
+
+#include "reading_real.h"
+#include "stance_real.h"
 
 /* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, where
  * not, and where neither takes off. */
@@ -624,3 +629,5 @@ int32_t hopform_stance_compression_real(const hopform_plan_real *plan, const hop
     *compression_max = most;
     return HOPFORM_OK;
 }
+
+#endif
