@@ -139,8 +139,8 @@ static control_interval_f32 interval_of_f32(const hopform_search_f32 *search, in
         fabs_f32(along),
         {side * (from->apex - search->apex), side * from->apex_u * along, side * (to->apex - search->apex),
          side * to->apex_u * along, smooth},
-        {from->HOPFORM_LARGEST_POSITION - search->limit, from->HOPFORM_LARGEST_POSITION_SLOPE * along,
-         to->HOPFORM_LARGEST_POSITION - search->limit, to->HOPFORM_LARGEST_POSITION_SLOPE * along, smooth},
+        {from->largest_x1 - search->limit, from->largest_x1_u * along, to->largest_x1 - search->limit,
+         to->largest_x1_u * along, smooth},
         {from->least_contact, from->least_contact_u * along, to->least_contact, to->least_contact_u * along, smooth},
     };
     if (fabs_f32(c.gap.to) <= HOPFORM_REACHED_WITHIN_f32) {
@@ -163,7 +163,7 @@ static bool contact_keeps_sign_f32(const control_interval_f32 *c) {
 }
 
 static bool is_admissible_f32(const hopform_search_f32 *search, const hopform_trial_f32 *trial) {
-    return trial->takes_off && trial->HOPFORM_LARGEST_POSITION < search->limit;
+    return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
 /* Slope of the gap over that of the largest position: the multiplier of its limit. */
@@ -330,12 +330,11 @@ static void make_room_f32(hopform_search_f32 *search) {
  * element harder onto the stop on which 0 leaves it holds it there as well: that side is not tried. */
 static bool open_side_f32(hopform_search_f32 *search) {
     const hopform_robot_f32 *robot = &search->plan->robot;
-    const float position = search->start.HOPFORM_POSITION;
+    const float position = search->start.x1;
     while (search->sides > 0) {
         const float sign = search->sides == 2 ? 1.0f : -1.0f;
-        const float push = search->plan->rates.HOPFORM_PER_AMPERE * sign;
-        const bool has_room = (push > 0.0f && position < robot->HOPFORM_UPPER_STOP)
-                              || (push < 0.0f && position > robot->HOPFORM_LOWER_STOP);
+        const float push = search->plan->rates.a1_u * sign;
+        const bool has_room = (push > 0.0f && position < robot->x1_max) || (push < 0.0f && position > robot->x1_min);
         search->sides--;
         if (!search->held || has_room) {
             search->next = sign * (search->reached ? fabs_f32(search->best_u) : robot->u_max);
@@ -396,8 +395,8 @@ static bool add_candidate_f32(hopform_search_f32 *search, const hopform_trial_f3
     update_incumbent_f32(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) { search->trials++; }
     if (search->trials == 1) {
-        const bool chooses = robot->u_max > 0.0f && robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP;
-        if (search->reached || !(chooses && search->start.HOPFORM_POSITION < search->limit)) { return false; }
+        const bool chooses = robot->u_max > 0.0f && robot->x1_min < robot->x1_max;
+        if (search->reached || !(chooses && search->start.x1 < search->limit)) { return false; }
         search->held = trial->held;
     }
     if (search->count < 0 || search->count > HOPFORM_SEARCH_CANDIDATES_f32) {
@@ -446,7 +445,7 @@ static int32_t evaluate_candidate_f32(const hopform_plan_f32 *plan, const hopfor
     const hopform_trial_f32 nothing = {0};
     *trial = nothing;
     trial->u = u;
-    trial->HOPFORM_LARGEST_POSITION = start->HOPFORM_POSITION;
+    trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_f32;
     trial->smooth = true;
     hopform_tally_f32 tally = {plan, trial, none, none, none, {0, 0}, false};
@@ -503,13 +502,12 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     } else if (!(wanted.horizon > 0.0f && wanted.horizon <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
-    const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
+    const bool locked = !(robot->x1_min < robot->x1_max);
     search->plan = plan;
     search->start = from;
     search->apex = wanted.h_des + wanted.datum;
     search->datum = wanted.datum;
-    search->limit =
-        locked ? HOPFORM_NEVER_f32 : robot->HOPFORM_UPPER_STOP - wanted.stop_margin - 16.0f * HOPFORM_EPS_f32;
+    search->limit = locked ? HOPFORM_NEVER_f32 : robot->x1_max - wanted.stop_margin - 16.0f * HOPFORM_EPS_f32;
     search->horizon = wanted.horizon;
     search->count = 0;
     search->sides = 2;
@@ -601,7 +599,7 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
 /* The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign. */
 static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t) {
     const int side[] = {hopform_side_1_f32(phase), hopform_side_2_f32(phase)};
-    const float first = phase->HOPFORM_COMPRESSION;
+    const float first = phase->y;
     if (!HOPFORM_COMPRESSION_MAY_TURN(side) || !(t > 0.0f)) { return first; }
     hopform_numerators_f32 motion;
     motion.named = hopform_motion_in_phase_f32(plan, phase, u);
@@ -620,7 +618,7 @@ int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopfo
     const hopform_memory_f32 array = hopform_array_f32(compression_max, 1, sizeof *compression_max);
     const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
-    float most = stance->end.HOPFORM_COMPRESSION;
+    float most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const float until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
         const float u = steps[phases[n].step].u;

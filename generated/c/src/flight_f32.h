@@ -72,8 +72,7 @@ static hopform_poles_f32 poles_in_flight_f32(const hopform_flight_rates_f32 *rat
 static jet_f32 way_in_flight_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase,
                                    const propagator_f32 *at) {
     const jet_f32 rest = {0.0f, 0.0f, 0.0f, 0.0f};
-    const hopform_numerator_f32 h =
-        hopform_way_numerator_f32(phase->HOPFORM_VELOCITY, phase->HOPFORM_ACCELERATION, poles);
+    const hopform_numerator_f32 h = hopform_way_numerator_f32(phase->v1, phase->acc1, poles);
     const event_function_f32 way = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
     return phase->side != 0 ? short_jet_at_f32(&way, at) : rest;
 }
@@ -84,14 +83,14 @@ static hopform_state_f32 state_in_flight_f32(const hopform_robot_f32 *robot, con
                                                float after) {
     const float g = hopform_fall_of_f32(robot);
     const float t = phase->t + after;
-    const float rise = (start->HOPFORM_FALLING - 0.5f * g * t) * t;
-    const float moved = (phase->HOPFORM_POSITION - start->HOPFORM_POSITION) + way->value;
-    const float position = hopform_lesser_f32(robot->HOPFORM_UPPER_STOP, phase->HOPFORM_POSITION + way->value);
+    const float rise = (start->v2 - 0.5f * g * t) * t;
+    const float moved = (phase->x1 - start->x1) + way->value;
+    const float position = hopform_lesser_f32(robot->x1_max, phase->x1 + way->value);
     hopform_state_f32 state;
-    state.HOPFORM_POSITION = hopform_greater_f32(robot->HOPFORM_LOWER_STOP, position);
-    state.HOPFORM_VELOCITY = way->rate;
-    state.HOPFORM_FALLING = start->HOPFORM_FALLING - g * t;
-    state.HOPFORM_COMPRESSION = start->HOPFORM_COMPRESSION - (rise - moved);
+    state.x1 = hopform_greater_f32(robot->x1_min, position);
+    state.v1 = way->rate;
+    state.v2 = start->v2 - g * t;
+    state.y = start->y - (rise - moved);
     return state;
 }
 
@@ -112,15 +111,14 @@ static event_function_f32 height_in_flight_f32(const flight_chain_f32 *chain) {
     const hopform_flight_phase_f32 *now = &chain->now;
     const hopform_poles_f32 *poles = &chain->poles;
     const float g = chain->fall;
-    const float rate = start->HOPFORM_FALLING - g * now->t;
-    const float rise = (start->HOPFORM_FALLING - 0.5f * g * now->t) * now->t;
-    const hopform_numerator_f32 way =
-        hopform_way_numerator_f32(now->HOPFORM_VELOCITY, now->HOPFORM_ACCELERATION, poles);
+    const float rate = start->v2 - g * now->t;
+    const float rise = (start->v2 - 0.5f * g * now->t) * now->t;
+    const hopform_numerator_f32 way = hopform_way_numerator_f32(now->v1, now->acc1, poles);
     event_function_f32 height = {rate - way.H3,
                                   poles->p * rate - g - way.H2,
                                   poles->q * rate - poles->p * g,
                                   -poles->q * g,
-                                  (start->HOPFORM_POSITION - now->HOPFORM_POSITION) + rise - start->HOPFORM_COMPRESSION,
+                                  (start->x1 - now->x1) + rise - start->y,
                                   0.0f,
                                   0,
                                   0,
@@ -156,7 +154,7 @@ static event_function_f32 rate_of_height_f32(const flight_chain_f32 *chain, floa
 static fall_f32 fall_of_f32(const flight_chain_f32 *chain, const event_function_f32 *g, bool is_rate, float sign) {
     const hopform_poles_f32 *poles = &chain->poles;
     const float l = chain->relaxes;
-    float way[6] = {0.0f, chain->now.HOPFORM_VELOCITY, chain->now.HOPFORM_ACCELERATION};
+    float way[6] = {0.0f, chain->now.v1, chain->now.acc1};
     for (int i = 3; i < 6; i++) {
         way[i] = -poles->p * way[i - 1] - poles->q * way[i - 2];
     }
@@ -275,17 +273,15 @@ static bool has_root_in_flight_f32(flight_chain_f32 *chain, event_set_f32 *set, 
 
 /* How far the stop ahead is. */
 static float gap_in_flight_f32(const flight_chain_f32 *chain) {
-    const float position = chain->now.HOPFORM_POSITION;
-    return chain->now.side > 0 ? chain->robot->HOPFORM_UPPER_STOP - position
-                               : position - chain->robot->HOPFORM_LOWER_STOP;
+    const float position = chain->now.x1;
+    return chain->now.side > 0 ? chain->robot->x1_max - position : position - chain->robot->x1_min;
 }
 
 /* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
  * of the stop, and of the way between. */
 static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 end) {
     const hopform_flight_phase_f32 *now = &chain->now;
-    const hopform_numerator_f32 way =
-        hopform_way_numerator_f32(now->HOPFORM_VELOCITY, now->HOPFORM_ACCELERATION, &chain->poles);
+    const hopform_numerator_f32 way = hopform_way_numerator_f32(now->v1, now->acc1, &chain->poles);
     const propagator_f32 first = propagator_at_start_f32(&chain->poles);
     const float away = -(float)now->side;
     const float gap = gap_in_flight_f32(chain);
@@ -296,7 +292,7 @@ static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 en
     const event_function_f32 *stop =
         add_event_function_f32(&set, &way, away * gap, away, ELEMENT_f32, DISTANCE_f32);
     const float left = value_at_f32(stop, &chain->last);
-    const float position = now->HOPFORM_POSITION;
+    const float position = now->x1;
     const float size = fabs_f32(position) + fabs_f32(position - away * gap) + fabs_f32(gap - left);
     const bool touches = end == FLIGHT_REST_f32 && fabs_f32(left) <= 16.0f * HOPFORM_EPS_f32 * size;
     return touches || has_root_in_flight_f32(chain, &set, NULL, &first, &chain->last) ? FLIGHT_STOP_f32 : end;
@@ -306,11 +302,10 @@ static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 en
 static flight_end_f32 end_at_pull_f32(flight_chain_f32 *chain, flight_end_f32 end, int *to) {
     const hopform_flight_phase_f32 *now = &chain->now;
     const hopform_gains_f32 *gains = &chain->gains;
-    const float proportional = gains->Kp * now->HOPFORM_POSITION;
-    const float derivative = gains->Kd * now->HOPFORM_VELOCITY;
+    const float proportional = gains->Kp * now->x1;
+    const float derivative = gains->Kd * now->v1;
     const float bound = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(proportional) + fabs_f32(derivative) + chain->largest);
-    const hopform_numerator_f32 pull =
-        hopform_pull_numerator_f32(gains, now->HOPFORM_VELOCITY, now->HOPFORM_ACCELERATION, &chain->poles);
+    const hopform_numerator_f32 pull = hopform_pull_numerator_f32(gains, now->v1, now->acc1, &chain->poles);
     const propagator_f32 first = propagator_at_start_f32(&chain->poles);
     for (int side = -1; side <= 1 && (gains->Kp > 0.0f || gains->Kd > 0.0f); side += 2) {
         const float start = proportional + derivative - (float)side * chain->largest;
@@ -350,12 +345,12 @@ static void look_at_foot_f32(flight_chain_f32 *chain, const propagator_f32 *at) 
 
 /* The velocity of what falls, where the phase begins. */
 static float falling_in_flight_f32(const flight_chain_f32 *chain) {
-    return chain->start.HOPFORM_FALLING - chain->fall * chain->now.t;
+    return chain->start.v2 - chain->fall * chain->now.t;
 }
 
 /* Height of the foot if the leg were the shortest. */
 static float height_of_shortest_f32(const flight_chain_f32 *chain) {
-    const float longer = chain->now.HOPFORM_POSITION - chain->robot->HOPFORM_LOWER_STOP;
+    const float longer = chain->now.x1 - chain->robot->x1_min;
     return chain->height.start + longer + hopform_greater_f32(left_in_leg_f32(chain, chain->now.t), 0.0f);
 }
 
@@ -372,8 +367,7 @@ static float longest_phase_f32(const flight_chain_f32 *chain) {
 static float acceleration_of_f32(const flight_chain_f32 *chain, float velocity, int side) {
     const hopform_flight_rates_f32 *rates = &chain->rates;
     const int limit = chain->now.limit;
-    return limit == 0 ? hopform_acceleration_under_law_f32(chain->robot, rates, chain->now.HOPFORM_POSITION, velocity,
-                                                            (float)side)
+    return limit == 0 ? hopform_acceleration_under_law_f32(chain->robot, rates, chain->now.x1, velocity, (float)side)
                       : hopform_acceleration_at_limit_f32(chain->robot, rates, velocity, (float)side, (float)limit);
 }
 
@@ -382,9 +376,7 @@ static float acceleration_of_f32(const flight_chain_f32 *chain, float velocity, 
 static float time_of_rest_f32(const flight_chain_f32 *chain) {
     const float side = (float)chain->now.side;
     const bool fades = !(chain->poles.q > 0.0f) && side * acceleration_of_f32(chain, 0.0f, chain->now.side) >= 0.0f;
-    return fades ? HOPFORM_NEVER_f32
-                 : time_to_rest_f32(&chain->poles, side * chain->now.HOPFORM_VELOCITY,
-                                     side * chain->now.HOPFORM_ACCELERATION);
+    return fades ? HOPFORM_NEVER_f32 : time_to_rest_f32(&chain->poles, side * chain->now.v1, side * chain->now.acc1);
 }
 
 /* The end of a phase in which the foot moves on a parabola. */
@@ -459,11 +451,11 @@ static void record_in_flight_f32(flight_chain_f32 *chain, int event) {
 /* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
 static void choose_limit_f32(flight_chain_f32 *chain) {
     const hopform_flight_phase_f32 *now = &chain->now;
-    const float pull = chain->gains.Kp * now->HOPFORM_POSITION + chain->gains.Kd * now->HOPFORM_VELOCITY;
+    const float pull = chain->gains.Kp * now->x1 + chain->gains.Kd * now->v1;
     chain->now.limit = (int8_t)hopform_goes_f32(pull, chain->largest);
     if (now->limit == 0 && !(fabs_f32(pull) < chain->largest) && now->side != 0) {
-        const float acceleration = acceleration_of_f32(chain, now->HOPFORM_VELOCITY, now->side);
-        const float rate = chain->gains.Kp * now->HOPFORM_VELOCITY + chain->gains.Kd * acceleration;
+        const float acceleration = acceleration_of_f32(chain, now->v1, now->side);
+        const float rate = chain->gains.Kp * now->v1 + chain->gains.Kd * acceleration;
         chain->now.limit = rate * pull > 0.0f ? (int8_t)hopform_goes_f32(pull, 0.0f) : 0;
     }
 }
@@ -474,7 +466,7 @@ static void settle_in_flight_f32(flight_chain_f32 *chain, float free) {
     const float friction = level_of_f32(chain->robot, HOPFORM_STOPPED_ELEMENT);
     chain->now.side = (int8_t)hopform_goes_f32(free, friction);
     if (!(gap_in_flight_f32(chain) > 0.0f)) { chain->now.side = 0; }
-    chain->now.HOPFORM_ACCELERATION = chain->now.side == 0 ? 0.0f : free - friction * (float)chain->now.side;
+    chain->now.acc1 = chain->now.side == 0 ? 0.0f : free - friction * (float)chain->now.side;
 }
 
 /* The element has come to rest. Without dry friction its acceleration goes on as it was. */
@@ -482,13 +474,12 @@ static void rest_in_flight_f32(flight_chain_f32 *chain, bool at_stop) {
     const hopform_robot_f32 *robot = chain->robot;
     const int before = chain->now.side;
     const bool sticks = level_of_f32(robot, HOPFORM_STOPPED_ELEMENT) > 0.0f;
-    chain->now.HOPFORM_VELOCITY = 0.0f;
+    chain->now.v1 = 0.0f;
     if (at_stop) {
-        chain->now.HOPFORM_POSITION = before > 0 ? robot->HOPFORM_UPPER_STOP : robot->HOPFORM_LOWER_STOP;
+        chain->now.x1 = before > 0 ? robot->x1_max : robot->x1_min;
         choose_limit_f32(chain);
     }
-    settle_in_flight_f32(chain,
-                          at_stop || sticks ? acceleration_of_f32(chain, 0.0f, 0) : chain->now.HOPFORM_ACCELERATION);
+    settle_in_flight_f32(chain, at_stop || sticks ? acceleration_of_f32(chain, 0.0f, 0) : chain->now.acc1);
     const int turned = chain->now.side != before ? HOPFORM_EVENT_REVERSES(HOPFORM_STOPPED_ELEMENT) : HOPFORM_EVENT_NONE;
     const int rested = chain->now.side == 0 ? HOPFORM_EVENT_STICKS(HOPFORM_STOPPED_ELEMENT) : turned;
     record_in_flight_f32(chain, at_stop ? HOPFORM_EVENT_HITS_STOP : rested);
@@ -496,17 +487,17 @@ static void rest_in_flight_f32(flight_chain_f32 *chain, bool at_stop) {
 
 /* What the element does at the start; no event. */
 static void begin_flight_f32(flight_chain_f32 *chain) {
-    chain->now.side = (int8_t)hopform_goes_f32(chain->now.HOPFORM_VELOCITY, 0.0f);
+    chain->now.side = (int8_t)hopform_goes_f32(chain->now.v1, 0.0f);
     if (chain->now.side != 0 && !(gap_in_flight_f32(chain) > 0.0f)) {
         chain->flight->start_loss = hopform_loss_at_stop_f32(chain->robot, &chain->start);
-        chain->now.HOPFORM_VELOCITY = 0.0f;
+        chain->now.v1 = 0.0f;
         chain->now.side = 0;
     }
     choose_limit_f32(chain);
     if (chain->now.side == 0) {
         settle_in_flight_f32(chain, acceleration_of_f32(chain, 0.0f, 0));
     } else {
-        chain->now.HOPFORM_ACCELERATION = acceleration_of_f32(chain, chain->now.HOPFORM_VELOCITY, chain->now.side);
+        chain->now.acc1 = acceleration_of_f32(chain, chain->now.v1, chain->now.side);
     }
     record_in_flight_f32(chain, HOPFORM_EVENT_NONE);
 }
@@ -520,8 +511,8 @@ static void begin_phase_f32(flight_chain_f32 *chain) {
     if (chain->flight->phase_count == 1) {
         const propagator_f32 first = propagator_at_start_f32(&chain->poles);
         const jet_f32 at = jet_at_f32(&chain->poles, &chain->height, &first);
-        const float rates = fabs_f32(chain->start.HOPFORM_FALLING) + fabs_f32(chain->now.HOPFORM_VELOCITY)
-                           + fabs_f32(chain->relaxes * chain->leg);
+        const float rates =
+            fabs_f32(chain->start.v2) + fabs_f32(chain->now.v1) + fabs_f32(chain->relaxes * chain->leg);
         chain->airborne = at.value > 0.0f || (!(at.value < 0.0f) && at.rate > 16.0f * HOPFORM_EPS_f32 * rates);
         look_at_foot_f32(chain, &first);
     }
@@ -548,7 +539,7 @@ static int32_t run_flight_f32(flight_chain_f32 *chain) {
         put_ending_f32(chain, &way, chain->last.t);
         chain->now.t = flight->duration;
         if (end == FLIGHT_TOUCHDOWN_f32) {
-            flight->end.HOPFORM_COMPRESSION = left_in_leg_f32(chain, flight->duration);
+            flight->end.y = left_in_leg_f32(chain, flight->duration);
             return HOPFORM_FLIGHT_TOUCHDOWN;
         }
         if (end == FLIGHT_HORIZON_f32) {
@@ -556,15 +547,14 @@ static int32_t run_flight_f32(flight_chain_f32 *chain) {
             *flight = chain->airborne ? *flight : chain->at_highest;
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : HOPFORM_FLIGHT_TRIPPED;
         }
-        chain->now.HOPFORM_POSITION = flight->end.HOPFORM_POSITION;
-        chain->now.HOPFORM_VELOCITY = flight->end.HOPFORM_VELOCITY;
-        chain->now.HOPFORM_ACCELERATION = way.curvature;
+        chain->now.x1 = flight->end.x1;
+        chain->now.v1 = flight->end.v1;
+        chain->now.acc1 = way.curvature;
         if (end == FLIGHT_PULL_f32) {
             /* Through the law the acceleration would have the rounding of the position times Kp. */
             const float limit = (float)(side != 0 ? side : chain->now.limit);
             const float goes = (float)chain->now.side;
-            chain->now.HOPFORM_ACCELERATION =
-                hopform_acceleration_at_limit_f32(chain->robot, &chain->rates, way.rate, goes, limit);
+            chain->now.acc1 = hopform_acceleration_at_limit_f32(chain->robot, &chain->rates, way.rate, goes, limit);
             chain->now.limit = (int8_t)side;
             record_in_flight_f32(chain,
                                   side == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
@@ -584,8 +574,8 @@ static bool gains_are_sound_f32(const hopform_gains_f32 *gains) {
 
 /* Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. */
 static hopform_gains_f32 gains_for_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start) {
-    const float time = hopform_time_of_fall_f32(robot, start->HOPFORM_FALLING, start->HOPFORM_POSITION)
-                      - 0.05f; /* NaN where it does not rise that high */
+    const float time =
+        hopform_time_of_fall_f32(robot, start->v2, start->x1) - 0.05f; /* NaN where it does not rise that high */
     return hopform_critical_gains_f32(robot, hopform_greater_f32(time, 0.02f));
 }
 
@@ -595,22 +585,21 @@ static bool report_flight_f32(const flight_chain_f32 *chain, hopform_flight_f32 
     const hopform_state_f32 *start = &chain->start;
     const hopform_state_f32 *end = &flight->end;
     const float g = chain->fall;
-    const float top = hopform_lesser_f32(hopform_greater_f32(start->HOPFORM_FALLING, 0.0f) / g, flight->duration);
+    const float top = hopform_lesser_f32(hopform_greater_f32(start->v2, 0.0f) / g, flight->duration);
     const float left = left_in_leg_f32(chain, flight->duration);
     flight->gains = chain->gains;
-    flight->HOPFORM_FALLING_AFTER = end->HOPFORM_FALLING;
+    flight->v2_after = end->v2;
     if (flight->ending == HOPFORM_FLIGHT_TOUCHDOWN) {
-        flight->HOPFORM_FALLING_AFTER = hopform_velocity_after_impact_f32(chain->robot, end->HOPFORM_FALLING);
-        flight->impact_loss = hopform_loss_at_impact_f32(chain->robot, end->HOPFORM_FALLING);
+        flight->v2_after = hopform_velocity_after_impact_f32(chain->robot, end->v2);
+        flight->impact_loss = hopform_loss_at_impact_f32(chain->robot, end->v2);
     }
     flight->apex_time = top;
-    flight->apex =
-        start->HOPFORM_POSITION - start->HOPFORM_COMPRESSION + (start->HOPFORM_FALLING - 0.5f * g * top) * top;
+    flight->apex = start->x1 - start->y + (start->v2 - 0.5f * g * top) * top;
     flight->leg_loss = HOPFORM_LEG_HAS_DAMPER ? hopform_leg_energy_f32(chain->robot, left)
                                                     - hopform_leg_energy_f32(chain->robot, chain->leg)
                                               : 0.0f;
     flight->phases_kept = flight->phase_count < chain->capacity ? flight->phase_count : chain->capacity;
-    const float others = fabs_f32(flight->duration) + fabs_f32(flight->HOPFORM_FALLING_AFTER) + fabs_f32(flight->apex)
+    const float others = fabs_f32(flight->duration) + fabs_f32(flight->v2_after) + fabs_f32(flight->apex)
                         + fabs_f32(top) - flight->impact_loss - flight->start_loss - flight->leg_loss;
     return flight->phase_count > 0 && is_finite_state_f32(end) && others <= HOPFORM_NEVER_f32;
 }
@@ -654,8 +643,7 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     const hopform_robot_f32 *robot = &plan->robot;
     if (!hopform_hops_f32(plan)) { return HOPFORM_ERROR_ROBOT; }
     if (!is_finite_state_f32(&from) || !hopform_is_finite_f32(ground)
-        || !(from.HOPFORM_POSITION >= robot->HOPFORM_LOWER_STOP
-             && from.HOPFORM_POSITION <= robot->HOPFORM_UPPER_STOP)) {
+        || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
     if (!(horizon > 0.0f && horizon <= HOPFORM_NEVER_f32) || max_phases < 1 || capacity < 0) {
@@ -672,10 +660,10 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     chain.horizon = horizon;
     chain.fall = hopform_fall_of_f32(robot);
     chain.start = from;
-    chain.start.HOPFORM_COMPRESSION = from.HOPFORM_COMPRESSION + ground;
+    chain.start.y = from.y + ground;
     chain.relaxes = time > HOPFORM_FASTEST_LEG_f32 ? 1.0f / time : 0.0f;
-    chain.leg = time > HOPFORM_FASTEST_LEG_f32 ? from.HOPFORM_COMPRESSION : 0.0f;
-    const hopform_flight_phase_f32 now = {0.0f, from.HOPFORM_POSITION, from.HOPFORM_VELOCITY, 0.0f, 0, 0, 0, 0};
+    chain.leg = time > HOPFORM_FASTEST_LEG_f32 ? from.y : 0.0f;
+    const hopform_flight_phase_f32 now = {0.0f, from.x1, from.v1, 0.0f, 0, 0, 0, 0};
     chain.now = now;
     chain.airborne = false;
     chain.highest = -HOPFORM_NEVER_f32;
@@ -736,7 +724,7 @@ static hopform_state_f32 state_of_flight_f32(const hopform_plan_f32 *plan, const
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
     const propagator_f32 at = propagator_at_f32(&poles, t - phase->t);
     const jet_f32 way = way_in_flight_f32(&poles, phase, &at);
-    start.HOPFORM_COMPRESSION += flight->ground;
+    start.y += flight->ground;
     return state_in_flight_f32(&plan->robot, &start, phase, &way, at.t);
 }
 
@@ -802,11 +790,10 @@ static void add_work_f32(hopform_flight_ledger_f32 *ledger, const hopform_plan_f
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
     const propagator_f32 at = propagator_at_f32(&poles, t);
     const jet_f32 moved = way_in_flight_f32(&poles, phase, &at);
-    const float rise = (flight->start.HOPFORM_FALLING - hopform_fall_of_f32(robot) * (phase->t + 0.5f * t)) * t;
+    const float rise = (flight->start.v2 - hopform_fall_of_f32(robot) * (phase->t + 0.5f * t)) * t;
     const hopform_way_f32 way = {moved.value, square_of_velocity_f32(&poles, phase, t), rise};
-    const hopform_flight_ledger_f32 part =
-        hopform_flight_ledger_of_f32(robot, &flight->gains, largest_force_f32(robot), phase->HOPFORM_POSITION,
-                                      (float)phase->side, (float)phase->limit, &way);
+    const hopform_flight_ledger_f32 part = hopform_flight_ledger_of_f32(
+        robot, &flight->gains, largest_force_f32(robot), phase->x1, (float)phase->side, (float)phase->limit, &way);
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
@@ -840,8 +827,7 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
         add_work_f32(&ledgers[i], plan, &rates, flight, &phases[n], times[i] - phases[n].t);
         stop_losses[i] = loss;
         const hopform_state_f32 state = state_of_flight_f32(plan, &rates, flight, &phases[n], times[i]);
-        energies[i] = hopform_flight_energies_f32(&plan->robot, state.HOPFORM_VELOCITY, state.HOPFORM_FALLING,
-                                                   state.HOPFORM_POSITION - state.HOPFORM_COMPRESSION);
+        energies[i] = hopform_flight_energies_f32(&plan->robot, state.v1, state.v2, state.x1 - state.y);
     }
     return HOPFORM_OK;
 }

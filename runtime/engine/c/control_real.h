@@ -139,8 +139,8 @@ static control_interval_real interval_of_real(const hopform_search_real *search,
         fabs_real(along),
         {side * (from->apex - search->apex), side * from->apex_u * along, side * (to->apex - search->apex),
          side * to->apex_u * along, smooth},
-        {from->HOPFORM_LARGEST_POSITION - search->limit, from->HOPFORM_LARGEST_POSITION_SLOPE * along,
-         to->HOPFORM_LARGEST_POSITION - search->limit, to->HOPFORM_LARGEST_POSITION_SLOPE * along, smooth},
+        {from->largest_x1 - search->limit, from->largest_x1_u * along, to->largest_x1 - search->limit,
+         to->largest_x1_u * along, smooth},
         {from->least_contact, from->least_contact_u * along, to->least_contact, to->least_contact_u * along, smooth},
     };
     if (fabs_real(c.gap.to) <= HOPFORM_REACHED_WITHIN_real) {
@@ -163,7 +163,7 @@ static bool contact_keeps_sign_real(const control_interval_real *c) {
 }
 
 static bool is_admissible_real(const hopform_search_real *search, const hopform_trial_real *trial) {
-    return trial->takes_off && trial->HOPFORM_LARGEST_POSITION < search->limit;
+    return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
 /* Slope of the gap over that of the largest position: the multiplier of its limit. */
@@ -330,12 +330,11 @@ static void make_room_real(hopform_search_real *search) {
  * element harder onto the stop on which 0 leaves it holds it there as well: that side is not tried. */
 static bool open_side_real(hopform_search_real *search) {
     const hopform_robot_real *robot = &search->plan->robot;
-    const real position = search->start.HOPFORM_POSITION;
+    const real position = search->start.x1;
     while (search->sides > 0) {
         const real sign = search->sides == 2 ? 1.0 : -1.0;
-        const real push = search->plan->rates.HOPFORM_PER_AMPERE * sign;
-        const bool has_room = (push > 0.0 && position < robot->HOPFORM_UPPER_STOP)
-                              || (push < 0.0 && position > robot->HOPFORM_LOWER_STOP);
+        const real push = search->plan->rates.a1_u * sign;
+        const bool has_room = (push > 0.0 && position < robot->x1_max) || (push < 0.0 && position > robot->x1_min);
         search->sides--;
         if (!search->held || has_room) {
             search->next = sign * (search->reached ? fabs_real(search->best_u) : robot->u_max);
@@ -396,8 +395,8 @@ static bool add_candidate_real(hopform_search_real *search, const hopform_trial_
     update_incumbent_real(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) { search->trials++; }
     if (search->trials == 1) {
-        const bool chooses = robot->u_max > 0.0 && robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP;
-        if (search->reached || !(chooses && search->start.HOPFORM_POSITION < search->limit)) { return false; }
+        const bool chooses = robot->u_max > 0.0 && robot->x1_min < robot->x1_max;
+        if (search->reached || !(chooses && search->start.x1 < search->limit)) { return false; }
         search->held = trial->held;
     }
     if (search->count < 0 || search->count > HOPFORM_SEARCH_CANDIDATES_real) {
@@ -446,7 +445,7 @@ static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopf
     const hopform_trial_real nothing = {0};
     *trial = nothing;
     trial->u = u;
-    trial->HOPFORM_LARGEST_POSITION = start->HOPFORM_POSITION;
+    trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_real;
     trial->smooth = true;
     hopform_tally_real tally = {plan, trial, none, none, none, {0, 0}, false};
@@ -503,13 +502,12 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     } else if (!(wanted.horizon > 0.0 && wanted.horizon <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
-    const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
+    const bool locked = !(robot->x1_min < robot->x1_max);
     search->plan = plan;
     search->start = from;
     search->apex = wanted.h_des + wanted.datum;
     search->datum = wanted.datum;
-    search->limit =
-        locked ? HOPFORM_NEVER_real : robot->HOPFORM_UPPER_STOP - wanted.stop_margin - 16.0 * HOPFORM_EPS_real;
+    search->limit = locked ? HOPFORM_NEVER_real : robot->x1_max - wanted.stop_margin - 16.0 * HOPFORM_EPS_real;
     search->horizon = wanted.horizon;
     search->count = 0;
     search->sides = 2;
@@ -601,7 +599,7 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
 /* The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign. */
 static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t) {
     const int side[] = {hopform_side_1_real(phase), hopform_side_2_real(phase)};
-    const real first = phase->HOPFORM_COMPRESSION;
+    const real first = phase->y;
     if (!HOPFORM_COMPRESSION_MAY_TURN(side) || !(t > 0.0)) { return first; }
     hopform_numerators_real motion;
     motion.named = hopform_motion_in_phase_real(plan, phase, u);
@@ -620,7 +618,7 @@ int32_t hopform_stance_compression_real(const hopform_plan_real *plan, const hop
     const hopform_memory_real array = hopform_array_real(compression_max, 1, sizeof *compression_max);
     const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
-    real most = stance->end.HOPFORM_COMPRESSION;
+    real most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const real until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
         const real u = steps[phases[n].step].u;

@@ -88,7 +88,7 @@ static inline hopform_state_real hopform_arrive_real(const hopform_state_real *s
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; }
     }
-    at.named.HOPFORM_POSITION = stays ? state->HOPFORM_POSITION : at.named.HOPFORM_POSITION;
+    at.named.x1 = stays ? state->x1 : at.named.x1;
     return at.named;
 }
 
