@@ -52,7 +52,7 @@ def read(texts: Mapping[str, str], suffix: str) -> Unit:
     own = {
         name: text
         for name, text in texts.items()
-        if name.endswith((f"_{suffix}.h", f"_{suffix}.inc", "/hopform.h", "/facts.h"))
+        if name.endswith((f"_{suffix}.h", f"/hopform_{suffix}.c", "/hopform.h", "/facts.h"))
     }
     formulas = next(name for name in own if name.endswith(f"/formulas_{suffix}.h"))
     own[formulas] = _BODY.sub(_blank, own[formulas])
@@ -61,7 +61,7 @@ def read(texts: Mapping[str, str], suffix: str) -> Unit:
         if name.endswith((f"/precision_{suffix}.h", "/hopform.h")):
             constants |= {found[1]: (found[2], found[3] or "") for found in _CONSTANT.finditer(text)}
     preprocessor = _FromMemory(own, set(constants))
-    preprocessor.parse("".join(f'#include "{name}"\n' for name in sorted(own) if name.endswith(".inc")))
+    preprocessor.parse(next(f'#include "{name}"\n' for name in own if name.endswith(f"/hopform_{suffix}.c")))
     out = io.StringIO()
     preprocessor.write(out)
     tree = c_parser.CParser().parse(out.getvalue())

@@ -241,7 +241,7 @@ LEDGERS = {
 def _declarations() -> dict[str, str]:
     """The engine's public functions by name, as their definitions begin."""
     begins = re.compile(r"^(\w+ hopform_(\w+)_real\([^;{]*\)) \{", re.MULTILINE)
-    sources = (source.read_text("utf-8") for name, source in engine() if not name.endswith(".h"))
+    sources = (source.read_text("utf-8") for name, source in engine() if name.endswith((".h", ".c")))
     return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
 
 

@@ -79,7 +79,7 @@ class Learnt:
     that pointers stay on; parameters that are kept."""
 
     def __init__(self) -> None:
-        of_written = (("overlap", "written"), ("overlap", "read"), ("refuse", "written"))
+        of_written = (("overlap", "written"), ("overlap", "read"), ("refuse", "written"), ("refuse", "read"))
         self.facts: set[tuple[str, ...]] = {("array", *each) for each in of_written}
         self.count = 0
 

@@ -66,13 +66,9 @@ VELOCITIES = tuple(AXES.index(element.velocity) for element in ELEMENTS)
 STOPPED = next(element for element in ELEMENTS if element.stops)
 """The one whose position has stops."""
 LOWER_STOP, UPPER_STOP = STOPPED.stops
-PER_COMPRESSION, PER_VELOCITY = MATRIX[STOPPED.number, 0], MATRIX[STOPPED.number, STOPPED.number]
-"""Its acceleration per compression and per velocity."""
 
-DRIVEN, PER_AMPERE = ELEMENTS[0], a1_u
-"""The one that the current drives, (3), and its acceleration per A."""
-LARGEST_POSITION = f"largest_{STOPPED.position}"
-"""The member of a trial that holds the largest position with stops; its slope has the name with _u behind."""
+DRIVEN = ELEMENTS[0]
+"""The one that the current drives, (3)."""
 
 
 def events() -> Iterator[dict[str, object]]:

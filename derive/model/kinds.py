@@ -50,7 +50,7 @@ STATUSES = Kind("Status: 0 ok, negative an error, positive an answer with a warn
     Word(-10, "error_gains", "a gain is negative or not finite"),
     Word(-11, "error_detector", "a sample or threshold is not finite, low > high, or count < 1"),
     Word(-12, "error_unstable", "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated"),
-    Word(-13, "error_overlap", "an output overlaps an input that is read while it is written"),
+    Word(-13, "error_overlap", "an output overlaps an input other than a small one"),
 )
 COMMANDS = Kind("What the controller found.", "CommandStatus", "COMMANDS", "command_").of(
     Word(1, "reached", "the next apex is the desired one"),

@@ -1,6 +1,6 @@
 /* The contract on pointers for batches: NULL is refused and every result safe; a column of results whose elements
- * overlap what is read is refused, as a byte map of both finds it, and interleaved columns are solved. In double
- * precision with -DDOUBLE. */
+ * overlap what is read is refused, as a byte map of both finds it, and not written; interleaved columns are solved. In
+ * double precision with -DDOUBLE. */
 #include <fenv.h>
 #include <math.h>
 #include <stddef.h>
@@ -261,14 +261,14 @@ typedef struct {
 static const reading readings[2] = {{"derivatives", OF(stances_sensitivities), MATRIX},
                                     {"compressions", OF(stances_compressions), 1}};
 
-/* Every number is NaN and every status the refusal. */
-static int are_refused(const batch *b, const reading *of, int32_t status)
+/* Every number is NaN and every status the refusal, but in the buffer, the numbers or the statuses that are left out. */
+static int are_refused(const batch *b, const reading *of, int32_t status, int without)
 {
     int safe = 1;
-    for (int n = 0; n < COUNT * of->each; n++) {
+    for (int n = 0; without != 1 && n < COUNT * of->each; n++) {
         safe = safe && isnan(b->matrices[n / MATRIX][n % MATRIX]);
     }
-    for (int i = 0; i < COUNT; i++) {
+    for (int i = 0; without != 2 && i < COUNT; i++) {
         safe = safe && b->status[i] == status;
     }
     return safe;
@@ -289,14 +289,14 @@ static void no_pointer_to_a_reading(const reading *of)
         for (int i = 0; (mask & 8) != 0 && i < COUNT; i++) {
             b.status[i] = HOPFORM_ERROR_NULL;
         }
-        holds(mask == 0 || are_refused(&b, of, HOPFORM_ERROR_NULL), "a reading, mask of NULL, not safe", mask, 0);
+        holds(mask == 0 || are_refused(&b, of, HOPFORM_ERROR_NULL, 0), "a reading, mask of NULL, not safe", mask, 0);
     }
     for (int n = 0; n < READ; n++) {
         separate(&b);
         input_of(&b, n)->first = NULL;
         holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], b.status) == HOPFORM_ERROR_NULL,
               "a reading, a column is NULL", n, 0);
-        holds(are_refused(&b, of, HOPFORM_ERROR_NULL), "a reading, a column is NULL, not safe", n, 0);
+        holds(are_refused(&b, of, HOPFORM_ERROR_NULL, 0), "a reading, a column is NULL, not safe", n, 0);
     }
 }
 
@@ -357,8 +357,10 @@ static void placed(int n, int m, ptrdiff_t offset, ptrdiff_t read_stride, ptrdif
     const int overlap = meet(&from, &to);
     const int32_t status = solve(&b);
     holds(status == (overlap ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK), "overlap of columns: input, result", n, m);
-    holds(overlap ? is_refused(&b, HOPFORM_ERROR_OVERLAP, -1) : is_same(&b, apart), "overlap of columns, results", n,
-          m);
+    holds(overlap ? is_refused(&b, HOPFORM_ERROR_OVERLAP, m) : is_same(&b, apart), "overlap of columns, results", n, m);
+    for (int i = 0; overlap && i < COUNT; i++) {
+        holds(memcmp(from.first + i * read_stride, &numbers[n], sizeof(real)) == 0, "a refusal writes to an input", n, m);
+    }
 }
 
 /* Few columns in many places, and each in one. */
@@ -399,6 +401,7 @@ static void over_the_structs(void)
         for (int which = 0; which < 2; which++) {
             separate(&b);
             OF(stances_out) out = b.out;
+            OF(stances_in) in = b.in;
             const elements to = place_output(&b, m, sizeof(real));
             char *place = which == 0 ? (char *)&b.in : (char *)&b.out;
             if (m < RESULTS) {
@@ -411,8 +414,10 @@ static void over_the_structs(void)
                 b.out.phases = (OF(phase) *)(void *)place;
                 b.out.phase_capacity = 2; /* which fit into either struct */
             }
-            holds(to.size > 0 && solve(&b) == HOPFORM_ERROR_OVERLAP,
-                  "results over a struct", m, which);
+            const OF(stances_out) given = b.out;
+            holds(to.size > 0 && solve(&b) == HOPFORM_ERROR_OVERLAP, "results over a struct", m, which);
+            holds(memcmp(&b.in, &in, sizeof in) == 0 && memcmp(&b.out, &given, sizeof given) == 0,
+                  "a refusal writes to a struct", m, which);
             b.out = out;
             holds(is_refused(&b, HOPFORM_ERROR_OVERLAP, m), "results over a struct, not safe", m, which);
         }
@@ -425,16 +430,23 @@ static void overlaps_of_a_reading(const reading *of)
     for (int n = 0; n < READ; n++) {
         for (int m = 0; m < 3; m++) {
             separate(&b);
-            input_of(&b, n)->first =
-                m == 0 ? (const void *)b.phases
-                       : (m == 1 ? (const void *)(b.matrices[0] + COUNT * of->each - 1) : (const void *)b.status);
+            const void *const inside = m == 0   ? (const void *)b.phases
+                                       : m == 1 ? (const void *)(b.matrices[0] + COUNT * of->each - 1)
+                                                : (const void *)b.status;
+            real before;
+            memcpy(&before, inside, sizeof before);
+            input_of(&b, n)->first = inside;
+            input_of(&b, n)->stride = 0;
             holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], b.status) == HOPFORM_ERROR_OVERLAP, of->name,
                   n, m);
-            holds(are_refused(&b, of, HOPFORM_ERROR_OVERLAP), "a reading, overlap, not safe", n, m);
+            holds(are_refused(&b, of, HOPFORM_ERROR_OVERLAP, m), "a reading, overlap, not safe", n, m);
+            holds(memcmp(&before, inside, sizeof before) == 0, "a refused reading writes to an input", n, m);
         }
     }
     separate(&b);
-    holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], (int32_t *)(void *)&b.in) == HOPFORM_ERROR_OVERLAP,
+    const OF(stances_in) in = b.in;
+    holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], (int32_t *)(void *)&b.in) == HOPFORM_ERROR_OVERLAP
+              && memcmp(&b.in, &in, sizeof in) == 0,
           "a reading, a status over the struct", 0, 0);
 }
 

@@ -78,7 +78,7 @@ def test_a_comparison_sees_one_bit(suffix):
 
 
 @EACH
-def test_what_overlaps_is_refused_and_what_a_refusal_writes_is_zero(suffix):
+def test_what_overlaps_is_refused_and_not_written(suffix):
     """Objects and lists in the place of addresses: the same one, or one within another."""
     both = Both(suffix, HOPPER)
     engine, real, plan = ENGINES[suffix], both.real, both.plan[1]
@@ -88,17 +88,21 @@ def test_what_overlaps_is_refused_and_what_a_refusal_writes_is_zero(suffix):
     _, stance = both.stance
     of, zero = (plan, steps, phases, stance), real(0.0)
     times = [real(0.1), real(0.2)]
-    columns = [times, *([zero, zero] for _ in range(3))]
+    columns = [times, *([real(1.0), zero] for _ in range(3))]
     with np.errstate(all="ignore"):
         assert engine.stance_states(*of, times, 2, columns) == engine.ERROR_OVERLAP
-        assert times == [0.0, 0.0]  # what is refused is written, to zeros
+        assert times == [real(0.1), real(0.2)]  # a refusal writes nothing that lies in an input
+        assert columns[1:] == [[0.0, 0.0]] * 3  # the others are zeros
         apart = [[zero] * 4 for _ in range(4)]
         assert engine.stance_states(*of, [real(0.1)], 1, apart) == engine.OK
         inside = engine.Part(apart[0], 2)
         assert engine.stance_states(*of, apart[0], 2, [inside, *apart[1:]]) == engine.OK  # the two behind these
         inside = engine.Part(apart[0], 1)
         assert engine.stance_states(*of, apart[0], 2, [inside, *apart[1:]]) == engine.ERROR_OVERLAP
-        assert engine.stance_at(*of, real(0.1), stance.end) == engine.OK  # one struct may be written over any input
+        assert engine.stance_at(*of, real(0.1), stance.end) == engine.ERROR_OVERLAP
+        assert (
+            engine.solve_stance(plan, stance.end, steps, 1, real(2.0), 8, phases, 8, stance) >= 0
+        )  # a start may lie there
         flight, hops = engine.Flight(), [engine.FlightPhase() for _ in range(8)]
         begin = plan, engine.State(zero, zero, real(1.0), zero)
         assert engine.solve_flight(*begin, zero, None, real(2.0), 8, hops, 8, flight) == engine.OK

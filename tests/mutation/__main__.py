@@ -27,7 +27,7 @@ SEED, COUNT, LEAST = 20261123, 400, 0.90
 PAGE = ROOT / "docs" / "evidence" / "c-mutants.md"
 MEASURED = "## Measured\n\n"
 """What follows in the page is written by --report."""
-SELFTEST = "c/selftest_real.inc"
+SELFTEST = "c/selftest_real.h"
 """Its digest is compared: any change of it is noticed."""
 
 

@@ -156,19 +156,6 @@ def test_the_runtime_imports_what_the_project_declares(path):
     assert packages(path) <= {"hopform", "hopform_solver"} | declared() | extras
 
 
-# ---- the engine knows no coordinate ----
-
-
-@each(sorted(path for path in ENGINE.rglob("*") if path.suffix in {".c", ".h", ".inc", ".py"}))
-def test_no_file_of_the_engine_names_a_coordinate(path):
-    """Neither as a word nor as the end of one, and the compression as no member; y is a letter of mathematics, too."""
-    names = [str(symbol) for symbol in (*quantities.STATE.symbols, quantities.x2) if symbol != quantities.y]
-    glyphs = [f"{name[0]}_{name[1]}" for name in names]
-    named = re.compile(rf"(?:\b|_)(?:{'|'.join([*names, *glyphs, 'acc1'])})(?:\b|_)|(?:->|\.)y\b|_y\b")
-    found = [line for line in path.read_text("utf-8").splitlines() if named.search(line)]
-    assert not found
-
-
 # ---- templates have shape, not thoughts ----
 
 SHAPE = {"Template", "Output", "TemplateData", "For", "Name", "Getattr", "Call", "Const"}

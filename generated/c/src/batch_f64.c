@@ -28,12 +28,11 @@ static int32_t solve(int64_t count, const hopform_stances_in_f64 *in, const hopf
 
 enum { WRITTEN = HOPFORM_RESULTS_f64 + 3 };
 
-/* Status of a batch: HOPFORM_OK if it can be solved. */
-static int32_t status_of(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out) {
-    if (in == NULL || (out->phases == NULL && out->phase_capacity > 0)
-        || (out->event_time == NULL) != (out->event_kind == NULL)) {
-        return HOPFORM_ERROR_NULL;
-    }
+/* Status of a batch: HOPFORM_OK if it can be solved; which columns lie in an input. */
+static int32_t status_of(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out,
+                         bool is_input[WRITTEN]) {
+    const bool missing =
+        (out->phases == NULL && out->phase_capacity > 0) || (out->event_time == NULL) != (out->event_kind == NULL);
     const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
     const size_t phases = out->phase_capacity > 0 ? (size_t)out->phase_capacity : 0;
     hopform_elements_f64 written[WRITTEN] = {
@@ -49,15 +48,24 @@ static int32_t status_of(int64_t count, const hopform_stances_in_f64 *in, const 
                                               is_code ? sizeof(int32_t) : sizeof(double)};
         written[n + 3] = column;
     }
-    return hopform_batch_status_f64(count, in, out, sizeof *out, written, WRITTEN);
+    const int32_t status = hopform_batch_status_f64(count, in, out, sizeof *out, written, WRITTEN, is_input);
+    return missing ? HOPFORM_ERROR_NULL : status;
 }
 
 int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in,
                                    const hopform_stances_out_f64 *out) {
     if (out == NULL) { return HOPFORM_ERROR_NULL; }
-    const int32_t status = status_of(count, in, out);
+    bool is_input[WRITTEN];
+    const int32_t status = status_of(count, in, out, is_input);
     if (status < 0) {
-        const hopform_stances_out_f64 own = *out; /* which results may overwrite */
+        hopform_stances_out_f64 own = *out;
+        void *first = &own;
+        hopform_output_f64 *results = first;
+        own.event_time = is_input[0] ? NULL : own.event_time;
+        own.event_kind = is_input[1] ? NULL : own.event_kind;
+        for (int n = 0; n < HOPFORM_RESULTS_f64; n++) {
+            results[n].first = is_input[n + 3] ? NULL : results[n].first;
+        }
         const hopform_robot_f64 none = {0};
         for (int64_t i = 0; i < count; i++) {
             (void)hopform_put_stance_f64(&own, i, &none, status, NULL, NULL);

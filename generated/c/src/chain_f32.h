@@ -8,6 +8,7 @@
 
 #include "first_event_f32.h"
 #include "ledger_f32.h"
+#include "overlap_f32.h"
 
 /* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
  * the order in which they win a tie. */
@@ -66,7 +67,7 @@ static inline hopform_numerator_f32 free_numerator_f32(const hopform_rates_f32 *
 static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element, int side) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
     if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_IS_FIXED(element); }
-    const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
+    const bool locked = !(robot->x1_min < robot->x1_max);
     return locked || (side < 0 && chain->from_lower <= 0.0f) || (side > 0 && chain->from_upper >= 0.0f);
 }
 
@@ -521,8 +522,8 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
     const int before = chain->side[element];
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; /* inelastic */
     if (stops || touches) {
-        const float lower = chain->plan->robot.HOPFORM_LOWER_STOP;
-        const float upper = chain->plan->robot.HOPFORM_UPPER_STOP;
+        const float lower = chain->plan->robot.x1_min;
+        const float upper = chain->plan->robot.x1_max;
         const float stop = before > 0 ? upper : lower;
         chain->at.of[HOPFORM_POSITION_AXIS] = stop;
         chain->from_lower = stop - lower;
@@ -557,12 +558,12 @@ static inline void next_step_f32(stance_chain_f32 *chain) {
 static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f32 *rates = &chain->plan->rates;
-    if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->HOPFORM_PER_VELOCITY) > 0.0f) { return; }
+    if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) { return; }
     const hopform_free_by_element_f32 at_rest = free_of_f32(chain, &chain->at.named);
     const hopform_numerator_f32 *leg = &chain->motion.of.compression;
     const float compression = fabs_f32(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f32(leg->H3 * basis->Wd)
                              + fabs_f32(leg->H2 * basis->W) + fabs_f32(leg->H1 * basis->W1);
-    const float by_spring = fabs_f32(rates->HOPFORM_PER_COMPRESSION * compression);
+    const float by_spring = fabs_f32(rates->a1_y * compression);
     if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * by_spring)) { return; }
     const hopform_numerator_f32 *h = &chain->motion.of.velocity[element];
     const float terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
@@ -762,8 +763,7 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_f32(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f);
     }
-    if (!is_finite_state_f32(start) || !fixed
-        || !(position >= robot->HOPFORM_LOWER_STOP && position <= robot->HOPFORM_UPPER_STOP)) {
+    if (!is_finite_state_f32(start) || !fixed || !(position >= robot->x1_min && position <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
     if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0f) { return HOPFORM_ERROR_EXTENDED; }
@@ -783,8 +783,8 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->horizon = horizon;
     chain->t = 0.0f;
     chain->at.named = *start;
-    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_LOWER_STOP;
-    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_UPPER_STOP;
+    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
+    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
     chain->just_switched = NO_ELEMENT_f32;
     chain->alone = NO_ELEMENT_f32;
     chain->free = 0.0f;
@@ -821,7 +821,7 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
     const float others = fabs_f32(stance->duration) + fabs_f32(stance->apex) + fabs_f32(stance->aed);
     if (!is_finite_state_f32(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f32)) {
         const hopform_memory_f32 written = hopform_array_f32(stance, 1, sizeof *stance);
-        return hopform_refuse_f32(HOPFORM_ERROR_NUMBERS, &written, 1);
+        return hopform_refuse_f32(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

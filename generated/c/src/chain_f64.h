@@ -8,6 +8,7 @@
 
 #include "first_event_f64.h"
 #include "ledger_f64.h"
+#include "overlap_f64.h"
 
 /* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
  * the order in which they win a tie. */
@@ -66,7 +67,7 @@ static inline hopform_numerator_f64 free_numerator_f64(const hopform_rates_f64 *
 static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element, int side) {
     const hopform_robot_f64 *robot = &chain->plan->robot;
     if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_IS_FIXED(element); }
-    const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
+    const bool locked = !(robot->x1_min < robot->x1_max);
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
@@ -521,8 +522,8 @@ static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, boo
     const int before = chain->side[element];
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
-        const double lower = chain->plan->robot.HOPFORM_LOWER_STOP;
-        const double upper = chain->plan->robot.HOPFORM_UPPER_STOP;
+        const double lower = chain->plan->robot.x1_min;
+        const double upper = chain->plan->robot.x1_max;
         const double stop = before > 0 ? upper : lower;
         chain->at.of[HOPFORM_POSITION_AXIS] = stop;
         chain->from_lower = stop - lower;
@@ -557,12 +558,12 @@ static inline void next_step_f64(stance_chain_f64 *chain) {
 static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const hopform_basis_f64 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f64 *rates = &chain->plan->rates;
-    if (level_of_f64(&chain->plan->robot, element) > 0.0 || fabs_f64(rates->HOPFORM_PER_VELOCITY) > 0.0) { return; }
+    if (level_of_f64(&chain->plan->robot, element) > 0.0 || fabs_f64(rates->a1_v1) > 0.0) { return; }
     const hopform_free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
     const hopform_numerator_f64 *leg = &chain->motion.of.compression;
     const double compression = fabs_f64(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f64(leg->H3 * basis->Wd)
                              + fabs_f64(leg->H2 * basis->W) + fabs_f64(leg->H1 * basis->W1);
-    const double by_spring = fabs_f64(rates->HOPFORM_PER_COMPRESSION * compression);
+    const double by_spring = fabs_f64(rates->a1_y * compression);
     if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * by_spring)) { return; }
     const hopform_numerator_f64 *h = &chain->motion.of.velocity[element];
     const double terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
@@ -762,8 +763,7 @@ static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const ho
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_f64(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
-    if (!is_finite_state_f64(start) || !fixed
-        || !(position >= robot->HOPFORM_LOWER_STOP && position <= robot->HOPFORM_UPPER_STOP)) {
+    if (!is_finite_state_f64(start) || !fixed || !(position >= robot->x1_min && position <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
     if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
@@ -783,8 +783,8 @@ static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_
     chain->horizon = horizon;
     chain->t = 0.0;
     chain->at.named = *start;
-    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_LOWER_STOP;
-    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_UPPER_STOP;
+    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
+    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
     chain->just_switched = NO_ELEMENT_f64;
     chain->alone = NO_ELEMENT_f64;
     chain->free = 0.0;
@@ -821,7 +821,7 @@ static inline int32_t stance_report_f64(const stance_chain_f64 *chain, const hop
     const double others = fabs_f64(stance->duration) + fabs_f64(stance->apex) + fabs_f64(stance->aed);
     if (!is_finite_state_f64(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f64)) {
         const hopform_memory_f64 written = hopform_array_f64(stance, 1, sizeof *stance);
-        return hopform_refuse_f64(HOPFORM_ERROR_NUMBERS, &written, 1);
+        return hopform_refuse_f64(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "e76b985b940a64d4"
+#define HOPFORM_LAYOUT "4da2b1f4e4fe8417"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -38,16 +38,10 @@
 #define HOPFORM_EVENT_REVERSES(element) (1 + 4 * (element))
 #define HOPFORM_EVENT_STICKS(element) (2 + 4 * (element))
 #define HOPFORM_EVENT_SLIPS(element) (3 + 4 * (element))
-/* The element whose position has stops: this member of a state, its axis, the event, these members of Robot, and of
- * Rates its acceleration per compression and per velocity. */
+/* The element whose position has stops, the axis of that, the event. */
 #define HOPFORM_STOPPED_ELEMENT 0
-#define HOPFORM_POSITION x1
 #define HOPFORM_POSITION_AXIS 0
 #define HOPFORM_EVENT_HITS_STOP 4
-#define HOPFORM_LOWER_STOP x1_min
-#define HOPFORM_UPPER_STOP x1_max
-#define HOPFORM_PER_COMPRESSION a1_y
-#define HOPFORM_PER_VELOCITY a1_v1
 /* X(mode) of the mode in which the elements have these sides, 0 if held; of the last one where all are. */
 #define HOPFORM_OF_MODE(X, side_1, side_2) ((side_1) == 0 ? X(body) : (side_2) == 0 ? X(actuator) : X(both))
 /* X(mode, p, q) of each mode in which one element slips alone, its denominator being s^2 + p s + q. */
@@ -63,23 +57,13 @@
 /* The axes whose product each of the ledger's moments integrates, X(axis, axis), axis 0 counted from where the phase
  * starts. */
 #define HOPFORM_AXES_OF_MOMENTS(X) X(1, 4) X(2, 4) X(1, 1) X(2, 2) X(0, 2)
-/* For the controller: the element that the current drives and its acceleration per A in the rates; whether the
- * compression may rise and may turn while each element keeps its side, and whether it falls where nothing moves yet. */
+/* For the controller: the element that the current drives; whether the compression may rise and may turn while each
+ * element keeps its side, and whether it falls where nothing moves yet. */
 #define HOPFORM_DRIVEN_ELEMENT 0
-#define HOPFORM_PER_AMPERE a1_u
 #define HOPFORM_COMPRESSION_MAY_RISE(side) ((side)[0] > 0 || (side)[1] < 0)
 #define HOPFORM_COMPRESSION_MAY_TURN(side) (HOPFORM_COMPRESSION_MAY_FALL(side) && HOPFORM_COMPRESSION_MAY_RISE(side))
-#define HOPFORM_COMPRESSION_FALLS_FROM_REST(side) \
+#define HOPFORM_CONTACT_UNLOADS(side) \
     (HOPFORM_COMPRESSION_MAY_FALL(side) && !HOPFORM_COMPRESSION_MAY_RISE(side))
-/* Members of records by what they are: of the element that has stops, in a trial its largest position and the slope of
- * that; the velocity of what falls freely in flight, and that after an impact; the compression. */
-#define HOPFORM_VELOCITY v1
-#define HOPFORM_ACCELERATION acc1
-#define HOPFORM_LARGEST_POSITION largest_x1
-#define HOPFORM_LARGEST_POSITION_SLOPE largest_x1_u
-#define HOPFORM_FALLING v2
-#define HOPFORM_FALLING_AFTER v2_after
-#define HOPFORM_COMPRESSION y
 
 
 /* What the hopper is made of. */

@@ -2,12 +2,11 @@
  *
  * The library in one precision, as one unit: what its parts share stands in the image once.
  */
-#include "control_f32.inc"
-#include "energy_f32.inc"
-#include "flight_f32.inc"
-#include "overlap_f32.inc"
-#include "selftest_f32.inc"
-#include "sensitivity_f32.inc"
-#include "stance_f32.inc"
-#include "states_f32.inc"
-#include "touchdown_f32.inc"
+#include "control_f32.h"
+#include "energy_f32.h"
+#include "flight_f32.h"
+#include "selftest_f32.h"
+#include "sensitivity_f32.h"
+#include "stance_f32.h"
+#include "states_f32.h"
+#include "touchdown_f32.h"

@@ -2,12 +2,11 @@
  *
  * The library in one precision, as one unit: what its parts share stands in the image once.
  */
-#include "control_f64.inc"
-#include "energy_f64.inc"
-#include "flight_f64.inc"
-#include "overlap_f64.inc"
-#include "selftest_f64.inc"
-#include "sensitivity_f64.inc"
-#include "stance_f64.inc"
-#include "states_f64.inc"
-#include "touchdown_f64.inc"
+#include "control_f64.h"
+#include "energy_f64.h"
+#include "flight_f64.h"
+#include "selftest_f64.h"
+#include "sensitivity_f64.h"
+#include "stance_f64.h"
+#include "states_f64.h"
+#include "touchdown_f64.h"

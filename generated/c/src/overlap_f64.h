@@ -15,24 +15,38 @@ typedef struct {
     size_t size;
 } hopform_memory_f64;
 
-/* Times at which a stance is read, which do not decrease if they are in order. */
-typedef struct {
-    const double *at;
-    int32_t count;
-    bool in_order;
-} hopform_times_f64;
-
-/* An array; a count below 0 stands for none. */
+/* An array; NULL, or a count below 0, stands for none. */
 static inline hopform_memory_f64 hopform_array_f64(const void *first, int32_t count, size_t element) {
-    const hopform_memory_f64 memory = {first, count > 0 ? (size_t)count * element : 0};
+    const hopform_memory_f64 memory = {first, first != NULL && count > 0 ? (size_t)count * element : 0};
     return memory;
 }
 
-/* Whether a range that is written has a byte in common with one that is read. */
-bool hopform_overlap_f64(const hopform_memory_f64 *written, int written_count, const hopform_memory_f64 *read,
-                          int read_count);
+/* Whether a range that is written has a byte in common with one that is read. Addresses are compared as numbers,
+ * because C orders pointers within one object only; the difference wraps around where the other range begins first. */
+static bool hopform_overlap_f64(const hopform_memory_f64 *written, int written_count, const hopform_memory_f64 *read,
+                                 int read_count) {
+    bool overlap = false;
+    for (int i = 0; i < written_count; i++) {
+        for (int j = 0; j < read_count && written[i].size > 0; j++) {
+            const uintptr_t ahead = (uintptr_t)written[i].first - (uintptr_t)read[j].first;
+            const uintptr_t behind = (uintptr_t)read[j].first - (uintptr_t)written[i].first;
+            overlap = overlap || (read[j].size > 0 && (ahead < read[j].size || behind < written[i].size));
+        }
+    }
+    return overlap;
+}
 
-/* The output of a refusal: zeros, in the arrays that are given; the status. */
-int32_t hopform_refuse_f64(int32_t status, const hopform_memory_f64 *written, int count);
+/* The outputs of a refusal: zeros, but where one has a byte of what is read it stays as it is. Returns the status. */
+static int32_t hopform_refuse_f64(int32_t status, const hopform_memory_f64 *written, int written_count,
+                                   const hopform_memory_f64 *read, int read_count) {
+    for (int n = 0; n < written_count; n++) {
+        unsigned char *bytes = (unsigned char *)(uintptr_t)written[n].first; /* the caller's, who may write there */
+        const bool is_input = hopform_overlap_f64(&written[n], 1, read, read_count);
+        for (size_t i = 0; !is_input && i < written[n].size; i++) {
+            bytes[i] = 0;
+        }
+    }
+    return status;
+}
 
 #endif

@@ -8,7 +8,6 @@
 #include "facts.h"
 #include "kernels_f32.h"
 #include "model_f32.h"
-#include "overlap_f32.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start) {
@@ -89,7 +88,7 @@ static inline hopform_state_f32 hopform_arrive_f32(const hopform_state_f32 *stat
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; }
     }
-    at.named.HOPFORM_POSITION = stays ? state->HOPFORM_POSITION : at.named.HOPFORM_POSITION;
+    at.named.x1 = stays ? state->x1 : at.named.x1;
     return at.named;
 }
 
@@ -102,13 +101,6 @@ static inline bool hopform_is_made_f32(const hopform_plan_f32 *plan) {
 static inline bool hopform_hops_f32(const hopform_plan_f32 *plan) {
     return hopform_is_made_f32(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_f32(&plan->robot) > 0.0f;
 }
-
-/* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
- * the arrays are zeros. */
-int32_t hopform_reading_status_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                    const hopform_times_f32 *times, const hopform_memory_f32 *arrays,
-                                    int array_count);
 
 /* Index of the last phase that starts at or before t. */
 static inline int32_t hopform_phase_index_f32(const hopform_phase_f32 *phases, int32_t count, float t) {
@@ -203,12 +195,5 @@ typedef struct {
 
 typedef struct hopform_tally_f32 hopform_tally_f32;
 typedef void hopform_follow_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage);
-
-/* hopform_solve_stance of one current that shows every phase to `follow`; NULL for none. */
-int32_t hopform_solve_followed_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
-                                    const hopform_step_f32 *steps, int32_t step_count, float horizon,
-                                    int32_t max_phases, hopform_phase_f32 *phases, int32_t capacity,
-                                    hopform_stance_f32 *stance, hopform_follow_f32 *follow,
-                                    hopform_tally_f32 *tally);
 
 #endif

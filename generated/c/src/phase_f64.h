@@ -8,7 +8,6 @@
 #include "facts.h"
 #include "kernels_f64.h"
 #include "model_f64.h"
-#include "overlap_f64.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start) {
@@ -89,7 +88,7 @@ static inline hopform_state_f64 hopform_arrive_f64(const hopform_state_f64 *stat
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; }
     }
-    at.named.HOPFORM_POSITION = stays ? state->HOPFORM_POSITION : at.named.HOPFORM_POSITION;
+    at.named.x1 = stays ? state->x1 : at.named.x1;
     return at.named;
 }
 
@@ -102,13 +101,6 @@ static inline bool hopform_is_made_f64(const hopform_plan_f64 *plan) {
 static inline bool hopform_hops_f64(const hopform_plan_f64 *plan) {
     return hopform_is_made_f64(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_f64(&plan->robot) > 0.0;
 }
-
-/* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
- * the arrays are zeros. */
-int32_t hopform_reading_status_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
-                                    const hopform_times_f64 *times, const hopform_memory_f64 *arrays,
-                                    int array_count);
 
 /* Index of the last phase that starts at or before t. */
 static inline int32_t hopform_phase_index_f64(const hopform_phase_f64 *phases, int32_t count, double t) {
@@ -203,12 +195,5 @@ typedef struct {
 
 typedef struct hopform_tally_f64 hopform_tally_f64;
 typedef void hopform_follow_f64(hopform_tally_f64 *tally, const hopform_passage_f64 *passage);
-
-/* hopform_solve_stance of one current that shows every phase to `follow`; NULL for none. */
-int32_t hopform_solve_followed_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
-                                    const hopform_step_f64 *steps, int32_t step_count, double horizon,
-                                    int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity,
-                                    hopform_stance_f64 *stance, hopform_follow_f64 *follow,
-                                    hopform_tally_f64 *tally);
 
 #endif

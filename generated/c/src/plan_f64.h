@@ -35,7 +35,7 @@ static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles,
 static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan) {
     const hopform_robot_f64 *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_f64(robot->name)
-    if (!(robot->HOPFORM_LOWER_STOP <= robot->HOPFORM_UPPER_STOP) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
+    if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }

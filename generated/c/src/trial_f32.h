@@ -28,9 +28,9 @@ struct hopform_tally_f32 {
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
 static inline void hopform_note_largest_f32(hopform_trial_f32 *trial, float position, float change) {
-    if (position > trial->HOPFORM_LARGEST_POSITION) {
-        trial->HOPFORM_LARGEST_POSITION = position;
-        trial->HOPFORM_LARGEST_POSITION_SLOPE = change;
+    if (position > trial->largest_x1) {
+        trial->largest_x1 = position;
+        trial->largest_x1_u = change;
     }
 }
 
@@ -81,7 +81,7 @@ static inline bool hopform_turns_up_f32(const hopform_tally_f32 *tally, const ho
         moves = moves || fabs_f32(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f;
     }
     if (moves) { return (rate < 0.0f || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0f); }
-    return HOPFORM_COMPRESSION_FALLS_FROM_REST(tally->side) && !HOPFORM_COMPRESSION_FALLS_FROM_REST(now->side);
+    return HOPFORM_CONTACT_UNLOADS(tally->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
@@ -167,7 +167,7 @@ static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_
     const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
     if (tally->moves || turns) {
         hopform_drive_by_element_f32 per_ampere = {{0.0f, 0.0f}};
-        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.HOPFORM_PER_AMPERE;
+        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
         const hopform_motion_f32 by_u =
             hopform_motion_under_f32(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
         if (turns || passage->leaves) { hopform_look_for_minimum_f32(tally, passage, &by_u, turns); }
@@ -195,7 +195,7 @@ static inline void hopform_lift_f32(const hopform_tally_f32 *tally, const hopfor
     hopform_state_by_axis_f32 met = hopform_change_at_event_f32(&tally->change, &tally->speed, late);
     if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0f; }
     tally->trial->apex_u = hopform_apex_slope_f32(robot, end, &met.change);
-    hopform_note_largest_f32(tally->trial, end->HOPFORM_POSITION, met.of[HOPFORM_POSITION_AXIS]);
+    hopform_note_largest_f32(tally->trial, end->x1, met.of[HOPFORM_POSITION_AXIS]);
 }
 
 /* What a stance says of its current, all of whose phases are at hand, and whose changes have been followed. `events` is
@@ -214,7 +214,7 @@ static inline void hopform_close_trial_f32(const hopform_tally_f32 *tally, const
         trial->apex = stance->apex;
         hopform_lift_f32(tally, &stance->end);
     } else {
-        hopform_note_largest_f32(trial, stance->end.HOPFORM_POSITION, tally->change.of[HOPFORM_POSITION_AXIS]);
+        hopform_note_largest_f32(trial, stance->end.x1, tally->change.of[HOPFORM_POSITION_AXIS]);
     }
 }
 

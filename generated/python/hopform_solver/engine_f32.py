@@ -28,7 +28,7 @@ ERROR_NUMBERS = -8  # out of the range of the precision: scale the robot or use 
 ERROR_TARGET = -9  # the desired apex is below the ground, not finite, or stop_margin is negative
 ERROR_GAINS = -10  # a gain is negative or not finite
 ERROR_DETECTOR = -11  # a sample or threshold is not finite, low > high, or count < 1
-ERROR_OVERLAP = -13  # an output overlaps an input that is read while it is written
+ERROR_OVERLAP = -13  # an output overlaps an input other than a small one
 COMMAND_REACHED = 1  # the next apex is the desired one
 COMMAND_NEAREST = 2  # no admissible current reaches it; this one comes nearest
 COMMAND_NO_TAKEOFF = 3  # no current is admissible
@@ -3227,50 +3227,6 @@ class Numerators:
         return self.position.H1
 
 
-class Memory:
-    """A range of memory; a size of 0 stands for none."""
-    __slots__ = ("first", "size",)
-    SIZE = 16
-    PARTS: tuple[str, ...] = ()
-
-    def __init__(self, first: Any = None, size: int = 0) -> None:
-        self.first = first
-        self.size = size
-
-    def copy(self) -> "Memory":
-        return Memory(self.first, self.size)
-
-    def put(self, other: "Memory") -> None:
-        self.first = other.first
-        self.size = other.size
-
-
-class Times:
-    """Times at which a stance is read, which do not decrease if they are in order."""
-    __slots__ = ("at", "count", "in_order",)
-    SIZE = 16
-    PARTS: tuple[str, ...] = ()
-
-    def __init__(self, at: Any = None, count: int = 0, in_order: bool = False) -> None:
-        self.at = at
-        self.count = count
-        self.in_order = in_order
-
-    def copy(self) -> "Times":
-        return Times(self.at, self.count, self.in_order)
-
-    def put(self, other: "Times") -> None:
-        self.at = other.at
-        self.count = other.count
-        self.in_order = other.in_order
-
-
-def array(first: Any, count: int, element: int) -> Memory:
-    """An array; a count below 0 stands for none."""
-    memory = Memory(first, count * element if count > 0 else 0)
-    return memory
-
-
 def stores_much(robot: Robot, start: State) -> bool:
     """True where the AED is a small difference of two energies of the body, and added up from the ledger instead."""
     return not stored_energy(robot, start) <= 64.0 * moving_energy(robot, start, real(1.0))
@@ -4754,584 +4710,95 @@ def close_trial(tally: Tally, phases: Any, stance: Stance) -> None:
         note_largest(trial, stance.end.x1, tally.change.x1)
 
 
-class Curve:
-    """A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether
-    it is smooth in between.
-    """
-    __slots__ = ("from_", "from_rise", "to", "to_rise", "smooth",)
-    SIZE = 20
+class Memory:
+    """A range of memory; a size of 0 stands for none."""
+    __slots__ = ("first", "size",)
+    SIZE = 16
     PARTS: tuple[str, ...] = ()
 
-    def __init__(self, from_: Real = ZERO, from_rise: Real = ZERO, to: Real = ZERO, to_rise: Real = ZERO,
-            smooth: bool = False) -> None:
-        self.from_ = from_
-        self.from_rise = from_rise
-        self.to = to
-        self.to_rise = to_rise
-        self.smooth = smooth
+    def __init__(self, first: Any = None, size: int = 0) -> None:
+        self.first = first
+        self.size = size
 
-    def copy(self) -> "Curve":
-        return Curve(self.from_, self.from_rise, self.to, self.to_rise, self.smooth)
+    def copy(self) -> "Memory":
+        return Memory(self.first, self.size)
 
-    def put(self, other: "Curve") -> None:
-        self.from_ = other.from_
-        self.from_rise = other.from_rise
-        self.to = other.to
-        self.to_rise = other.to_rise
-        self.smooth = other.smooth
+    def put(self, other: "Memory") -> None:
+        self.first = other.first
+        self.size = other.size
 
 
-def put_coefficients(c: Curve, row: Any) -> None:
-    first = c.from_rise - (c.to - c.from_)
-    last = c.to_rise - (c.to - c.from_)
-    spread = abs(first) + abs(last)
-    off = 0.75 * abs(first + last) + 0.03125 * spread if c.smooth else 1.5 * spread
-    row[0] = c.from_
-    row[1] = c.from_ + 0.25 * c.from_rise
-    row[2] = 0.5 * (c.from_ + c.to) + (c.from_rise - c.to_rise) / 6.0 - off
-    row[3] = c.to - 0.25 * c.to_rise
-    row[4] = c.to
+def array(first: Any, count: int, element: int) -> Memory:
+    """An array; None, or a count below 0, stands for none."""
+    memory = Memory(first, count * element if first is not None and count > 0 else 0)
+    return memory
 
 
-def least(c: Curve) -> Real:
-    """The least coefficient, below which no value of the quartic lies."""
-    row = [ZERO] * 5
-    put_coefficients(c, row)
-    inner = lesser(row[1], lesser(row[2], row[3]))
-    return lesser(inner, lesser(row[0], row[4]))
+class Times:
+    """Times at which a stance is read, which do not decrease if they are in order."""
+    __slots__ = ("at", "count", "in_order",)
+    SIZE = 16
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, at: Any = None, count: int = 0, in_order: bool = False) -> None:
+        self.at = at
+        self.count = count
+        self.in_order = in_order
+
+    def copy(self) -> "Times":
+        return Times(self.at, self.count, self.in_order)
+
+    def put(self, other: "Times") -> None:
+        self.at = other.at
+        self.count = other.count
+        self.in_order = other.in_order
 
 
-def least_of_halves(c: Curve) -> Real:
-    """The least coefficient of both halves of the quartic (de Casteljau): nearer to its least value."""
-    row = [ZERO] * 5
-    put_coefficients(c, row)
-    least = lesser(row[0], row[4])
-    for n in range(4, 0, -1):
-        for i in range(n):
-            row[i] = 0.5 * (row[i] + row[i + 1])
-        least = lesser(least, lesser(row[0], row[n - 1]))
-    return least
+def times_are_sound(times: Times, stance: Stance) -> bool:
+    """Whether a stance has each of the times; at rest it goes on for ever."""
+    latest = NEVER if stance.ending == ENDING_REST else stance.duration
+    earliest = ZERO
+    sound = True
+    for n in range(times.count):
+        sound = sound and times.at[n] >= earliest and times.at[n] <= latest
+        earliest = times.at[n] if times.in_order else ZERO
+    return sound
 
 
-def share_of_minimum(c: Curve) -> Real:
-    """Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in
-    it.
+def reading_status(plan: Any, steps: Any, phases: Any, stance: Any, times: Any, arrays: Any, array_count: int) -> int:
+    """Status of a call that reads a solved stance, at times unless that is None, into arrays: OK if it can; else the
+    arrays are zeros, but for those that lie in an input.
     """
-    chord = c.to - c.from_
-    lean = c.from_rise + c.to_rise - 2.0 * chord
-    half = c.from_rise + lean - chord
-    root = sqrt(greater(half * half - 3.0 * lean * c.from_rise, ZERO))
-    above = -c.from_rise if half < 0.0 else half + root
-    below = root - half if half < 0.0 else 3.0 * lean
-    if not (above > 0.0 and above < below):
-        return real(0.5)
-    return greater(lesser(above / below, real(0.96875)), real(0.03125))
-
-
-def share_of_bend(c: Curve) -> Real:
-    """Where the tangents at both ends meet, as a share of the interval: where the function bends, if it does so once.
-    """
-    turn = c.to_rise - c.from_rise
-    share = (c.to_rise - (c.to - c.from_)) / turn if abs(turn) > 0.0 else real(0.5)
-    return greater(lesser(share, real(0.75)), real(0.25))
-
-
-def share_of_root(c: Curve) -> Real:
-    """Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is
-    against it.
-    """
-    chord = c.to - c.from_
-    t = -c.from_ / chord
-    if not (c.from_rise * chord > 0.0 and c.to_rise * chord > 0.0):
-        return t
-    begin = lesser(chord / c.from_rise, real(3.0))  # with which the cubic still rises
-    end = lesser(chord / c.to_rise, real(3.0))
-    return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)))
-
-
-class ControlInterval:
-    """An interval between two candidates that stand side by side, and what they say of it."""
-    __slots__ = ("from_", "to", "width", "gap", "peak", "contact",)
-    SIZE = 80
-    PARTS: tuple[str, ...] = ("gap", "peak", "contact",)
-
-    def __init__(self, from_: Any = None, to: Any = None, width: Real = ZERO, gap: "Curve | None" = None,
-            peak: "Curve | None" = None, contact: "Curve | None" = None) -> None:
-        self.from_ = from_  # the one nearer to 0
-        self.to = to
-        self.width = width  # its size
-        self.gap = Curve() if gap is None else gap  # how far the apex is off what is wanted, positive at the nearer end
-        # the largest position less its limit; it goes on where a stop is hit
-        self.peak = Curve() if peak is None else peak
-        self.contact = Curve() if contact is None else contact  # the least minimum of the contact force
-
-    def copy(self) -> "ControlInterval":
-        return ControlInterval(self.from_, self.to, self.width, self.gap.copy(), self.peak.copy(), self.contact.copy())
-
-    def put(self, other: "ControlInterval") -> None:
-        self.from_ = other.from_
-        self.to = other.to
-        self.width = other.width
-        self.gap.put(other.gap)
-        self.peak.put(other.peak)
-        self.contact.put(other.contact)
-
-
-def nearer_end(search: Search, n: int) -> Trial:
-    return search.candidates[n if search.candidates[n + 1].u > 0.0 else n + 1]
-
-
-def interval_of(search: Search, n: int) -> ControlInterval:
-    from_ = nearer_end(search, n)
-    to = search.candidates[n + (1 if from_ is search.candidates[n] else 0)]
-    along = to.u - from_.u
-    side = real(1.0 if from_.apex > search.apex else -1.0)
-    smooth = from_.events == to.events and from_.smooth and to.smooth
-    c = ControlInterval(from_, to, abs(along), Curve(side * (from_.apex - search.apex), side * from_.apex_u * along,
-        side * (to.apex - search.apex), side * to.apex_u * along, smooth),
-        Curve(from_.largest_x1 - search.limit, from_.largest_x1_u * along, to.largest_x1 - search.limit,
-        to.largest_x1_u * along, smooth), Curve(from_.least_contact, from_.least_contact_u * along, to.least_contact,
-        to.least_contact_u * along, smooth))
-    if abs(c.gap.to) <= REACHED_WITHIN:
-        c.gap.to = REACHED_WITHIN  # a far end that reaches it does not count as a root
-    return c
-
-
-def keeps_sign(value: Real, rise: Real) -> bool:
-    """Whether the least contact force keeps its sign in an interval, by its value and slope at one end."""
-    return value > abs(rise) if value > 0.0 else value + rise < 0.0
-
-
-def contact_keeps_sign(c: ControlInterval) -> bool:
-    """No rebound in the interval takes off that does not do so at its ends, and none stays that takes off there."""
-    contact = c.contact
-    return least(contact) > 0.0 if c.from_.minima > 0 and c.to.minima > 0 else keeps_sign(contact.from_,
-        contact.from_rise) and keeps_sign(contact.to, -contact.to_rise)
-
-
-def is_admissible(search: Search, trial: Trial) -> bool:
-    return trial.takes_off and trial.largest_x1 < search.limit
-
-
-def multiplier(c: ControlInterval, starts: bool) -> Real:
-    """Slope of the gap over that of the largest position: the multiplier of its limit."""
-    rise = abs(c.peak.from_rise if starts else c.peak.to_rise)
-    return (abs(c.gap.from_rise) + abs(c.gap.to_rise)) / greater(rise, UNDERFLOW)
-
-
-def bound_at_jump(c: ControlInterval) -> Real:
-    """Lower bound of the gap in a narrow interval in which the apex ends, or jumps: on either side of a take-off like a
-    square root.
-    """
-    bound = NEVER
-    if c.from_.takes_off and c.peak.from_ - 2.0 * abs(c.peak.from_rise) < 0.0:
-        bound = c.gap.from_ - 3.0 * abs(c.gap.from_rise)
-    if c.to.takes_off and c.peak.to - 2.0 * abs(c.peak.to_rise) < 0.0:
-        bound = lesser(bound, abs(c.gap.to) - 3.0 * abs(c.gap.to_rise))
-    return greater(bound, ZERO)
-
-
-def bound_of_gap(search: Search, c: ControlInterval) -> Real:
-    """Lower bound of the gap in an interval whose ends take off, without a root between them: of the gap alone, and
-    where the position leaves its limit without a turn, of the gap with that by its multiplier.
-    """
-    gap = c.gap
-    peak = c.peak
-    starts = is_admissible(search, c.from_)
-    bound = least_of_halves(gap)
-    if starts != is_admissible(search, c.to) and least(peak) >= lesser(peak.from_, peak.to):
-        weight = 2.0 * multiplier(c, starts)
-        both = Curve(gap.from_ + weight * peak.from_, gap.from_rise + weight * peak.from_rise, gap.to
-            + weight * peak.to, gap.to_rise + weight * peak.to_rise, gap.smooth)
-        bound = greater(bound, least_of_halves(both))
-    return greater(bound, ZERO)
-
-
-def lower_bound_of(search: Search, c: ControlInterval) -> Real:
-    """Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it,
-    less than 0 where the gap changes its sign.
-    """
-    range_ = search.plan.robot.u_max
-    alike = c.from_.takes_off == c.to.takes_off
-    none = alike and not c.from_.takes_off
-    unknown = real(-1.0 if alike and not none and c.gap.to < 0.0 else 0.0)
-    if c.from_.held and c.to.held or c.width <= 2.0 * EPS * abs(c.to.u):
-        return NEVER
-    widest = real(0.0625 if none else 0.5 if c.gap.smooth else 0.42)
-    if c.width > widest * range_:
-        return unknown
-    if not alike or not contact_keeps_sign(c):
-        narrow = ROOT_EPS if none else real(0.00390625)
-        return bound_at_jump(c) if c.width <= narrow * range_ else unknown
-    if none or c.peak.from_ >= 0.0 and c.peak.to >= 0.0 and least(c.peak) >= 0.0:
-        return NEVER
-    return unknown if unknown < 0.0 else bound_of_gap(search, c)
-
-
-def step_to_zero(value: Real, rise: Real) -> Real:
-    """Newton's step into the interval, from an end; 1 if it leaves that."""
-    return value / rise if value * rise > 0.0 and abs(value) < abs(rise) else real(1.0)
-
-
-def share_of_apex(search: Search, c: ControlInterval) -> Real:
-    """The root of the gap that both ends predict, as a share. The velocity at take-off is nearly linear in u, where the
-    order of events stays, and so is the root of its height.
-    """
-    wanted = sqrt(search.apex)
-    from_ = sqrt(greater(c.from_.apex, ZERO))
-    to = sqrt(greater(c.to.apex, ZERO))
-    along = c.to.u - c.from_.u
-    if not (from_ > 0.0 and to > 0.0 and abs(to - from_) > 0.0):  # large ones may have the same root
-        return share_of_root(c.gap)
-    root = Curve(from_ - wanted, 0.5 * c.from_.apex_u / from_ * along, to - wanted, 0.5 * c.to.apex_u / to * along,
-        c.gap.smooth)
-    if root.smooth and root.from_rise * root.to_rise > 0.0:
-        return share_of_root(root)
-    after = step_to_zero(-root.from_, root.from_rise)
-    before = step_to_zero(root.to, root.to_rise)
-    if before < 1.0 and not after < before:
-        return 1.0 - before
-    return after if after < 1.0 else -root.from_ / (root.to - root.from_)
-
-
-def share_to_try(search: Search, c: ControlInterval, slow: bool) -> Real:
-    """Where to split an interval, as a share of it; `slow` in the middle."""
-    leaves = c.from_.takes_off
-    if slow or leaves != c.to.takes_off:
-        return real(0.5)
-    if leaves and c.gap.to < 0.0:
-        return share_of_apex(search, c)
-    if c.width > 0.5 * search.plan.robot.u_max:
-        return real(0.5)
-    if not leaves:
-        return share_of_minimum(c.contact) if c.from_.minima > 0 and c.to.minima > 0 else real(0.5)
-    starts = is_admissible(search, c.from_)
-    if starts != is_admissible(search, c.to):  # just inside the limit of the position
-        peak = c.peak.copy()
-        inside = 0.25 * NEAR_WITHIN / multiplier(c, starts)
-        peak.from_ += inside
-        peak.to += inside
-        return share_of_root(peak)
-    return share_of_minimum(c.gap if starts else c.peak) if c.gap.smooth else share_of_bend(c.gap)
-
-
-def gap_of_best(search: Search) -> Real:
-    """A better candidate has a gap that is smaller than this."""
-    return abs(search.best_apex - search.apex) if search.found else NEVER
-
-
-def update_incumbent(search: Search, trial: Trial) -> None:
-    gap = abs(trial.apex - search.apex)
-    reaches = gap <= REACHED_WITHIN
-    better = reaches and abs(trial.u) < abs(search.best_u) if search.reached else reaches or gap < gap_of_best(search)
-    if is_admissible(search, trial) and better:
-        search.best_u = trial.u
-        search.best_apex = trial.apex
-        search.found = True
-        search.reached = reaches
-
-
-def may_improve(search: Search, n: int) -> bool:
-    """Whether a better candidate may lie in an interval."""
-    bound = search.lower_bound[n]
-    if search.reached:
-        return abs(nearer_end(search, n).u) < abs(search.best_u) and bound < REACHED_WITHIN
-    gap = gap_of_best(search) - 2.0 * NEAR_WITHIN
-    return bound < NEVER and bound <= greater(gap, ZERO)
-
-
-def move(search: Search, to: int, from_: int) -> None:
-    """Move a candidate and the interval behind it."""
-    moved = search.candidates[from_].copy()
-    search.candidates[to].put(moved)
-    search.lower_bound[to] = search.lower_bound[from_]
-    search.slow[to] = search.slow[from_]
-
-
-def forget(search: Search, n: int) -> None:
-    """Drop a candidate; the two intervals that it has ended become one."""
-    if n > 0 and n < SEARCH_CANDIDATES:
-        search.lower_bound[n - 1] = lesser(search.lower_bound[n - 1], search.lower_bound[n])
-        search.slow[n - 1] = 2
-    search.count -= 1
-    for i in range(n, search.count):
-        move(search, i, i + 1)
-
-
-def make_room(search: Search) -> None:
-    """Where memory is full, forget the candidate farthest from 0: it may be tried again, when those before it are done.
-    """
-    worst = 1
-    n = 2
-    while n + 1 < search.count:
-        worst = n if abs(search.candidates[n].u) > abs(search.candidates[worst].u) else worst
-        n += 1
-    forget(search, worst)
-
-
-def open_side(search: Search) -> bool:
-    """The next side of 0, of which the limit is tried first; false if there is none. A current that pushes the driven
-    element harder onto the stop on which 0 leaves it holds it there as well: that side is not tried.
-    """
-    robot = search.plan.robot
-    position = search.start.x1
-    while search.sides > 0:
-        sign = real(1.0 if search.sides == 2 else -1.0)
-        push = search.plan.rates.a1_u * sign
-        has_room = push > 0.0 and position < robot.x1_max or push < 0.0 and position > robot.x1_min
-        search.sides -= 1
-        if not search.held or has_room:
-            search.next = sign * (abs(search.best_u) if search.reached else robot.u_max)
-            return True
-    return False
-
-
-def comes_first(search: Search, n: int, other: int) -> bool:
-    """Whether an interval is branched before another: of the lesser lower bound, of several the one nearer to 0. Where
-    memory is full that alone counts: what lies before it is done then, and nothing that is done is forgotten.
-    """
-    bound = search.lower_bound[n]
-    least = search.lower_bound[other]
-    is_nearer = abs(nearer_end(search, n).u) < abs(nearer_end(search, other).u)
-    is_full = search.count == SEARCH_CANDIDATES
-    return not is_full and bound < least or (is_full or not bound > least) and is_nearer
-
-
-def branch(search: Search) -> bool:
-    """Prune, then branch: choose the next candidate, in the interval of the least lower bound, of several in that
-    nearest to 0. One in which the gap changes its sign comes first; a side of 0 is opened before others. False if
-    nothing is left.
-    """
-    first = -1
-    open = False  # the interval below
-    n = 0
-    while n < search.count:
-        improves = False
-        if n + 1 < search.count and may_improve(search, n):
-            improves = True
-            first = n if first < 0 or comes_first(search, n, first) else first
-        else:
-            search.lower_bound[n] = NEVER
-        if improves or open or search.sides > 0 and not abs(search.candidates[n].u) > 0.0:
-            open = improves
-            n += 1
-        else:
-            forget(search, n)
-    waits = first >= 0 and (search.reached or search.lower_bound[first] < 0.0)
-    if not waits and open_side(search):
-        return True
-    if first < 0:
-        return False
-    c = interval_of(search, first)
-    along = c.to.u - c.from_.u
-    share = share_to_try(search, c, search.slow[first] >= 2)
-    search.next = c.from_.u + share * along
-    if not (share > 0.0 and abs(search.next) > abs(c.from_.u) and abs(search.next) < abs(c.to.u)):
-        search.next = c.from_.u + 0.5 * along
-    return True
-
-
-def add_candidate(search: Search, trial: Trial) -> bool:
-    """Add an evaluated candidate, which splits its interval, and choose the next one."""
-    robot = search.plan.robot
-    update_incumbent(search, trial)
-    if search.trials < SEARCH_TRIALS:
-        search.trials += 1
-    if search.trials == 1:
-        chooses = robot.u_max > 0.0 and robot.x1_min < robot.x1_max
-        if search.reached or not (chooses and search.start.x1 < search.limit):
-            return False
-        search.held = trial.held
-    if search.count < 0 or search.count > SEARCH_CANDIDATES:
-        return False  # memory in which no search was begun
-    if search.count == SEARCH_CANDIDATES:
-        make_room(search)
-    n = search.count
-    search.count += 1
-    while n > 0 and search.candidates[n - 1].u > trial.u:
-        move(search, n, n - 1)
-        n -= 1
-    search.candidates[n].put(trial)
-    slow = [0] * 2  # of the intervals below and above
-    if n > 0 and n + 1 < search.count:
-        at = search.candidates[n]
-        least = lesser(abs(search.candidates[n - 1].apex - search.apex),
-            abs(search.candidates[n + 1].apex - search.apex))
-        if not (trial.takes_off and abs(trial.apex - search.apex) < 0.25 * least):
-            wider = 0 if at.u - search.candidates[n - 1].u > search.candidates[n + 1].u - at.u else 1
-            slow[wider] = search.slow[n - 1] + 1 if search.slow[n - 1] < 2 else 2
-    for i in range(n - 1 if n > 0 else 0, n + 1):
-        if not i + 1 < search.count:
-            break
-        c = interval_of(search, i)
-        search.lower_bound[i] = lower_bound_of(search, c)
-        search.slow[i] = slow[0 if i < n else 1]
-    return branch(search)
-
-
-def report_command(search: Search, command: Command) -> None:
-    reaches = gap_of_best(search) <= NEAR_WITHIN
-    command.u = search.best_u
-    command.apex = search.best_apex - search.datum if search.found else ZERO
-    command.status = COMMAND_REACHED if reaches else COMMAND_NEAREST if search.found else COMMAND_NO_TAKEOFF
-
-
-def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases: Any, capacity: int,
-        trial: Trial) -> int:
-    """A candidate; PHASES_NOT_KEPT where its stance outgrows the memory, or an error."""
-    step = Step(ZERO, u)
-    none = StateByAxis()
-    nothing = Trial()
-    trial.put(nothing)
-    trial.u = u
-    trial.largest_x1 = start.x1
-    trial.least_contact = NEVER
-    trial.smooth = True
-    tally = Tally(plan, trial, none.copy(), none.copy(), none.copy(), [0] * 2, False)
-    stance = Stance()
-    status = solve_followed(plan, start, [step], 1, horizon, capacity, phases, capacity, stance, tally_up, tally)
-    if status < 0:
-        return status
-    close_trial(tally, phases, stance)
-    return PHASES_NOT_KEPT if stance.ending == ENDING_TOO_MANY_PHASES else OK
-
-NO_CURRENT = Command(ZERO, ZERO, COMMAND_NO_TAKEOFF)
-
-
-def end_search(search: Any, status: int, command: Any) -> int:
-    """End a search: from now on a step of it commands u = 0 and returns the status. The command comes last, in case it
-    lies in the search.
-    """
-    if search is not None:
-        search.status = status
-        search.best_u = ZERO
-        search.found = False
-        search.apex = ZERO
-        search.datum = ZERO
-    if command is not None:
-        command.put(NO_CURRENT)
-    return status
-
-
-def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, command: Any) -> int:
-    read = array(plan, 1, Plan.SIZE)
-    written = [array(search, 1, Search.SIZE), array(command, 1, Command.SIZE)]
-    if search is None or plan is None or start is None or target is None or command is None:
-        return end_search(search, ERROR_NULL, command)
-    if overlap(written, 2, [read], 1) or overlap(written, 1, written[1:], 1):
-        return end_search(search, ERROR_OVERLAP, command)
-    from_ = start.copy()  # start and target may lie in what is written
-    wanted = target.copy()
-    end_search(search, SEARCHING, command)
-    robot = plan.robot
-    if not hops(plan) or not robot.u_max <= NEVER:
-        search.status = ERROR_ROBOT
-    elif not is_finite(wanted.h_des) or not is_finite(wanted.datum) or not wanted.h_des + wanted.datum >= 0.0 or not (wanted.stop_margin >= 0.0 and wanted.stop_margin <= NEVER):
-        search.status = ERROR_TARGET
-    elif not (wanted.horizon > 0.0 and wanted.horizon <= NEVER):
-        search.status = ERROR_HORIZON
-    locked = not robot.x1_min < robot.x1_max
-    search.plan = plan
-    search.start = from_.copy()
-    search.apex = wanted.h_des + wanted.datum
-    search.datum = wanted.datum
-    search.limit = NEVER if locked else robot.x1_max - wanted.stop_margin - 16.0 * EPS
-    search.horizon = wanted.horizon
-    search.count = 0
-    search.sides = 2
-    search.next = ZERO
-    search.trials = 0
-    search.reached = False
-    search.partial = False
-    return search.status
-
-
-def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -> int:
-    if search is None or phases is None or command is None:
-        return end_search(search, ERROR_NULL, command)
-    read = [array(search, 1, Search.SIZE), array(search.plan, 1, Plan.SIZE if search.status == SEARCHING else 0)]
-    written = [array(phases, capacity, Phase.SIZE), array(command, 1, Command.SIZE)]
-    if overlap(written, 2, read, 2):
-        return end_search(search, ERROR_OVERLAP, command)
-    if search.status != SEARCHING or search.plan is None:
-        report_command(search, command)
-        return search.status
-    trial = Trial()
-    status = evaluate_candidate(search.plan, search.start, search.next, search.horizon, phases, capacity, trial)
-    if status < 0:
-        return end_search(search, status, command)  # for good: what was found does not count after an error
-    search.partial = search.partial or status != OK
-    if not add_candidate(search, trial):
-        search.status = PHASES_NOT_KEPT if search.partial else OK
-    report_command(search, command)
-    return search.status
-
-
-def choose_current(search: Search, plan: Plan, start: State, target: Target, phases: Any, capacity: int,
-        command: Command) -> int:
-    status = choose_current_begin(search, plan, start, target, command)
-    for _ in range(SEARCH_TRIALS):
-        if status != SEARCHING:
-            break
-        status = choose_current_step(search, phases, capacity, command)
-    return PHASES_NOT_KEPT if status == SEARCHING else status
-
-
-def try_currents(plan: Any, starts: Any, start_count: int, currents: Any, current_count: int, horizon: Real,
-        phases: Any, capacity: int, trials: Any) -> int:
-    row = current_count * Trial.SIZE if current_count > 0 else 0
-    all = array(trials, start_count, row)
-    read = [array(plan, 1, Plan.SIZE), array(starts, start_count, State.SIZE),
-        array(currents, current_count, REAL_SIZE), all.copy()]
-    written = array(phases, capacity, Phase.SIZE)
-    if plan is None or starts is None or currents is None or phases is None or trials is None:
-        return refuse(ERROR_NULL, [all], 1)
-    if overlap([written], 1, read, 4) or overlap([all], 1, read, 3):
-        return refuse(ERROR_OVERLAP, [all], 1)
-    if not hops(plan):
-        return refuse(ERROR_ROBOT, [all], 1)
-    kept = OK
-    for i in range(start_count):
-        for j in range(current_count):
-            status = evaluate_candidate(plan, starts[i], currents[j], horizon, phases, capacity,
-                trials[i * current_count + j])
-            if status < 0:
-                return refuse(status, [all], 1)
-            kept = status if status != OK else kept
-    return kept
-
-
-def most_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Real:
-    """The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign.
-    """
-    side = (side_1(phase), side_2(phase))
-    first = phase.y
-    if not ((side[0] < 0 or side[1] > 0) and (side[0] > 0 or side[1] < 0)) or not t > 0.0:
-        return first
-    motion = Numerators()
-    motion.put(motion_in_phase(plan, phase, u))
-    h = motion.compression
-    extension = Numerator(-h.H3, -h.H2, -h.H1)
-    poles = poles_of(plan, side[0], side[1])
-    node = node_of(plan, side[0], side[1])
-    end = propagator_at(poles, t)
-    least = least_minimum(poles, node, extension, -first, end, real(65536.0))
-    return greater(first, -least.value)
-
-
-def stance_compression(plan: Plan, steps: Any, phases: Any, stance: Stance, compression_max: Any) -> int:
-    if compression_max is None:
-        return ERROR_NULL
-    status = reading_status(plan, steps, phases, stance, None, None, 0)
-    most = ZERO if status < 0 else stance.end.y
-    for n in range(stance.phases_kept):
-        if not status >= 0:
-            break
-        until = phases[n + 1].t if n + 1 < stance.phases_kept else stance.duration
-        u = steps[phases[n].step].u
-        most = greater(most, most_in_phase(plan, phases[n], u, until - phases[n].t))
-    compression_max[0] = most
-    return status
+    none = Times(None, 0, False)
+    when = times if times is not None else none
+    kept = stance.phases_kept if stance is not None else 1  # one at least is an input
+    whole_ = stance is not None and kept >= 1 and kept >= stance.phase_count
+    given = plan is not None and steps is not None and phases is not None and stance is not None
+    given = given and (times is None or times.at is not None)
+    for n in range(array_count):
+        given = given and arrays[n].first is not None
+    read = [array(plan, 1, Plan.SIZE), array(steps, phases[kept - 1].step + 1 if whole_ and phases is not None else 1,
+        Step.SIZE), array(phases, kept, Phase.SIZE), array(stance, 1, Stance.SIZE),
+        array(when.at, when.count, REAL_SIZE)]
+    status = OK
+    if not given:
+        status = ERROR_NULL
+    elif not is_made(plan):
+        status = ERROR_ROBOT
+    elif not whole_:
+        status = ERROR_TIME
+    elif overlap(arrays, array_count, read, 5):
+        status = ERROR_OVERLAP
+    elif not times_are_sound(when, stance):
+        status = ERROR_TIME
+    return refuse(status, arrays, array_count, read, 5) if status < 0 else status
+
+
+def state_of_stance(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real) -> State:
+    """The state at a time of a solved stance, which has it."""
+    within = lesser(t, stance.duration)
+    phase = phases[phase_index(phases, stance.phases_kept, within)]
+    return state_in_phase(plan, phase, steps[phase.step].u, within - phase.t)
 
 
 class Matrix:
@@ -5605,54 +5072,6 @@ def ledger_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Ledger:
         h[0] *= 2.0
     moments = Moments(sum.at[1][4], sum.at[2][4], sum.at[1][1], sum.at[2][2], sum.at[0][2])
     return ledger_of(plan.robot, moments, u, real(mode.side[0]), real(mode.side[1]), origin)
-
-
-def energy_add(ledger: Ledger, plan: Plan, phase: Phase, u: Real, t: Real) -> None:
-    """Add the work of the first t of a phase to a ledger."""
-    part = ledger_in_phase(plan, phase, u, t)
-    ledger.motor_work += part.motor_work
-    ledger.offset_work += part.offset_work
-    ledger.viscous_1 += part.viscous_1
-    ledger.viscous_2 += part.viscous_2
-    ledger.coulomb_1 += part.coulomb_1
-    ledger.coulomb_2 += part.coulomb_2
-    ledger.spring_work += part.spring_work
-
-
-def stance_energy(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, energies_: Any,
-        ledgers: Any, stop_losses: Any) -> int:
-    wanted = ledgers is not None and stop_losses is not None
-    arrays = [array(energies_, count, Energy.SIZE), array(ledgers, count, Ledger.SIZE),
-        array(stop_losses, count, REAL_SIZE)]
-    when = Times(times, count, wanted)
-    if (ledgers is None) != (stop_losses is None):
-        return refuse(ERROR_NULL, arrays, 3)
-    status = reading_status(plan, steps, phases, stance, when, arrays, 3 if wanted else 1)
-    if status < 0:
-        return status
-    sum = Ledger()
-    loss = stance.start_loss
-    n = 0
-    for i in range(count):
-        state = State()
-        stance_at(plan, steps, phases, stance, times[i], state)
-        energies_[i].put(energies(plan.robot, state))
-        if not wanted:
-            continue
-        t = lesser(times[i], stance.duration)
-        while n < stance.phases_kept - 1 and phases[n + 1].t <= t:
-            length = phases[n + 1].t - phases[n].t
-            u = steps[phases[n].step].u
-            energy_add(sum, plan, phases[n], u, length)
-            if axis_of_event(phases[n + 1].event) == 0:
-                before = state_in_phase(plan, phases[n], u, length)
-                loss += loss_at_stop(plan.robot, before)
-            n += 1
-        ledgers[i].put(sum)
-        stop_losses[i] = loss
-        if t > phases[n].t:
-            energy_add(ledgers[i], plan, phases[n], steps[phases[n].step].u, t - phases[n].t)
-    return OK
 
 
 class StanceChain:
@@ -6517,8 +5936,791 @@ def stance_report(chain: StanceChain, start: State, ending: int, stance: Stance)
     others = abs(stance.duration) + abs(stance.apex) + abs(stance.aed)
     if not is_finite_state(end) or not others - stance.start_loss <= NEVER:
         written = array(stance, 1, Stance.SIZE)
-        return refuse(ERROR_NUMBERS, [written], 1)
+        return refuse(ERROR_NUMBERS, [written], 1, None, 0)
     return PHASES_NOT_KEPT if stance.phases_kept < stance.phase_count else OK
+
+
+def node_of_poles(poles: Poles, whole_: bool) -> Node:
+    """The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
+    propagator is evaluated there, if that is wanted.
+    """
+    draws = poles.q > UNDERFLOW  # else the node is never reached
+    t = 2.984 / sqrt(poles.q) if draws else NEVER
+    basis = Basis(real(1.0), ZERO, ZERO, ZERO, ZERO)
+    if whole_:
+        basis = basis_at(poles, t if draws else ZERO)
+    mu = 0.5 * poles.p
+    square = mu * mu - poles.q
+    node = Node(NEVER, NEVER, poles.a, ZERO, ZERO, t, basis.Wdd, basis.Wd, basis.W, basis.W1, basis.W2)
+    if square < 0.0:
+        node.half_period = 3.1415927 / sqrt(-square)
+        node.fades = 1e1 / (mu - poles.a) if poles.a > 0.0 and mu > poles.a else NEVER
+    else:
+        fast = mu + sqrt(square)
+        slow = poles.q / fast if fast > 0.0 else ZERO
+        node.pole = greater(poles.a, fast)
+        node.second = lesser(fast, greater(poles.a, slow))
+        node.third = lesser(poles.a, slow)
+    return node
+
+
+def rates_of_plan(plan: Plan) -> int:
+    """The rates of a plan's robot, if it is one."""
+    robot = plan.robot
+    if not robot.x1_min <= robot.x1_max or not (robot.m_eff > 0.0 and robot.m_eff <= NEVER) or not (robot.m_s > 0.0
+        and robot.m_s <= NEVER) or not (robot.k > 0.0 and robot.k <= NEVER) or not (robot.L0 >= -NEVER
+        and robot.L0 <= NEVER) or not (robot.c >= -NEVER and robot.c <= NEVER) or not (robot.b1 >= 0.0
+        and robot.b1 <= NEVER) or not (robot.b2 >= 0.0 and robot.b2 <= NEVER) or not (robot.f1 >= 0.0
+        and robot.f1 <= NEVER) or not (robot.f2 >= 0.0 and robot.f2 <= NEVER) or not (robot.gamma2 >= -NEVER
+        and robot.gamma2 <= NEVER) or not (robot.g >= 0.0
+        and robot.g <= NEVER) or not robot.x1_min <= NEVER or not robot.x1_max >= -NEVER or not robot.u_max >= 0.0 or not (robot.impact_loss >= 0.0 and robot.impact_loss < 1.0):
+        return ERROR_ROBOT
+    rates = rates_of(robot)
+    plan.rates.put(rates)
+    return OK
+
+
+def poles_of_plan(plan: Plan, both: Poles, whole_: bool) -> int:
+    """The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole."""
+    rates = plan.rates
+    # discriminants square it
+    if not is_finite(rates.s_1 * rates.s_1) or not is_finite(rates.s_2) or not is_finite(rates.s_3) or not both.q <= NEVER or not both.q > 0.0 or not is_finite(rates.a1_0) or not is_finite(rates.a1_u):
+        return ERROR_NUMBERS
+    plan.both = both.copy()
+    plan.node_both = node_of_poles(both, whole_)
+    plan.actuator = pair_alone(rates.p_1, rates.q_1)
+    plan.node_actuator = node_of_poles(plan.actuator, whole_)
+    plan.body = pair_alone(rates.p_2, rates.q_2)
+    plan.node_body = node_of_poles(plan.body, whole_)
+    plan.made = PLAN_MADE if whole_ else 0
+    return OK
+
+
+def steps_are_sound(steps: Any, count: int) -> bool:
+    if count < 1 or count > MOST_STEPS or abs(steps[0].t) > 0.0:
+        return False
+    for n in range(count):
+        if not is_finite(steps[n].t) or not is_finite(steps[n].u) or n > 0 and not steps[n].t > steps[n - 1].t:
+            return False
+    return True
+
+
+def is_stiff(plan: Plan) -> bool:
+    """Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
+    events by: a is that pole, a w^2 the product of all three.
+    """
+    a = plan.node_both.pole
+    return a * a * a > STIFFEST * STIFFEST * plan.rates.s_3
+
+
+def fill_plan(plan: Plan) -> int:
+    """Fill a plan from its robot."""
+    status = rates_of_plan(plan)
+    if status < 0:
+        return status
+    rates = plan.rates
+    both = factor_cubic(rates.s_1, rates.s_2, rates.s_3)
+    made = poles_of_plan(plan, both, True)
+    return ILL_CONDITIONED if made == OK and is_stiff(plan) else made
+
+
+def plan_init(plan: Any, robot: Any) -> int:
+    if plan is None:
+        return ERROR_NULL
+    none = Robot()
+    zero = Plan()
+    own = robot.copy() if robot is not None else none.copy()  # it may lie in the plan
+    plan.made = 0
+    plan.robot.put(own)
+    status = fill_plan(plan) if robot is not None else ERROR_NULL
+    if status < 0:
+        plan.put(zero)
+    return status
+
+
+def call_status(plan: Any, start: State, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
+        capacity: int) -> int:
+    """Whether a stance can be solved; else why not."""
+    if plan is None or steps is None or phases is None and capacity > 0:
+        return ERROR_NULL
+    if not is_made(plan):
+        return ERROR_ROBOT
+    status = stance_status(plan.robot, start, horizon, max_phases)
+    if status < 0:
+        return status
+    if not steps_are_sound(steps, step_count):
+        return ERROR_STEPS
+    return ERROR_HORIZON if capacity < 0 else OK
+
+
+def solve_followed(plan: Plan, start: Any, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
+        capacity: int, stance: Any, follow: Any, tally: Any) -> int:
+    """solve_stance that shows every phase to `follow`; None for none."""
+    if stance is None:
+        return ERROR_NULL
+    read = [array(plan, 1, Plan.SIZE), array(steps, step_count if step_count <= MOST_STEPS else 0, Step.SIZE)]
+    written = [array(stance, 1, Stance.SIZE), array(phases, capacity, Phase.SIZE)]
+    nothing = State()
+    from_ = start.copy() if start is not None else nothing.copy()  # it may lie in the stance or in the phases
+    status = ERROR_NULL
+    if follow is None and overlap(written, 2, read, 2):  # who follows has looked
+        status = ERROR_OVERLAP
+    elif start is not None:
+        status = call_status(plan, from_, steps, step_count, horizon, max_phases, phases[0], capacity)
+    if status < 0:
+        return refuse(status, written, 1, read, 2)
+    chain = StanceChain()
+    stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity)
+    chain.follow = follow
+    chain.tally = tally
+    search = StanceSearch()
+    stance_search_nothing(plan.both, search)
+    ending = stance_begin(chain)
+    while ending == 0:
+        stance_begin_phase(chain)
+        stance_find_end(chain, search)
+        ending = stance_end_phase(chain, search)
+    return stance_report(chain, from_, ending, stance)
+
+
+def solve_stance(plan: Plan, start: State, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
+        capacity: int, stance: Stance) -> int:
+    return solve_followed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, None, None)
+
+
+def stance_at(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real, state: State) -> int:
+    array_ = array(state, 1, State.SIZE)
+    when = Times([t], 1, False)
+    status = reading_status(plan, steps, phases, stance, when, [array_], 1)
+    if status < 0:
+        return status
+    state.put(state_of_stance(plan, steps, phases, stance, t))
+    return OK
+
+
+class Curve:
+    """A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether
+    it is smooth in between.
+    """
+    __slots__ = ("from_", "from_rise", "to", "to_rise", "smooth",)
+    SIZE = 20
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, from_: Real = ZERO, from_rise: Real = ZERO, to: Real = ZERO, to_rise: Real = ZERO,
+            smooth: bool = False) -> None:
+        self.from_ = from_
+        self.from_rise = from_rise
+        self.to = to
+        self.to_rise = to_rise
+        self.smooth = smooth
+
+    def copy(self) -> "Curve":
+        return Curve(self.from_, self.from_rise, self.to, self.to_rise, self.smooth)
+
+    def put(self, other: "Curve") -> None:
+        self.from_ = other.from_
+        self.from_rise = other.from_rise
+        self.to = other.to
+        self.to_rise = other.to_rise
+        self.smooth = other.smooth
+
+
+def put_coefficients(c: Curve, row: Any) -> None:
+    first = c.from_rise - (c.to - c.from_)
+    last = c.to_rise - (c.to - c.from_)
+    spread = abs(first) + abs(last)
+    off = 0.75 * abs(first + last) + 0.03125 * spread if c.smooth else 1.5 * spread
+    row[0] = c.from_
+    row[1] = c.from_ + 0.25 * c.from_rise
+    row[2] = 0.5 * (c.from_ + c.to) + (c.from_rise - c.to_rise) / 6.0 - off
+    row[3] = c.to - 0.25 * c.to_rise
+    row[4] = c.to
+
+
+def least(c: Curve) -> Real:
+    """The least coefficient, below which no value of the quartic lies."""
+    row = [ZERO] * 5
+    put_coefficients(c, row)
+    inner = lesser(row[1], lesser(row[2], row[3]))
+    return lesser(inner, lesser(row[0], row[4]))
+
+
+def least_of_halves(c: Curve) -> Real:
+    """The least coefficient of both halves of the quartic (de Casteljau): nearer to its least value."""
+    row = [ZERO] * 5
+    put_coefficients(c, row)
+    least = lesser(row[0], row[4])
+    for n in range(4, 0, -1):
+        for i in range(n):
+            row[i] = 0.5 * (row[i] + row[i + 1])
+        least = lesser(least, lesser(row[0], row[n - 1]))
+    return least
+
+
+def share_of_minimum(c: Curve) -> Real:
+    """Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in
+    it.
+    """
+    chord = c.to - c.from_
+    lean = c.from_rise + c.to_rise - 2.0 * chord
+    half = c.from_rise + lean - chord
+    root = sqrt(greater(half * half - 3.0 * lean * c.from_rise, ZERO))
+    above = -c.from_rise if half < 0.0 else half + root
+    below = root - half if half < 0.0 else 3.0 * lean
+    if not (above > 0.0 and above < below):
+        return real(0.5)
+    return greater(lesser(above / below, real(0.96875)), real(0.03125))
+
+
+def share_of_bend(c: Curve) -> Real:
+    """Where the tangents at both ends meet, as a share of the interval: where the function bends, if it does so once.
+    """
+    turn = c.to_rise - c.from_rise
+    share = (c.to_rise - (c.to - c.from_)) / turn if abs(turn) > 0.0 else real(0.5)
+    return greater(lesser(share, real(0.75)), real(0.25))
+
+
+def share_of_root(c: Curve) -> Real:
+    """Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is
+    against it.
+    """
+    chord = c.to - c.from_
+    t = -c.from_ / chord
+    if not (c.from_rise * chord > 0.0 and c.to_rise * chord > 0.0):
+        return t
+    begin = lesser(chord / c.from_rise, real(3.0))  # with which the cubic still rises
+    end = lesser(chord / c.to_rise, real(3.0))
+    return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)))
+
+
+class ControlInterval:
+    """An interval between two candidates that stand side by side, and what they say of it."""
+    __slots__ = ("from_", "to", "width", "gap", "peak", "contact",)
+    SIZE = 80
+    PARTS: tuple[str, ...] = ("gap", "peak", "contact",)
+
+    def __init__(self, from_: Any = None, to: Any = None, width: Real = ZERO, gap: "Curve | None" = None,
+            peak: "Curve | None" = None, contact: "Curve | None" = None) -> None:
+        self.from_ = from_  # the one nearer to 0
+        self.to = to
+        self.width = width  # its size
+        self.gap = Curve() if gap is None else gap  # how far the apex is off what is wanted, positive at the nearer end
+        # the largest position less its limit; it goes on where a stop is hit
+        self.peak = Curve() if peak is None else peak
+        self.contact = Curve() if contact is None else contact  # the least minimum of the contact force
+
+    def copy(self) -> "ControlInterval":
+        return ControlInterval(self.from_, self.to, self.width, self.gap.copy(), self.peak.copy(), self.contact.copy())
+
+    def put(self, other: "ControlInterval") -> None:
+        self.from_ = other.from_
+        self.to = other.to
+        self.width = other.width
+        self.gap.put(other.gap)
+        self.peak.put(other.peak)
+        self.contact.put(other.contact)
+
+
+def nearer_end(search: Search, n: int) -> Trial:
+    return search.candidates[n if search.candidates[n + 1].u > 0.0 else n + 1]
+
+
+def interval_of(search: Search, n: int) -> ControlInterval:
+    from_ = nearer_end(search, n)
+    to = search.candidates[n + (1 if from_ is search.candidates[n] else 0)]
+    along = to.u - from_.u
+    side = real(1.0 if from_.apex > search.apex else -1.0)
+    smooth = from_.events == to.events and from_.smooth and to.smooth
+    c = ControlInterval(from_, to, abs(along), Curve(side * (from_.apex - search.apex), side * from_.apex_u * along,
+        side * (to.apex - search.apex), side * to.apex_u * along, smooth),
+        Curve(from_.largest_x1 - search.limit, from_.largest_x1_u * along, to.largest_x1 - search.limit,
+        to.largest_x1_u * along, smooth), Curve(from_.least_contact, from_.least_contact_u * along, to.least_contact,
+        to.least_contact_u * along, smooth))
+    if abs(c.gap.to) <= REACHED_WITHIN:
+        c.gap.to = REACHED_WITHIN  # a far end that reaches it does not count as a root
+    return c
+
+
+def keeps_sign(value: Real, rise: Real) -> bool:
+    """Whether the least contact force keeps its sign in an interval, by its value and slope at one end."""
+    return value > abs(rise) if value > 0.0 else value + rise < 0.0
+
+
+def contact_keeps_sign(c: ControlInterval) -> bool:
+    """No rebound in the interval takes off that does not do so at its ends, and none stays that takes off there."""
+    contact = c.contact
+    return least(contact) > 0.0 if c.from_.minima > 0 and c.to.minima > 0 else keeps_sign(contact.from_,
+        contact.from_rise) and keeps_sign(contact.to, -contact.to_rise)
+
+
+def is_admissible(search: Search, trial: Trial) -> bool:
+    return trial.takes_off and trial.largest_x1 < search.limit
+
+
+def multiplier(c: ControlInterval, starts: bool) -> Real:
+    """Slope of the gap over that of the largest position: the multiplier of its limit."""
+    rise = abs(c.peak.from_rise if starts else c.peak.to_rise)
+    return (abs(c.gap.from_rise) + abs(c.gap.to_rise)) / greater(rise, UNDERFLOW)
+
+
+def bound_at_jump(c: ControlInterval) -> Real:
+    """Lower bound of the gap in a narrow interval in which the apex ends, or jumps: on either side of a take-off like a
+    square root.
+    """
+    bound = NEVER
+    if c.from_.takes_off and c.peak.from_ - 2.0 * abs(c.peak.from_rise) < 0.0:
+        bound = c.gap.from_ - 3.0 * abs(c.gap.from_rise)
+    if c.to.takes_off and c.peak.to - 2.0 * abs(c.peak.to_rise) < 0.0:
+        bound = lesser(bound, abs(c.gap.to) - 3.0 * abs(c.gap.to_rise))
+    return greater(bound, ZERO)
+
+
+def bound_of_gap(search: Search, c: ControlInterval) -> Real:
+    """Lower bound of the gap in an interval whose ends take off, without a root between them: of the gap alone, and
+    where the position leaves its limit without a turn, of the gap with that by its multiplier.
+    """
+    gap = c.gap
+    peak = c.peak
+    starts = is_admissible(search, c.from_)
+    bound = least_of_halves(gap)
+    if starts != is_admissible(search, c.to) and least(peak) >= lesser(peak.from_, peak.to):
+        weight = 2.0 * multiplier(c, starts)
+        both = Curve(gap.from_ + weight * peak.from_, gap.from_rise + weight * peak.from_rise, gap.to
+            + weight * peak.to, gap.to_rise + weight * peak.to_rise, gap.smooth)
+        bound = greater(bound, least_of_halves(both))
+    return greater(bound, ZERO)
+
+
+def lower_bound_of(search: Search, c: ControlInterval) -> Real:
+    """Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it,
+    less than 0 where the gap changes its sign.
+    """
+    range_ = search.plan.robot.u_max
+    alike = c.from_.takes_off == c.to.takes_off
+    none = alike and not c.from_.takes_off
+    unknown = real(-1.0 if alike and not none and c.gap.to < 0.0 else 0.0)
+    if c.from_.held and c.to.held or c.width <= 2.0 * EPS * abs(c.to.u):
+        return NEVER
+    widest = real(0.0625 if none else 0.5 if c.gap.smooth else 0.42)
+    if c.width > widest * range_:
+        return unknown
+    if not alike or not contact_keeps_sign(c):
+        narrow = ROOT_EPS if none else real(0.00390625)
+        return bound_at_jump(c) if c.width <= narrow * range_ else unknown
+    if none or c.peak.from_ >= 0.0 and c.peak.to >= 0.0 and least(c.peak) >= 0.0:
+        return NEVER
+    return unknown if unknown < 0.0 else bound_of_gap(search, c)
+
+
+def step_to_zero(value: Real, rise: Real) -> Real:
+    """Newton's step into the interval, from an end; 1 if it leaves that."""
+    return value / rise if value * rise > 0.0 and abs(value) < abs(rise) else real(1.0)
+
+
+def share_of_apex(search: Search, c: ControlInterval) -> Real:
+    """The root of the gap that both ends predict, as a share. The velocity at take-off is nearly linear in u, where the
+    order of events stays, and so is the root of its height.
+    """
+    wanted = sqrt(search.apex)
+    from_ = sqrt(greater(c.from_.apex, ZERO))
+    to = sqrt(greater(c.to.apex, ZERO))
+    along = c.to.u - c.from_.u
+    if not (from_ > 0.0 and to > 0.0 and abs(to - from_) > 0.0):  # large ones may have the same root
+        return share_of_root(c.gap)
+    root = Curve(from_ - wanted, 0.5 * c.from_.apex_u / from_ * along, to - wanted, 0.5 * c.to.apex_u / to * along,
+        c.gap.smooth)
+    if root.smooth and root.from_rise * root.to_rise > 0.0:
+        return share_of_root(root)
+    after = step_to_zero(-root.from_, root.from_rise)
+    before = step_to_zero(root.to, root.to_rise)
+    if before < 1.0 and not after < before:
+        return 1.0 - before
+    return after if after < 1.0 else -root.from_ / (root.to - root.from_)
+
+
+def share_to_try(search: Search, c: ControlInterval, slow: bool) -> Real:
+    """Where to split an interval, as a share of it; `slow` in the middle."""
+    leaves = c.from_.takes_off
+    if slow or leaves != c.to.takes_off:
+        return real(0.5)
+    if leaves and c.gap.to < 0.0:
+        return share_of_apex(search, c)
+    if c.width > 0.5 * search.plan.robot.u_max:
+        return real(0.5)
+    if not leaves:
+        return share_of_minimum(c.contact) if c.from_.minima > 0 and c.to.minima > 0 else real(0.5)
+    starts = is_admissible(search, c.from_)
+    if starts != is_admissible(search, c.to):  # just inside the limit of the position
+        peak = c.peak.copy()
+        inside = 0.25 * NEAR_WITHIN / multiplier(c, starts)
+        peak.from_ += inside
+        peak.to += inside
+        return share_of_root(peak)
+    return share_of_minimum(c.gap if starts else c.peak) if c.gap.smooth else share_of_bend(c.gap)
+
+
+def gap_of_best(search: Search) -> Real:
+    """A better candidate has a gap that is smaller than this."""
+    return abs(search.best_apex - search.apex) if search.found else NEVER
+
+
+def update_incumbent(search: Search, trial: Trial) -> None:
+    gap = abs(trial.apex - search.apex)
+    reaches = gap <= REACHED_WITHIN
+    better = reaches and abs(trial.u) < abs(search.best_u) if search.reached else reaches or gap < gap_of_best(search)
+    if is_admissible(search, trial) and better:
+        search.best_u = trial.u
+        search.best_apex = trial.apex
+        search.found = True
+        search.reached = reaches
+
+
+def may_improve(search: Search, n: int) -> bool:
+    """Whether a better candidate may lie in an interval."""
+    bound = search.lower_bound[n]
+    if search.reached:
+        return abs(nearer_end(search, n).u) < abs(search.best_u) and bound < REACHED_WITHIN
+    gap = gap_of_best(search) - 2.0 * NEAR_WITHIN
+    return bound < NEVER and bound <= greater(gap, ZERO)
+
+
+def move(search: Search, to: int, from_: int) -> None:
+    """Move a candidate and the interval behind it."""
+    moved = search.candidates[from_].copy()
+    search.candidates[to].put(moved)
+    search.lower_bound[to] = search.lower_bound[from_]
+    search.slow[to] = search.slow[from_]
+
+
+def forget(search: Search, n: int) -> None:
+    """Drop a candidate; the two intervals that it has ended become one."""
+    if n > 0 and n < SEARCH_CANDIDATES:
+        search.lower_bound[n - 1] = lesser(search.lower_bound[n - 1], search.lower_bound[n])
+        search.slow[n - 1] = 2
+    search.count -= 1
+    for i in range(n, search.count):
+        move(search, i, i + 1)
+
+
+def make_room(search: Search) -> None:
+    """Where memory is full, forget the candidate farthest from 0: it may be tried again, when those before it are done.
+    """
+    worst = 1
+    n = 2
+    while n + 1 < search.count:
+        worst = n if abs(search.candidates[n].u) > abs(search.candidates[worst].u) else worst
+        n += 1
+    forget(search, worst)
+
+
+def open_side(search: Search) -> bool:
+    """The next side of 0, of which the limit is tried first; false if there is none. A current that pushes the driven
+    element harder onto the stop on which 0 leaves it holds it there as well: that side is not tried.
+    """
+    robot = search.plan.robot
+    position = search.start.x1
+    while search.sides > 0:
+        sign = real(1.0 if search.sides == 2 else -1.0)
+        push = search.plan.rates.a1_u * sign
+        has_room = push > 0.0 and position < robot.x1_max or push < 0.0 and position > robot.x1_min
+        search.sides -= 1
+        if not search.held or has_room:
+            search.next = sign * (abs(search.best_u) if search.reached else robot.u_max)
+            return True
+    return False
+
+
+def comes_first(search: Search, n: int, other: int) -> bool:
+    """Whether an interval is branched before another: of the lesser lower bound, of several the one nearer to 0. Where
+    memory is full that alone counts: what lies before it is done then, and nothing that is done is forgotten.
+    """
+    bound = search.lower_bound[n]
+    least = search.lower_bound[other]
+    is_nearer = abs(nearer_end(search, n).u) < abs(nearer_end(search, other).u)
+    is_full = search.count == SEARCH_CANDIDATES
+    return not is_full and bound < least or (is_full or not bound > least) and is_nearer
+
+
+def branch(search: Search) -> bool:
+    """Prune, then branch: choose the next candidate, in the interval of the least lower bound, of several in that
+    nearest to 0. One in which the gap changes its sign comes first; a side of 0 is opened before others. False if
+    nothing is left.
+    """
+    first = -1
+    open = False  # the interval below
+    n = 0
+    while n < search.count:
+        improves = False
+        if n + 1 < search.count and may_improve(search, n):
+            improves = True
+            first = n if first < 0 or comes_first(search, n, first) else first
+        else:
+            search.lower_bound[n] = NEVER
+        if improves or open or search.sides > 0 and not abs(search.candidates[n].u) > 0.0:
+            open = improves
+            n += 1
+        else:
+            forget(search, n)
+    waits = first >= 0 and (search.reached or search.lower_bound[first] < 0.0)
+    if not waits and open_side(search):
+        return True
+    if first < 0:
+        return False
+    c = interval_of(search, first)
+    along = c.to.u - c.from_.u
+    share = share_to_try(search, c, search.slow[first] >= 2)
+    search.next = c.from_.u + share * along
+    if not (share > 0.0 and abs(search.next) > abs(c.from_.u) and abs(search.next) < abs(c.to.u)):
+        search.next = c.from_.u + 0.5 * along
+    return True
+
+
+def add_candidate(search: Search, trial: Trial) -> bool:
+    """Add an evaluated candidate, which splits its interval, and choose the next one."""
+    robot = search.plan.robot
+    update_incumbent(search, trial)
+    if search.trials < SEARCH_TRIALS:
+        search.trials += 1
+    if search.trials == 1:
+        chooses = robot.u_max > 0.0 and robot.x1_min < robot.x1_max
+        if search.reached or not (chooses and search.start.x1 < search.limit):
+            return False
+        search.held = trial.held
+    if search.count < 0 or search.count > SEARCH_CANDIDATES:
+        return False  # memory in which no search was begun
+    if search.count == SEARCH_CANDIDATES:
+        make_room(search)
+    n = search.count
+    search.count += 1
+    while n > 0 and search.candidates[n - 1].u > trial.u:
+        move(search, n, n - 1)
+        n -= 1
+    search.candidates[n].put(trial)
+    slow = [0] * 2  # of the intervals below and above
+    if n > 0 and n + 1 < search.count:
+        at = search.candidates[n]
+        least = lesser(abs(search.candidates[n - 1].apex - search.apex),
+            abs(search.candidates[n + 1].apex - search.apex))
+        if not (trial.takes_off and abs(trial.apex - search.apex) < 0.25 * least):
+            wider = 0 if at.u - search.candidates[n - 1].u > search.candidates[n + 1].u - at.u else 1
+            slow[wider] = search.slow[n - 1] + 1 if search.slow[n - 1] < 2 else 2
+    for i in range(n - 1 if n > 0 else 0, n + 1):
+        if not i + 1 < search.count:
+            break
+        c = interval_of(search, i)
+        search.lower_bound[i] = lower_bound_of(search, c)
+        search.slow[i] = slow[0 if i < n else 1]
+    return branch(search)
+
+
+def report_command(search: Search, command: Command) -> None:
+    reaches = gap_of_best(search) <= NEAR_WITHIN
+    command.u = search.best_u
+    command.apex = search.best_apex - search.datum if search.found else ZERO
+    command.status = COMMAND_REACHED if reaches else COMMAND_NEAREST if search.found else COMMAND_NO_TAKEOFF
+
+
+def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases: Any, capacity: int,
+        trial: Trial) -> int:
+    """A candidate; PHASES_NOT_KEPT where its stance outgrows the memory, or an error."""
+    step = Step(ZERO, u)
+    none = StateByAxis()
+    nothing = Trial()
+    trial.put(nothing)
+    trial.u = u
+    trial.largest_x1 = start.x1
+    trial.least_contact = NEVER
+    trial.smooth = True
+    tally = Tally(plan, trial, none.copy(), none.copy(), none.copy(), [0] * 2, False)
+    stance = Stance()
+    status = solve_followed(plan, start, [step], 1, horizon, capacity, phases, capacity, stance, tally_up, tally)
+    if status < 0:
+        return status
+    close_trial(tally, phases, stance)
+    return PHASES_NOT_KEPT if stance.ending == ENDING_TOO_MANY_PHASES else OK
+
+NO_CURRENT = Command(ZERO, ZERO, COMMAND_NO_TAKEOFF)
+
+
+def end_search(search: Any, status: int, command: Any) -> int:
+    """End a search: from now on a step of it commands u = 0 and returns the status. None for what is not to be written.
+    """
+    if search is not None:
+        search.status = status
+        search.best_u = ZERO
+        search.found = False
+        search.apex = ZERO
+        search.datum = ZERO
+    if command is not None:
+        command.put(NO_CURRENT)
+    return status
+
+
+def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, command: Any) -> int:
+    read = array(plan, 1, Plan.SIZE)
+    written = [array(search, 1, Search.SIZE), array(command, 1, Command.SIZE)]
+    if overlap(written, 2, [read], 1):
+        return end_search(None if overlap(written, 1, [read], 1) else search, ERROR_OVERLAP, None
+            if overlap(written[1:], 1, [read], 1) else command)
+    if search is None or plan is None or start is None or target is None or command is None:
+        return end_search(search, ERROR_NULL, command)
+    from_ = start.copy()  # start and target may lie in what is written
+    wanted = target.copy()
+    end_search(search, SEARCHING, command)
+    robot = plan.robot
+    if not hops(plan) or not robot.u_max <= NEVER:
+        search.status = ERROR_ROBOT
+    elif not is_finite(wanted.h_des) or not is_finite(wanted.datum) or not wanted.h_des + wanted.datum >= 0.0 or not (wanted.stop_margin >= 0.0 and wanted.stop_margin <= NEVER):
+        search.status = ERROR_TARGET
+    elif not (wanted.horizon > 0.0 and wanted.horizon <= NEVER):
+        search.status = ERROR_HORIZON
+    locked = not robot.x1_min < robot.x1_max
+    search.plan = plan
+    search.start = from_.copy()
+    search.apex = wanted.h_des + wanted.datum
+    search.datum = wanted.datum
+    search.limit = NEVER if locked else robot.x1_max - wanted.stop_margin - 16.0 * EPS
+    search.horizon = wanted.horizon
+    search.count = 0
+    search.sides = 2
+    search.next = ZERO
+    search.trials = 0
+    search.reached = False
+    search.partial = False
+    return search.status
+
+
+def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -> int:
+    if search is None:
+        return end_search(None, ERROR_NULL, command)
+    read = [array(search, 1, Search.SIZE), array(search.plan, 1, Plan.SIZE if search.status == SEARCHING else 0)]
+    written = [array(phases, capacity, Phase.SIZE), array(command, 1, Command.SIZE)]
+    if overlap(written, 2, read, 2):
+        return end_search(search, ERROR_OVERLAP, None if overlap(written[1:], 1, read, 2) else command)
+    if phases is None or command is None:
+        return end_search(search, ERROR_NULL, command)
+    if search.status != SEARCHING or search.plan is None:
+        report_command(search, command)
+        return search.status
+    trial = Trial()
+    status = evaluate_candidate(search.plan, search.start, search.next, search.horizon, phases, capacity, trial)
+    if status < 0:
+        return end_search(search, status, command)  # for good: what was found does not count after an error
+    search.partial = search.partial or status != OK
+    if not add_candidate(search, trial):
+        search.status = PHASES_NOT_KEPT if search.partial else OK
+    report_command(search, command)
+    return search.status
+
+
+def choose_current(search: Search, plan: Plan, start: State, target: Target, phases: Any, capacity: int,
+        command: Command) -> int:
+    status = choose_current_begin(search, plan, start, target, command)
+    for _ in range(SEARCH_TRIALS):
+        if status != SEARCHING:
+            break
+        status = choose_current_step(search, phases, capacity, command)
+    return PHASES_NOT_KEPT if status == SEARCHING else status
+
+
+def try_currents(plan: Any, starts: Any, start_count: int, currents: Any, current_count: int, horizon: Real,
+        phases: Any, capacity: int, trials: Any) -> int:
+    row = current_count * Trial.SIZE if current_count > 0 else 0
+    read = [array(plan, 1, Plan.SIZE), array(starts, start_count, State.SIZE),
+        array(currents, current_count, REAL_SIZE)]
+    written = [array(trials, start_count, row), array(phases, capacity, Phase.SIZE)]
+    if plan is None or starts is None or currents is None or phases is None or trials is None:
+        return refuse(ERROR_NULL, written, 1, read, 3)
+    if overlap(written, 2, read, 3):
+        return refuse(ERROR_OVERLAP, written, 1, read, 3)
+    if not hops(plan):
+        return refuse(ERROR_ROBOT, written, 1, read, 3)
+    kept = OK
+    for i in range(start_count):
+        for j in range(current_count):
+            status = evaluate_candidate(plan, starts[i], currents[j], horizon, phases, capacity,
+                trials[i * current_count + j])
+            if status < 0:
+                return refuse(status, written, 1, read, 3)
+            kept = status if status != OK else kept
+    return kept
+
+
+def most_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Real:
+    """The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign.
+    """
+    side = (side_1(phase), side_2(phase))
+    first = phase.y
+    if not ((side[0] < 0 or side[1] > 0) and (side[0] > 0 or side[1] < 0)) or not t > 0.0:
+        return first
+    motion = Numerators()
+    motion.put(motion_in_phase(plan, phase, u))
+    h = motion.compression
+    extension = Numerator(-h.H3, -h.H2, -h.H1)
+    poles = poles_of(plan, side[0], side[1])
+    node = node_of(plan, side[0], side[1])
+    end = propagator_at(poles, t)
+    least = least_minimum(poles, node, extension, -first, end, real(65536.0))
+    return greater(first, -least.value)
+
+
+def stance_compression(plan: Plan, steps: Any, phases: Any, stance: Stance, compression_max: Any) -> int:
+    array_ = array(compression_max, 1, REAL_SIZE)
+    status = reading_status(plan, steps, phases, stance, None, [array_], 1)
+    if status < 0:
+        return status
+    most = stance.end.y
+    for n in range(stance.phases_kept):
+        until = phases[n + 1].t if n + 1 < stance.phases_kept else stance.duration
+        u = steps[phases[n].step].u
+        most = greater(most, most_in_phase(plan, phases[n], u, until - phases[n].t))
+    compression_max[0] = most
+    return OK
+
+
+def energy_add(ledger: Ledger, plan: Plan, phase: Phase, u: Real, t: Real) -> None:
+    """Add the work of the first t of a phase to a ledger."""
+    part = ledger_in_phase(plan, phase, u, t)
+    ledger.motor_work += part.motor_work
+    ledger.offset_work += part.offset_work
+    ledger.viscous_1 += part.viscous_1
+    ledger.viscous_2 += part.viscous_2
+    ledger.coulomb_1 += part.coulomb_1
+    ledger.coulomb_2 += part.coulomb_2
+    ledger.spring_work += part.spring_work
+
+
+def stance_energy(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, energies_: Any,
+        ledgers: Any, stop_losses: Any) -> int:
+    wanted = ledgers is not None or stop_losses is not None
+    arrays = [array(energies_, count, Energy.SIZE), array(ledgers, count, Ledger.SIZE),
+        array(stop_losses, count, REAL_SIZE)]
+    when = Times(times, count, wanted)
+    status = reading_status(plan, steps, phases, stance, when, arrays, 3 if wanted else 1)
+    if status < 0:
+        return status
+    sum = Ledger()
+    loss = stance.start_loss
+    n = 0
+    for i in range(count):
+        state = state_of_stance(plan, steps, phases, stance, times[i])
+        energies_[i].put(energies(plan.robot, state))
+        if not wanted:
+            continue
+        t = lesser(times[i], stance.duration)
+        while n < stance.phases_kept - 1 and phases[n + 1].t <= t:
+            length = phases[n + 1].t - phases[n].t
+            u = steps[phases[n].step].u
+            energy_add(sum, plan, phases[n], u, length)
+            if axis_of_event(phases[n + 1].event) == 0:
+                before = state_in_phase(plan, phases[n], u, length)
+                loss += loss_at_stop(plan.robot, before)
+            n += 1
+        ledgers[i].put(sum)
+        stop_losses[i] = loss
+        if t > phases[n].t:
+            energy_add(ledgers[i], plan, phases[n], steps[phases[n].step].u, t - phases[n].t)
+    return OK
 
 
 class Fall:
@@ -7110,20 +7312,21 @@ def report_flight(chain: FlightChain, flight: Flight) -> bool:
 
 
 def design_return(plan: Any, time: Real, gains: Any) -> int:
-    none = Gains()
-    found = none.copy()  # the gains may lie in the plan
-    status = ERROR_NULL
-    if gains is None:
-        return status
-    if plan is not None and plan.made != PLAN_MADE:
+    read = array(plan, 1, Plan.SIZE)
+    written = array(gains, 1, Gains.SIZE)
+    status = OK
+    if plan is None or gains is None:
+        status = ERROR_NULL
+    elif overlap([written], 1, [read], 1):
+        status = ERROR_OVERLAP
+    elif not is_made(plan):
         status = ERROR_ROBOT
-    elif plan is not None and not (time > 0.0 and time <= NEVER):
+    elif not (time > 0.0 and time <= NEVER):
         status = ERROR_TIME
-    elif plan is not None:
-        found = critical_gains(plan.robot, time)
-        status = OK if gains_are_sound(found) else ERROR_NUMBERS
-    gains.put(none.copy() if status < 0 else found.copy())
-    return status
+    else:
+        gains.put(critical_gains(plan.robot, time))
+        status = OK if gains_are_sound(gains) else ERROR_NUMBERS
+    return refuse(status, [written], 1, [read], 1) if status < 0 else status
 
 
 def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real, max_phases: int, phases: Any,
@@ -7133,13 +7336,13 @@ def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real,
         return ERROR_NULL
     from_ = start.copy() if start is not None else nothing.start.copy()  # may lie in what is written, as gains
     law = gains.copy() if gains is not None else nothing.gains.copy()
+    read = array(plan, 1, Plan.SIZE)
+    written = [array(flight, 1, Flight.SIZE), array(phases, capacity, FlightPhase.SIZE)]
+    if overlap(written, 2, [read], 1):
+        return refuse(ERROR_OVERLAP, written, 1, [read], 1)
     flight.put(nothing)
     if plan is None or start is None or phases is None and capacity > 0:
         return ERROR_NULL
-    read = array(plan, 1, Plan.SIZE)
-    written = [array(phases, capacity, FlightPhase.SIZE), array(flight, 1, Flight.SIZE)]
-    if overlap(written, 2, [read], 1):
-        return ERROR_OVERLAP
     robot = plan.robot
     if not hops(plan):
         return ERROR_ROBOT
@@ -7184,20 +7387,29 @@ def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real,
 
 def reading_status_in_flight(plan: Any, phases: Any, flight: Any, times: Any, count: int, in_order: bool, arrays: Any,
         array_count: int) -> int:
-    """Status of a call that reads a solved flight, at times, into arrays: OK if it can; else the arrays are zeros."""
+    """Status of a call that reads a solved flight, at times, into arrays: OK if it can; else the arrays are zeros, but
+    for those that lie in an input.
+    """
     given = plan is not None and phases is not None and flight is not None and (times is not None or count <= 0)
     for n in range(array_count):
         given = given and (arrays[n].first is not None or count <= 0)
-    if not given:
-        return refuse(ERROR_NULL, arrays, array_count)
-    sound = flight.phases_kept >= flight.phase_count and flight.phases_kept >= 1 and is_made(plan)
-    for n in range(count):
-        sound = sound and times[n] >= (times[n - 1] if in_order and n > 0 else ZERO) and times[n] <= flight.duration
-    read = [array(plan, 1, Plan.SIZE), array(phases, flight.phases_kept, FlightPhase.SIZE),
+    read = [array(plan, 1, Plan.SIZE), array(phases, flight.phases_kept if flight is not None else 1, FlightPhase.SIZE),
         array(flight, 1, Flight.SIZE), array(times, count, REAL_SIZE)]
-    if not sound or overlap(arrays, array_count, read, 4):
-        return refuse(ERROR_OVERLAP if sound else ERROR_TIME, arrays, array_count)
-    return OK
+    status = OK
+    if not given:
+        status = ERROR_NULL
+    elif not is_made(plan):
+        status = ERROR_ROBOT
+    elif flight.phases_kept < flight.phase_count or flight.phases_kept < 1:
+        status = ERROR_TIME
+    elif overlap(arrays, array_count, read, 4):
+        status = ERROR_OVERLAP
+    for n in range(count):
+        if not status >= 0:
+            break
+        sound = times[n] >= (times[n - 1] if in_order and n > 0 else ZERO) and times[n] <= flight.duration
+        status = status if sound else ERROR_TIME
+    return refuse(status, arrays, array_count, read, 4) if status < 0 else status
 
 
 def state_of_flight(plan: Plan, rates: FlightRates, flight: Flight, phase: FlightPhase, t: Real) -> State:
@@ -7297,40 +7509,6 @@ def flight_energy(plan: Plan, phases: Any, flight: Flight, times: Any, count: in
         state = state_of_flight(plan, rates, flight, phases[n], times[i])
         energies[i].put(flight_energies(plan.robot, state.v1, state.v2, state.x1 - state.y))
     return OK
-
-
-def times_are_sound(times: Times, stance: Stance) -> bool:
-    """Whether a stance has each of the times; at rest it goes on for ever."""
-    latest = NEVER if stance.ending == ENDING_REST else stance.duration
-    earliest = ZERO
-    sound = True
-    for n in range(times.count):
-        sound = sound and times.at[n] >= earliest and times.at[n] <= latest
-        earliest = times.at[n] if times.in_order else ZERO
-    return sound
-
-
-def reading_status(plan: Any, steps: Any, phases: Any, stance: Any, times: Any, arrays: Any, array_count: int) -> int:
-    none = Times(None, 0, False)
-    when = times if times is not None else none
-    given = plan is not None and steps is not None and phases is not None and stance is not None
-    given = given and (times is None or times.at is not None)
-    for n in range(array_count):
-        given = given and arrays[n].first is not None
-    status = OK
-    if not given:
-        status = ERROR_NULL
-    elif stance.phases_kept < stance.phase_count or stance.phases_kept < 1 or not is_made(plan):
-        status = ERROR_TIME
-    else:
-        read = [array(plan, 1, Plan.SIZE), array(steps, phases[stance.phases_kept - 1].step + 1, Step.SIZE),
-            array(phases, stance.phases_kept, Phase.SIZE), array(stance, 1, Stance.SIZE),
-            array(when.at, when.count, REAL_SIZE)]
-        if overlap(arrays, array_count, read, 5):
-            status = ERROR_OVERLAP
-        elif not times_are_sound(when, stance):
-            status = ERROR_TIME
-    return refuse(status, arrays, array_count) if status < 0 else status
 
 
 class SelftestCase:
@@ -7823,7 +8001,7 @@ def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, ma
         if not exists:
             break
         exists = matrix[n] >= -NEVER and matrix[n] <= NEVER
-    return OK if exists else refuse(NO_DERIVATIVE, [array_], 1)
+    return OK if exists else refuse(NO_DERIVATIVE, [array_], 1, None, 0)
 
 
 def stance_tangents(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, states: Any,
@@ -7841,171 +8019,6 @@ def stance_tangents(plan: Plan, steps: Any, phases: Any, stance: Stance, times: 
             for column in range(20):
                 tangents[(i * TANGENT_ROWS + row) * COLUMNS + column] = way.change[column][row]
     return OK if way.exists else NO_DERIVATIVE
-
-
-def node_of_poles(poles: Poles, whole_: bool) -> Node:
-    """The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
-    propagator is evaluated there, if that is wanted.
-    """
-    draws = poles.q > UNDERFLOW  # else the node is never reached
-    t = 2.984 / sqrt(poles.q) if draws else NEVER
-    basis = Basis(real(1.0), ZERO, ZERO, ZERO, ZERO)
-    if whole_:
-        basis = basis_at(poles, t if draws else ZERO)
-    mu = 0.5 * poles.p
-    square = mu * mu - poles.q
-    node = Node(NEVER, NEVER, poles.a, ZERO, ZERO, t, basis.Wdd, basis.Wd, basis.W, basis.W1, basis.W2)
-    if square < 0.0:
-        node.half_period = 3.1415927 / sqrt(-square)
-        node.fades = 1e1 / (mu - poles.a) if poles.a > 0.0 and mu > poles.a else NEVER
-    else:
-        fast = mu + sqrt(square)
-        slow = poles.q / fast if fast > 0.0 else ZERO
-        node.pole = greater(poles.a, fast)
-        node.second = lesser(fast, greater(poles.a, slow))
-        node.third = lesser(poles.a, slow)
-    return node
-
-
-def rates_of_plan(plan: Plan) -> int:
-    """The rates of a plan's robot, if it is one."""
-    robot = plan.robot
-    if not robot.x1_min <= robot.x1_max or not (robot.m_eff > 0.0 and robot.m_eff <= NEVER) or not (robot.m_s > 0.0
-        and robot.m_s <= NEVER) or not (robot.k > 0.0 and robot.k <= NEVER) or not (robot.L0 >= -NEVER
-        and robot.L0 <= NEVER) or not (robot.c >= -NEVER and robot.c <= NEVER) or not (robot.b1 >= 0.0
-        and robot.b1 <= NEVER) or not (robot.b2 >= 0.0 and robot.b2 <= NEVER) or not (robot.f1 >= 0.0
-        and robot.f1 <= NEVER) or not (robot.f2 >= 0.0 and robot.f2 <= NEVER) or not (robot.gamma2 >= -NEVER
-        and robot.gamma2 <= NEVER) or not (robot.g >= 0.0
-        and robot.g <= NEVER) or not robot.x1_min <= NEVER or not robot.x1_max >= -NEVER or not robot.u_max >= 0.0 or not (robot.impact_loss >= 0.0 and robot.impact_loss < 1.0):
-        return ERROR_ROBOT
-    rates = rates_of(robot)
-    plan.rates.put(rates)
-    return OK
-
-
-def poles_of_plan(plan: Plan, both: Poles, whole_: bool) -> int:
-    """The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole."""
-    rates = plan.rates
-    # discriminants square it
-    if not is_finite(rates.s_1 * rates.s_1) or not is_finite(rates.s_2) or not is_finite(rates.s_3) or not both.q <= NEVER or not both.q > 0.0 or not is_finite(rates.a1_0) or not is_finite(rates.a1_u):
-        return ERROR_NUMBERS
-    plan.both = both.copy()
-    plan.node_both = node_of_poles(both, whole_)
-    plan.actuator = pair_alone(rates.p_1, rates.q_1)
-    plan.node_actuator = node_of_poles(plan.actuator, whole_)
-    plan.body = pair_alone(rates.p_2, rates.q_2)
-    plan.node_body = node_of_poles(plan.body, whole_)
-    plan.made = PLAN_MADE if whole_ else 0
-    return OK
-
-
-def steps_are_sound(steps: Any, count: int) -> bool:
-    if count < 1 or count > MOST_STEPS or abs(steps[0].t) > 0.0:
-        return False
-    for n in range(count):
-        if not is_finite(steps[n].t) or not is_finite(steps[n].u) or n > 0 and not steps[n].t > steps[n - 1].t:
-            return False
-    return True
-
-
-def is_stiff(plan: Plan) -> bool:
-    """Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
-    events by: a is that pole, a w^2 the product of all three.
-    """
-    a = plan.node_both.pole
-    return a * a * a > STIFFEST * STIFFEST * plan.rates.s_3
-
-
-def fill_plan(plan: Plan) -> int:
-    """Fill a plan from its robot."""
-    status = rates_of_plan(plan)
-    if status < 0:
-        return status
-    rates = plan.rates
-    both = factor_cubic(rates.s_1, rates.s_2, rates.s_3)
-    made = poles_of_plan(plan, both, True)
-    return ILL_CONDITIONED if made == OK and is_stiff(plan) else made
-
-
-def plan_init(plan: Any, robot: Any) -> int:
-    if plan is None:
-        return ERROR_NULL
-    none = Robot()
-    zero = Plan()
-    own = robot.copy() if robot is not None else none.copy()  # it may lie in the plan
-    plan.made = 0
-    plan.robot.put(own)
-    status = fill_plan(plan) if robot is not None else ERROR_NULL
-    if status < 0:
-        plan.put(zero)
-    return status
-
-
-def solve_stance(plan: Plan, start: State, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
-        capacity: int, stance: Stance) -> int:
-    return solve_followed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, None, None)
-
-
-def call_status(plan: Any, start: State, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
-        capacity: int, stance: Stance, follows: bool) -> int:
-    """Whether a stance can be solved; else why not. The controller knows that what it hands on does not overlap."""
-    if plan is None or steps is None or phases is None and capacity > 0:
-        return ERROR_NULL
-    read = [array(plan, 1, Plan.SIZE), array(steps, step_count if step_count <= MOST_STEPS else 0, Step.SIZE)]
-    written = [array(phases, capacity, Phase.SIZE), array(stance, 1, Stance.SIZE)]
-    if not follows and overlap(written, 2, read, 2):
-        return ERROR_OVERLAP
-    if not is_made(plan):
-        return ERROR_ROBOT
-    status = stance_status(plan.robot, start, horizon, max_phases)
-    if status < 0:
-        return status
-    if not steps_are_sound(steps, step_count):
-        return ERROR_STEPS
-    return ERROR_HORIZON if capacity < 0 else OK
-
-
-def solve_followed(plan: Plan, start: Any, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
-        capacity: int, stance: Any, follow: Any, tally: Any) -> int:
-    if stance is None:
-        return ERROR_NULL
-    nothing = State()
-    from_ = start.copy() if start is not None else nothing.copy()  # it may lie in the stance or in the phases
-    status = call_status(plan, from_, steps, step_count, horizon, max_phases, phases, capacity, stance,
-        follow is not None) if start is not None else ERROR_NULL
-    if status < 0:
-        written = array(stance, 1, Stance.SIZE)
-        return refuse(status, [written], 1)
-    chain = StanceChain()
-    stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity)
-    chain.follow = follow
-    chain.tally = tally
-    search = StanceSearch()
-    stance_search_nothing(plan.both, search)
-    ending = stance_begin(chain)
-    while ending == 0:
-        stance_begin_phase(chain)
-        stance_find_end(chain, search)
-        ending = stance_end_phase(chain, search)
-    return stance_report(chain, from_, ending, stance)
-
-
-def stance_at(plan: Any, steps: Any, phases: Any, stance: Any, t: Real, state: Any) -> int:
-    found = State()  # the state may lie in what is read
-    status = OK
-    if plan is None or steps is None or phases is None or stance is None or state is None:
-        status = ERROR_NULL
-    elif not is_made(plan):
-        status = ERROR_ROBOT
-    elif not (t >= 0.0 and t <= NEVER) or t > stance.duration and stance.ending != ENDING_REST or stance.phases_kept < stance.phase_count or stance.phases_kept < 1:
-        status = ERROR_TIME
-    else:
-        within = t if t < stance.duration else stance.duration
-        phase = phases[phase_index(phases, stance.phases_kept, within)]
-        found = state_in_phase(plan, phase, steps[phase.step].u, within - phase.t)
-    if state is not None:
-        state.put(found)
-    return status
 
 
 class Grid:
@@ -8109,7 +8122,7 @@ def stance_grid(plan: Plan, steps: Any, phases: Any, stance: Stance, t0: Real, d
     last = t0 + real(count - 1) * dt
     latest = NEVER if rests else stance.duration + 8.0 * EPS * stance.duration
     if count < 0 or not t0 >= 0.0 or not dt > 0.0 or not last <= latest:
-        return refuse(ERROR_TIME, arrays, 4)
+        return refuse(ERROR_TIME, arrays, 4, None, 0)
     grid = Grid()
     grid.t0 = t0
     grid.dt = dt

@@ -103,7 +103,7 @@ STATUSES: dict[int, Status] = {
     -10: "error_gains",  # a gain is negative or not finite
     -11: "error_detector",  # a sample or threshold is not finite, low > high, or count < 1
     -12: "error_unstable",  # unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated
-    -13: "error_overlap",  # an output overlaps an input that is read while it is written
+    -13: "error_overlap",  # an output overlaps an input other than a small one
 }
 """Its words by their numbers in the C library."""
 
@@ -214,7 +214,7 @@ REFUSALS = {
     -10: "a gain is negative or not finite",
     -11: "a sample or threshold is not finite, low > high, or count < 1",
     -12: "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",
-    -13: "an output overlaps an input that is read while it is written",
+    -13: "an output overlaps an input other than a small one",
 }
 """What a negative status means."""
 

@@ -8,6 +8,7 @@
 
 #include "first_event_real.h"
 #include "ledger_real.h"
+#include "overlap_real.h"
 
 /* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
  * the order in which they win a tie. */
@@ -66,7 +67,7 @@ static inline hopform_numerator_real free_numerator_real(const hopform_rates_rea
 static inline bool stance_blocked_real(const stance_chain_real *chain, int element, int side) {
     const hopform_robot_real *robot = &chain->plan->robot;
     if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_IS_FIXED(element); }
-    const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
+    const bool locked = !(robot->x1_min < robot->x1_max);
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
@@ -521,8 +522,8 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
     const int before = chain->side[element];
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
-        const real lower = chain->plan->robot.HOPFORM_LOWER_STOP;
-        const real upper = chain->plan->robot.HOPFORM_UPPER_STOP;
+        const real lower = chain->plan->robot.x1_min;
+        const real upper = chain->plan->robot.x1_max;
         const real stop = before > 0 ? upper : lower;
         chain->at.of[HOPFORM_POSITION_AXIS] = stop;
         chain->from_lower = stop - lower;
@@ -557,12 +558,12 @@ static inline void next_step_real(stance_chain_real *chain) {
 static inline void keep_faint_acceleration_real(stance_chain_real *chain, const hopform_basis_real *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = &chain->plan->rates;
-    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->HOPFORM_PER_VELOCITY) > 0.0) { return; }
+    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->a1_v1) > 0.0) { return; }
     const hopform_free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
     const hopform_numerator_real *leg = &chain->motion.of.compression;
     const real compression = fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_real(leg->H3 * basis->Wd)
                              + fabs_real(leg->H2 * basis->W) + fabs_real(leg->H1 * basis->W1);
-    const real by_spring = fabs_real(rates->HOPFORM_PER_COMPRESSION * compression);
+    const real by_spring = fabs_real(rates->a1_y * compression);
     if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * by_spring)) { return; }
     const hopform_numerator_real *h = &chain->motion.of.velocity[element];
     const real terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
@@ -762,8 +763,7 @@ static inline int32_t stance_status_real(const hopform_robot_real *robot, const 
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_real(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
-    if (!is_finite_state_real(start) || !fixed
-        || !(position >= robot->HOPFORM_LOWER_STOP && position <= robot->HOPFORM_UPPER_STOP)) {
+    if (!is_finite_state_real(start) || !fixed || !(position >= robot->x1_min && position <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
     if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
@@ -783,8 +783,8 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->horizon = horizon;
     chain->t = 0.0;
     chain->at.named = *start;
-    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_LOWER_STOP;
-    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.HOPFORM_UPPER_STOP;
+    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
+    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
     chain->just_switched = NO_ELEMENT_real;
     chain->alone = NO_ELEMENT_real;
     chain->free = 0.0;
@@ -821,7 +821,7 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
     const real others = fabs_real(stance->duration) + fabs_real(stance->apex) + fabs_real(stance->aed);
     if (!is_finite_state_real(end) || !(others - stance->start_loss <= HOPFORM_NEVER_real)) {
         const hopform_memory_real written = hopform_array_real(stance, 1, sizeof *stance);
-        return hopform_refuse_real(HOPFORM_ERROR_NUMBERS, &written, 1);
+        return hopform_refuse_real(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

@@ -2,12 +2,11 @@
  *
  * The library in one precision, as one unit: what its parts share stands in the image once.
  */
-#include "control_real.inc"
-#include "energy_real.inc"
-#include "flight_real.inc"
-#include "overlap_real.inc"
-#include "selftest_real.inc"
-#include "sensitivity_real.inc"
-#include "stance_real.inc"
-#include "states_real.inc"
-#include "touchdown_real.inc"
+#include "control_real.h"
+#include "energy_real.h"
+#include "flight_real.h"
+#include "selftest_real.h"
+#include "sensitivity_real.h"
+#include "stance_real.h"
+#include "states_real.h"
+#include "touchdown_real.h"

@@ -8,7 +8,6 @@
 #include "facts.h"
 #include "kernels_real.h"
 #include "model_real.h"
-#include "overlap_real.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_real(const hopform_robot_real *robot, const hopform_state_real *start) {
@@ -89,7 +88,7 @@ static inline hopform_state_real hopform_arrive_real(const hopform_state_real *s
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; }
     }
-    at.named.HOPFORM_POSITION = stays ? state->HOPFORM_POSITION : at.named.HOPFORM_POSITION;
+    at.named.x1 = stays ? state->x1 : at.named.x1;
     return at.named;
 }
 
@@ -102,13 +101,6 @@ static inline bool hopform_is_made_real(const hopform_plan_real *plan) {
 static inline bool hopform_hops_real(const hopform_plan_real *plan) {
     return hopform_is_made_real(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_real(&plan->robot) > 0.0;
 }
-
-/* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
- * the arrays are zeros. */
-int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
-                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                    const hopform_times_real *times, const hopform_memory_real *arrays,
-                                    int array_count);
 
 /* Index of the last phase that starts at or before t. */
 static inline int32_t hopform_phase_index_real(const hopform_phase_real *phases, int32_t count, real t) {
@@ -203,12 +195,5 @@ typedef struct {
 
 typedef struct hopform_tally_real hopform_tally_real;
 typedef void hopform_follow_real(hopform_tally_real *tally, const hopform_passage_real *passage);
-
-/* hopform_solve_stance of one current that shows every phase to `follow`; NULL for none. */
-int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
-                                    const hopform_step_real *steps, int32_t step_count, real horizon,
-                                    int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
-                                    hopform_stance_real *stance, hopform_follow_real *follow,
-                                    hopform_tally_real *tally);
 
 #endif

@@ -35,7 +35,7 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
 static inline int32_t rates_of_plan_real(hopform_plan_real *plan) {
     const hopform_robot_real *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_real(robot->name)
-    if (!(robot->HOPFORM_LOWER_STOP <= robot->HOPFORM_UPPER_STOP) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
+    if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }

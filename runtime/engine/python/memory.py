@@ -48,10 +48,14 @@ def _is_array_of_others(memory: Any, kinds: set[type]) -> bool:
     return getattr(first, "PARTS", None) == () and type(first) not in kinds
 
 
-def refuse(status: int, written: Sequence[Any] | None, count: int) -> int:
-    """The output of a refusal: zeros, in the arrays that are given; the status."""
-    for memory in (written or ())[:count]:
+def refuse(
+    status: int, written: Sequence[Any] | None, written_count: int, read: Sequence[Any] | None, read_count: int
+) -> int:
+    """The outputs of a refusal: zeros, but where one has some of what is read it stays as it is; the status."""
+    for memory in (written or ())[:written_count]:
         first = memory.first
+        if overlap([memory], 1, read or (), read_count):
+            continue
         if hasattr(first, "SIZE"):
             first.put(type(first)())
         elif first is not None and memory.size > 0:

@@ -44,8 +44,8 @@ DOUBLES = ("m4f-gcc-O2", "m7-gcc-O3", "rv32-gcc-O2")
 HOPPING = ("m4f-gcc-O2", "rv32-clang-O2")
 """Where a robot hops, too: the plant in one task, the library in another, at 1 kHz."""
 
-PROGRAMS: dict[str, tuple[str, ...]] = {"golden": (), "garbage": (), "refusals": (), "contract": ("-DPACE=13",)}
-"""What else runs, with what is defined for it: an emulator tries each thirteenth place of an overlap."""
+PROGRAMS = ("golden", "garbage", "refusals", "contract")
+"""What else runs."""
 
 CONTRACTING = ("-O3", "-march=x86-64-v3")
 """Where gcc forms fused instructions of its own accord; the flags of every build keep it from that."""
@@ -108,7 +108,7 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
         )
         odd = [] if build.libm else unlike(many, "ties-to-odd" in digest)
         digest = "a digest of its own" if build.libm else digest
-        images = [link(build, name, precisions=precisions, define=flags) for name, flags in PROGRAMS.items()]
+        images = [link(build, name, precisions=precisions) for name in PROGRAMS]
         lines = [emulate(build.target, image) for image in images]
         hops = emulate(build.target, link(build, "hops", precisions=precisions)) if build.name in HOPPING else ""
         hops = f"{hops.strip().splitlines()[-1]}; " if hops else ""

@@ -1,7 +1,6 @@
 /* The contract on pointers, for every public function: each mask of NULL arguments is refused with every other output
- * safe, and each place of a const input inside an output gives the answer of separate memory, bit for bit, or
- * HOPFORM_ERROR_OVERLAP where the header states it. In double precision with -DDOUBLE; of the places every PACE-th one,
- * for slow processors. */
+ * safe; a small input in an output gives the answer of separate memory, bit for bit; any other input that overlaps an
+ * output is refused, and no refusal writes to it. In double precision with -DDOUBLE. */
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -19,17 +18,14 @@ typedef float real;
 
 enum { CAPACITY = 12, TIMES = 2, GRID = 2, MOST = 9, POISON = 0xa5 };
 
-#ifndef PACE
-#define PACE 1
-#endif
-
 /* Bytes for an argument; none is larger than two searches. */
 #define ROOM ((2 * sizeof(OF(search)) + 63) / 64 * 64)
 
 /* What an argument is for. */
 typedef enum {
     INPUT,    /* const */
-    OPTIONAL, /* const, may be NULL */
+    SMALL,    /* const, may lie in an output */
+    OPTIONAL, /* the same, may be NULL */
     OUTPUT,   /* zeros after a refusal */
     COMMAND,  /* an output: u = 0 after a refusal */
     SEARCH,   /* an output: a step of it commands u = 0 after a refusal */
@@ -52,9 +48,8 @@ typedef struct {
     int32_t (*call)(void *const *at);
     size_t count;
     argument arguments[MOST];
-    int32_t fine;    /* status of a call with separate memory */
-    uint32_t refuses; /* bit k: input k may not overlap an output */
-    uint32_t absent;  /* bits of outputs that may be NULL, all at once */
+    int32_t fine;   /* status of a call with separate memory */
+    uint32_t absent; /* bits of outputs that may be NULL, all at once */
 } entry;
 
 static const OF(robot) sound = {25.0f, 3.0f,   1200.0f, 0.4f, 0.0f,  150.0f, 5.0f, 0.78f,
@@ -231,12 +226,11 @@ static int32_t touchdown(void *const *at)
 #define ENDING_WITH(type, member, count, written)                                                                      \
     sizeof(type), offsetof(type, member) + sizeof(((type *)NULL)->member), (count), (written)
 #define BIT(k) (1u << (k))
-#define ALL_OF(count) (BIT(count) - 1u)
 #define PLAN {INPUT, &plan, ENDING_WITH(OF(plan), made, 1, 1)}
 #define STEPS {INPUT, steps, WHOLE(OF(step), 2)}
 #define PHASES {INPUT, phases, WHOLE(OF(phase), of_stance)}
 #define STANCE {INPUT, &solved, WHOLE(OF(stance), 1)}
-#define START {INPUT, &start, WHOLE(OF(state), 1)}
+#define START {SMALL, &start, WHOLE(OF(state), 1)}
 #define INSTANTS {INPUT, times, WHOLE(real, TIMES)}
 #define COLUMN(count) {OUTPUT, NULL, WHOLE(real, count)}
 #define WORK(written) {BUFFER, NULL, ENDING_WITH(OF(phase), step, CAPACITY, written)}
@@ -253,68 +247,68 @@ static void each(void (*check)(const entry *))
     const entry entries[] = {
         {.name = "plan_init", .call = plan_init, .count = 2,
          .arguments =
-          {{OUTPUT, NULL, ENDING_WITH(OF(plan), made, 1, 1)}, {INPUT, &sound, WHOLE(OF(robot), 1)}}},
-        {.name = "solve_stance", .call = solve_stance, .count = 5, .refuses = BIT(0) | BIT(2),
+          {{OUTPUT, NULL, ENDING_WITH(OF(plan), made, 1, 1)}, {SMALL, &sound, WHOLE(OF(robot), 1)}}},
+        {.name = "solve_stance", .call = solve_stance, .count = 5,
          .arguments =
           {PLAN, START, STEPS, WORK(of_stance), {OUTPUT, NULL, WHOLE(OF(stance), 1)}}},
         {.name = "stance_at", .call = stance_at, .count = 5,
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, {OUTPUT, NULL, WHOLE(OF(state), 1)}}},
-        {.name = "stance_states", .call = stance_states, .count = 9, .refuses = ALL_OF(5),
+        {.name = "stance_states", .call = stance_states, .count = 9,
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, INSTANTS, COLUMN(TIMES), COLUMN(TIMES), COLUMN(TIMES), COLUMN(TIMES)}},
-        {.name = "stance_energy", .call = stance_energy, .count = 8, .refuses = ALL_OF(5), .absent = BIT(6) | BIT(7),
+        {.name = "stance_energy", .call = stance_energy, .count = 8, .absent = BIT(6) | BIT(7),
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, INSTANTS, {OUTPUT, NULL, WHOLE(OF(energy), TIMES)},
            {OUTPUT, NULL, WHOLE(OF(ledger), TIMES)}, COLUMN(TIMES)}},
-        {.name = "stance_energy, energies alone", .call = stance_energies, .count = 6, .refuses = ALL_OF(5),
+        {.name = "stance_energy, energies alone", .call = stance_energies, .count = 6,
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, INSTANTS, {OUTPUT, NULL, WHOLE(OF(energy), TIMES)}}},
         {.name = "stance_compression", .call = stance_compression, .count = 5,
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, COLUMN(1)}},
-        {.name = "stance_sensitivities", .call = stance_sensitivities, .count = 5, .refuses = ALL_OF(4),
+        {.name = "stance_sensitivities", .call = stance_sensitivities, .count = 5,
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, COLUMN(MATRIX)}},
-        {.name = "stance_tangents", .call = stance_tangents, .count = 7, .refuses = ALL_OF(5),
+        {.name = "stance_tangents", .call = stance_tangents, .count = 7,
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, INSTANTS, {OUTPUT, NULL, WHOLE(OF(state), TIMES)}, COLUMN(TANGENTS)}},
-        {.name = "stance_grid", .call = stance_grid, .count = 8, .refuses = ALL_OF(4),
+        {.name = "stance_grid", .call = stance_grid, .count = 8,
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, COLUMN(GRID), COLUMN(GRID), COLUMN(GRID), COLUMN(GRID)}},
-        {.name = "try_currents", .call = try_currents, .count = 5, .refuses = ALL_OF(3),
+        {.name = "try_currents", .call = try_currents, .count = 5,
          .arguments =
-          {PLAN, START, {INPUT, currents, WHOLE(real, 1)}, WORK(0),
+          {PLAN, {INPUT, &start, WHOLE(OF(state), 1)}, {INPUT, currents, WHOLE(real, 1)}, WORK(0),
            {OUTPUT, NULL, ENDING_WITH(OF(trial), smooth, 1, 1)}}},
         {.name = "choose_current_begin", .call = choose_current_begin, .count = 5,
-         .fine = HOPFORM_SEARCHING, .refuses = BIT(1), .arguments =
-          {BEGUN, PLAN, START, {INPUT, &target, WHOLE(OF(target), 1)}, CHOSEN}},
+         .fine = HOPFORM_SEARCHING, .arguments =
+          {BEGUN, PLAN, START, {SMALL, &target, WHOLE(OF(target), 1)}, CHOSEN}},
         {.name = "choose_current_step", .call = choose_current_step, .count = 3,
-         .fine = HOPFORM_SEARCHING, .refuses = BIT(0), .arguments =
+         .fine = HOPFORM_SEARCHING, .arguments =
           {{STEPPED, &begun, ENDING_WITH(OF(search), partial, 1, 1)}, WORK(0), CHOSEN}},
-        {.name = "choose_current", .call = choose_current, .count = 6, .refuses = BIT(1),
+        {.name = "choose_current", .call = choose_current, .count = 6,
          .arguments =
-          {BEGUN, PLAN, START, {INPUT, &target, WHOLE(OF(target), 1)}, WORK(0), CHOSEN}},
+          {BEGUN, PLAN, START, {SMALL, &target, WHOLE(OF(target), 1)}, WORK(0), CHOSEN}},
         {.name = "design_return", .call = design_return, .count = 2,
          .arguments =
           {PLAN, {OUTPUT, NULL, WHOLE(OF(gains), 1)}}},
-        {.name = "solve_flight", .call = solve_flight, .count = 5, .refuses = BIT(0),
+        {.name = "solve_flight", .call = solve_flight, .count = 5,
          .arguments =
-          {PLAN, {INPUT, &away, WHOLE(OF(state), 1)}, {OPTIONAL, &law, WHOLE(OF(gains), 1)},
+          {PLAN, {SMALL, &away, WHOLE(OF(state), 1)}, {OPTIONAL, &law, WHOLE(OF(gains), 1)},
            {BUFFER, NULL, ENDING_WITH(OF(flight_phase), spare, CAPACITY, of_flight)},
            {OUTPUT, NULL, WHOLE(OF(flight), 1)}}},
-        {.name = "flight_at", .call = flight_at, .count = 5, .refuses = ALL_OF(4),
+        {.name = "flight_at", .call = flight_at, .count = 5,
          .arguments =
           {PLAN, {INPUT, flight_phases, WHOLE(OF(flight_phase), of_flight)}, {INPUT, &flown, WHOLE(OF(flight), 1)},
            INSTANTS, {OUTPUT, NULL, WHOLE(OF(state), TIMES)}}},
-        {.name = "flight_energy", .call = flight_energy, .count = 7, .refuses = ALL_OF(4),
+        {.name = "flight_energy", .call = flight_energy, .count = 7,
          .arguments =
           {PLAN, {INPUT, flight_phases, WHOLE(OF(flight_phase), of_flight)}, {INPUT, &flown, WHOLE(OF(flight), 1)},
            INSTANTS, {OUTPUT, NULL, WHOLE(OF(energy), TIMES)}, {OUTPUT, NULL, WHOLE(OF(flight_ledger), TIMES)},
            COLUMN(TIMES)}},
         {.name = "touchdown", .call = touchdown, .count = 2, .fine = HOPFORM_CONTACT_TOUCHDOWN,
          .arguments =
-          {{INPUT, &detector, WHOLE(OF(detector), 1)}, {CONTACT, &contact, WHOLE(OF(contact), 1)}}},
+          {{SMALL, &detector, WHOLE(OF(detector), 1)}, {CONTACT, &contact, WHOLE(OF(contact), 1)}}},
     };
     for (size_t n = 0; n < sizeof entries / sizeof entries[0]; n++) {
         check(&entries[n]);
@@ -325,7 +319,7 @@ static void each(void (*check)(const entry *))
 
 static int is_output(const argument *a)
 {
-    return a->is_for != INPUT && a->is_for != OPTIONAL && a->is_for != STEPPED;
+    return a->is_for != INPUT && a->is_for != SMALL && a->is_for != OPTIONAL && a->is_for != STEPPED;
 }
 
 /* Each argument in memory of its own: what is read as given, what is written poisoned. */
@@ -379,6 +373,7 @@ static int is_safe(const argument *a, void *at)
     case CONTACT:
         return memcmp(at, a->given, a->size) == 0;
     case INPUT:
+    case SMALL:
     case OPTIONAL:
     case BUFFER:
     default:
@@ -425,45 +420,60 @@ static void no_pointer(const entry *of)
 
 /* ---- overlap ---- */
 
-/* Input k so many bytes behind the beginning of output m, against the same bytes in separate memory: overlapping, or
- * next to each other. */
-static void placed(const entry *of, size_t k, size_t m, ptrdiff_t offset)
+/* Input k so many bytes behind the beginning of output m, all else in memory of its own. */
+static void place(const entry *of, size_t k, size_t m, ptrdiff_t offset, void **at)
 {
     const argument *input = &of->arguments[k], *output = &of->arguments[m];
-    const size_t bytes = output->size * output->count;
     unsigned char *host = (unsigned char *)arena + ROOM;
-    void *at[MOST], *apart[MOST];
     separate(of, 0, at);
-    separate(of, 1, apart);
-    memcpy(host, at[m], bytes);
+    memcpy(host, at[m], output->size * output->count);
     memcpy(host + offset, input->given, input->size * input->count);
-    memcpy(reference, host, bytes);
     at[m] = host;
     at[k] = host + offset;
+}
+
+/* A small input lies in an output: the answer is that of the same bytes in separate memory. */
+static void small(const entry *of, size_t k, size_t m)
+{
+    void *at[MOST], *apart[MOST];
+    separate(of, 1, apart);
+    place(of, k, m, 0, at);
+    memcpy(reference, at[m], of->arguments[m].size * of->arguments[m].count);
     apart[m] = reference;
     const int32_t fine = of->call(apart);
     const OF(command) outcome_apart = outcome;
-    const int32_t status = of->call(at);
-    holds(fine == of->fine || output->is_for == CONTACT, of->name, "separate memory, status", (int32_t)k, fine);
-    const int apart_by_place = offset <= -(ptrdiff_t)(input->size * input->count) || offset >= (ptrdiff_t)bytes;
-    if ((of->refuses >> k & 1u) != 0 && !apart_by_place) {
-        holds(status == HOPFORM_ERROR_OVERLAP, of->name, "overlap is not refused: input, output", (int32_t)k,
-              (int32_t)m);
-        for (size_t n = 0; n < of->count; n++) {
-            holds(!is_output(&of->arguments[n]) || is_safe(&of->arguments[n], at[n]), of->name,
-                  "overlap, output not safe: input, output", (int32_t)k, (int32_t)n);
-        }
-        return;
-    }
-    holds(status == fine, of->name, "overlap, status: input", (int32_t)k, status);
+    holds(of->call(at) == fine, of->name, "a small input in an output, status", (int32_t)k, (int32_t)m);
     for (size_t n = 0; n < of->count; n++) {
         holds(!is_output(&of->arguments[n]) || is_same(&of->arguments[n], at[n], apart[n]), of->name,
-              "overlap changes the answer: input, output", (int32_t)k, (int32_t)n);
+              "a small input in an output changes the answer", (int32_t)k, (int32_t)n);
     }
     holds(memcmp(&outcome, &outcome_apart, offsetof(OF(command), status)) == 0, of->name,
-          "overlap changes the outcome: input, offset", (int32_t)k, (int32_t)offset);
+          "a small input in an output changes the outcome", (int32_t)k, (int32_t)m);
 }
 
+/* A call with another input in an output, one argument NULL if that is `absent`: it is refused, the input is as it was,
+ * and every output that does not lie in it is safe. A search ends. */
+static void refused(const entry *of, size_t k, size_t m, ptrdiff_t offset, size_t absent)
+{
+    const argument *input = &of->arguments[k];
+    void *at[MOST];
+    place(of, k, m, offset, at);
+    const void *inside = at[k];
+    if (absent < of->count) {
+        at[absent] = NULL;
+    }
+    const int32_t status = of->call(at);
+    holds(absent < of->count ? status < 0 : status == HOPFORM_ERROR_OVERLAP, of->name, "overlap is not refused",
+          (int32_t)k, (int32_t)m);
+    holds(input->is_for == STEPPED || memcmp(inside, input->given, input->size * input->count) == 0, of->name,
+          "a refusal writes to an input", (int32_t)k, (int32_t)m);
+    for (size_t n = 0; n < of->count; n++) {
+        holds(n == m || at[n] == NULL || is_safe(&of->arguments[n], at[n]), of->name, "overlap, output not safe",
+              (int32_t)m, (int32_t)n);
+    }
+}
+
+/* An input in each place: at both ends of an output, over one number, and next to it, where it is none of its. */
 static void overlaps(const entry *of)
 {
     for (size_t k = 0; k < of->count; k++) {
@@ -472,13 +482,26 @@ static void overlaps(const entry *of)
             if (is_output(input) || !is_output(output)) {
                 continue;
             }
-            const ptrdiff_t aligned = (ptrdiff_t)(input->is_for == STEPPED ? sizeof(void *) : sizeof(real));
-            const ptrdiff_t behind = (ptrdiff_t)(output->size * output->count);
-            const ptrdiff_t before = -(ptrdiff_t)(input->size * input->count);
-            for (ptrdiff_t offset = before; offset < behind; offset += PACE * aligned) {
-                placed(of, k, m, offset);
+            if (input->is_for == SMALL || input->is_for == OPTIONAL) {
+                small(of, k, m);
+                continue;
             }
-            placed(of, k, m, (behind + aligned - 1) / aligned * aligned); /* next to each other, as at first */
+            const ptrdiff_t step = (ptrdiff_t)(input->is_for == STEPPED ? sizeof(void *) : sizeof(real));
+            const ptrdiff_t behind = ((ptrdiff_t)(output->size * output->count) + step - 1) / step * step;
+            const ptrdiff_t before = -(ptrdiff_t)(input->size * input->count);
+            void *at[MOST];
+            refused(of, k, m, 0, MOST);
+            refused(of, k, m, behind - step, MOST);
+            refused(of, k, m, before + step, MOST);
+            for (size_t n = 0; n < of->count; n++) {
+                if (n != k && n != m && of->arguments[n].is_for != OPTIONAL) {
+                    refused(of, k, m, 0, n);
+                }
+            }
+            place(of, k, m, behind, at);
+            holds(of->call(at) == of->fine, of->name, "an input behind an output", (int32_t)k, (int32_t)m);
+            place(of, k, m, before, at);
+            holds(of->call(at) == of->fine, of->name, "an input before an output", (int32_t)k, (int32_t)m);
         }
     }
 }
@@ -486,23 +509,20 @@ static void overlaps(const entry *of)
 /* The plan of a search lies where a step of it writes: it is no argument, but it is read. */
 static void plan_of_a_search(void)
 {
-    OF(search) search;
-    OF(command) command;
     OF(plan) *const within = (OF(plan) *)arena;
-    *within = plan;
-    holds(OF(choose_current_begin)(&search, within, &start, &target, &command) == HOPFORM_SEARCHING,
-          "choose_current_step", "begin", 0, 0);
-    holds(OF(choose_current_step)(&search, work, CAPACITY, (OF(command) *)arena) == HOPFORM_ERROR_OVERLAP,
-          "choose_current_step", "a command in the plan", 0, 0);
-    holds(is_safe_command((OF(command) *)arena), "choose_current_step", "a command in the plan, not safe", 0, 0);
-    *within = plan;
-    holds(OF(choose_current_begin)(&search, within, &start, &target, &command) == HOPFORM_SEARCHING,
-          "choose_current_step", "begin", 1, 0);
-    holds(OF(choose_current_step)(&search, (OF(phase) *)arena, CAPACITY, &command) == HOPFORM_ERROR_OVERLAP,
-          "choose_current_step", "phases in the plan", 0, 0);
-    holds(is_safe_command(&command), "choose_current_step", "phases in the plan, command not safe", 0, 0);
-    holds(memcmp(within, &plan, offsetof(OF(plan), made)) == 0, "choose_current_step", "phases in the plan, written", 0,
-          0);
+    for (int n = 0; n < 3; n++) { /* the command in it, the same and no phases, the phases in it */
+        OF(search) search;
+        OF(command) command, *const told = n < 2 ? (OF(command) *)arena : &command;
+        *within = plan;
+        holds(OF(choose_current_begin)(&search, within, &start, &target, &command) == HOPFORM_SEARCHING,
+              "choose_current_step", "begin", n, 0);
+        holds(OF(choose_current_step)(&search, n == 0 ? work : (n == 1 ? NULL : (OF(phase) *)arena), CAPACITY, told)
+                  == HOPFORM_ERROR_OVERLAP,
+              "choose_current_step", "the plan of a search", n, 0);
+        holds(memcmp(within, &plan, offsetof(OF(plan), made)) == 0, "choose_current_step", "the plan is written", n, 0);
+        holds(OF(choose_current_step)(&search, work, CAPACITY, &command) < 0 && is_safe_command(&command),
+              "choose_current_step", "the search goes on", n, 0);
+    }
 }
 
 /* An output that has no other, and one ledger without its losses. */

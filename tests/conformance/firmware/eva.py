@@ -49,9 +49,9 @@ LEFT = {
         "kernels_f32.h",
         NAN,
     ): "a number that was compared with both bounds is converted; Eva does not conclude that it is one",
-    ("states_f32.inc", NAN): "the same",
+    ("states_f32.h", NAN): "the same",
     (
-        "control_f32.inc",
+        "control_f32.h",
         BOOL,
     ): "flags of cells, written as bool and copied by a struct's assignment to an index that is not a constant",
 }

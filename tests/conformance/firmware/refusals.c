@@ -252,7 +252,7 @@ static void readers(void)
     IS(OF(stance_at)(&plan, one_step, phases, &empty, t, &state), HOPFORM_ERROR_TIME);
 
     IS(OF(stance_states)(&plan, one_step, phases, &solved, &t, 1, each), HOPFORM_OK);
-    IS(OF(stance_states)(&unmade, one_step, phases, &solved, &t, 1, each), HOPFORM_ERROR_TIME);
+    IS(OF(stance_states)(&unmade, one_step, phases, &solved, &t, 1, each), HOPFORM_ERROR_ROBOT);
     IS(OF(stance_states)(&plan, one_step, phases, &lost, &t, 1, each), HOPFORM_ERROR_TIME);
     IS(OF(stance_states)(&plan, one_step, phases, &empty, &t, 1, each), HOPFORM_ERROR_TIME);
 
@@ -267,18 +267,18 @@ static void readers(void)
     IS(OF(stance_energy)(&plan, one_step, phases, &solved, back, 2, two, NULL, NULL), HOPFORM_OK);
 
     IS(OF(stance_compression)(&plan, one_step, phases, &solved, numbers), HOPFORM_OK);
-    IS(OF(stance_compression)(&unmade, one_step, phases, &solved, numbers), HOPFORM_ERROR_TIME);
+    IS(OF(stance_compression)(&unmade, one_step, phases, &solved, numbers), HOPFORM_ERROR_ROBOT);
     IS(OF(stance_compression)(&plan, one_step, phases, &lost, numbers), HOPFORM_ERROR_TIME);
     IS(OF(stance_compression)(&plan, one_step, phases, &empty, numbers), HOPFORM_ERROR_TIME);
 
     IS(OF(stance_sensitivities)(&plan, one_step, phases, &solved, numbers), HOPFORM_OK);
-    IS(OF(stance_sensitivities)(&unmade, one_step, phases, &solved, numbers), HOPFORM_ERROR_TIME);
+    IS(OF(stance_sensitivities)(&unmade, one_step, phases, &solved, numbers), HOPFORM_ERROR_ROBOT);
     IS(OF(stance_sensitivities)(&plan, one_step, phases, &lost, numbers), HOPFORM_ERROR_TIME);
     IS(OF(stance_sensitivities)(&plan, one_step, phases, &empty, numbers), HOPFORM_ERROR_TIME);
 
     real *tangents = numbers;
     IS(OF(stance_tangents)(&plan, one_step, phases, &solved, &t, 1, &state, tangents), HOPFORM_OK);
-    IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, &t, 1, &state, tangents), HOPFORM_ERROR_TIME);
+    IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, &t, 1, &state, tangents), HOPFORM_ERROR_ROBOT);
     IS(OF(stance_tangents)(&plan, one_step, phases, &lost, &t, 1, &state, tangents), HOPFORM_ERROR_TIME);
     IS(OF(stance_tangents)(&plan, one_step, phases, &empty, &t, 1, &state, tangents), HOPFORM_ERROR_TIME);
     static real room[2 * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
@@ -310,9 +310,9 @@ static void readers(void)
     IS(OF(stance_states)(&plan, one_step, phases, &solved, late, 4, each), HOPFORM_ERROR_TIME);
     CLEAR(columns);
     SOIL(columns), SOIL(two_states), SOIL(room);
-    IS(OF(stance_states)(&unmade, one_step, phases, &solved, late, 4, each), HOPFORM_ERROR_TIME);
+    IS(OF(stance_states)(&unmade, one_step, phases, &solved, late, 4, each), HOPFORM_ERROR_ROBOT);
     CLEAR(columns);
-    IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_TIME);
+    IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_ROBOT);
     CLEAR(two_states), CLEAR(room);
     SOIL(columns), SOIL(two), SOIL(two_losses);
     IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, 9.0f, 4, each), HOPFORM_ERROR_TIME);
@@ -324,7 +324,7 @@ static void readers(void)
     IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, 0, each), HOPFORM_OK);
     IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, -1, each), HOPFORM_ERROR_TIME);
     IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, 0.0f, 2, each), HOPFORM_ERROR_TIME);
-    IS(OF(stance_grid)(&unmade, one_step, phases, &solved, 0.0f, dt, 2, each), HOPFORM_ERROR_TIME);
+    IS(OF(stance_grid)(&unmade, one_step, phases, &solved, 0.0f, dt, 2, each), HOPFORM_ERROR_ROBOT);
     IS(OF(stance_grid)(&plan, one_step, phases, &lost, 0.0f, dt, 2, each), HOPFORM_ERROR_TIME);
     IS(OF(stance_grid)(&plan, one_step, phases, &empty, 0.0f, dt, 2, each), HOPFORM_ERROR_TIME);
 }
@@ -509,15 +509,15 @@ static void flights(void)
     IS(OF(flight_energy)(NULL, flight_phases, &flown, &t, -1, energy, ledger, loss), HOPFORM_ERROR_NULL);
     IS(OF(flight_energy)(&plan, flight_phases, &lost, &t, 1, energy, ledger, loss), HOPFORM_ERROR_TIME);
     const real back[2] = {0.02f, 0.01f}, bad[] = {nan, inf, -0.001f, 1.9f};
-    IS(OF(flight_at)(&unmade, flight_phases, &flown, &t, 1, &state), HOPFORM_ERROR_TIME);
+    IS(OF(flight_at)(&unmade, flight_phases, &flown, &t, 1, &state), HOPFORM_ERROR_ROBOT);
     OF(state) states[2];
     SOIL(energy), SOIL(ledger), SOIL(loss), SOIL(states);
     IS(OF(flight_energy)(&plan, flight_phases, &flown, back, 2, energy, ledger, loss), HOPFORM_ERROR_TIME);
     CLEAR(energy), CLEAR(ledger), CLEAR(loss);
     SOIL(energy), SOIL(ledger), SOIL(loss);
-    IS(OF(flight_energy)(&unmade, flight_phases, &flown, back, 2, energy, ledger, loss), HOPFORM_ERROR_TIME);
+    IS(OF(flight_energy)(&unmade, flight_phases, &flown, back, 2, energy, ledger, loss), HOPFORM_ERROR_ROBOT);
     CLEAR(energy), CLEAR(ledger), CLEAR(loss);
-    IS(OF(flight_at)(&unmade, flight_phases, &flown, back, 2, states), HOPFORM_ERROR_TIME);
+    IS(OF(flight_at)(&unmade, flight_phases, &flown, back, 2, states), HOPFORM_ERROR_ROBOT);
     CLEAR(states);
     for (int n = 0; n < 4; n++) {
         IS(OF(flight_at)(&plan, flight_phases, &flown, &bad[n], 1, &state), HOPFORM_ERROR_TIME);

@@ -12,10 +12,11 @@
  * every function refuses, a search whose steps command 0, NaN and the status for each stance of a batch. No phase in a
  * buffer counts.
  *
- * Inputs (pointers to const) may overlap outputs. Functions that write one struct read their inputs before they write,
- * and the answer is the same. HOPFORM_ERROR_OVERLAP refuses what would cost a copy: a plan, or steps of the current, in
- * memory that a solver writes; any input of a function that writes arrays. The comment of each function names them.
- * Outputs must not overlap each other.
+ * Overlap. Small inputs are read before anything is written and may lie in an output: the start of one stance or
+ * flight, a target, gains, a robot, a detector. All other inputs must not overlap an output: a plan, steps, phases, a
+ * solved stance or flight, times, currents, a list of starts, a search that goes on and its plan, columns of a batch
+ * and the structs that hold them. HOPFORM_ERROR_OVERLAP refuses that, and no refusal writes to an output that has a
+ * byte of such an input. Outputs must not overlap each other.
  */
 #ifndef HOPFORM_H
 #define HOPFORM_H
@@ -53,7 +54,7 @@ extern "C" {
 #define HOPFORM_ERROR_GAINS (-10)    /**< a gain is negative or not finite */
 #define HOPFORM_ERROR_DETECTOR (-11) /**< a sample or threshold is not finite, low > high, or count < 1 */
 #define HOPFORM_ERROR_UNSTABLE (-12) /**< unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated */
-#define HOPFORM_ERROR_OVERLAP (-13)  /**< an output overlaps an input that is read while it is written */
+#define HOPFORM_ERROR_OVERLAP (-13)  /**< an output overlaps an input other than a small one */
 
 /** What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1    /**< the next apex is the desired one */

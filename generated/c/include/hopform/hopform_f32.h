@@ -307,39 +307,36 @@ typedef struct {
     int32_t max_phases;
 } hopform_stances_in_f32;
 
-/** Coefficients and poles of a robot, which may lie in the plan. A refusal zeroes the plan, and every function refuses
- * it. HOPFORM_ILL_CONDITIONED where the actuator is too stiff for the precision: the plan is made, and what it solves may
- * lack events of the creep after the transient. */
+/** Coefficients and poles of a robot. A refusal zeroes the plan, and every function refuses it. HOPFORM_ILL_CONDITIONED
+ * where the actuator is too stiff for the precision: the plan is made, and what it solves may lack events of the creep
+ * after the transient. */
 int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *robot);
 
 /** Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
  *
- * start: state after the impact, y = 0 at touchdown; it may lie in the stance or in the phases. steps: the current, at
- * most HOPFORM_MOST_STEPS, steps[0].t = 0, times increase. horizon [s]: longest time. max_phases: after so many phases
- * the ending is too_many_phases; where no first event of a phase is certified within 10 000 intervals it is
- * uncertified, and the stance is known up to its duration. A plan or steps that overlap the phases or the stance are
- * refused.
+ * start: state after the impact, y = 0 at touchdown. steps: the current, at most HOPFORM_MOST_STEPS, steps[0].t = 0,
+ * times increase. horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases; where no
+ * first event of a phase is certified within 10 000 intervals it is uncertified, and the stance is known up to its
+ * duration.
  */
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                   hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance);
 
-/** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. Here and
- * in all that is read at a time, t = phases[n].t belongs to phase n: at an event it is the state behind it, which a
- * stop has left without velocity. */
+/** State at time t of a solved stance, 0 <= t <= duration (any t after rest). Here and in all that is read at a time,
+ * t = phases[n].t belongs to phase n: at an event it is the state behind it, which a stop has left without velocity. */
 int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
                                hopform_state_f32 *state);
 
 /** States at `count` times of any order, each as hopform_stance_at gives it, in columns: an array for each member of
- * hopform_state, in their order. Columns that overlap an input are refused. */
+ * hopform_state, in their order. */
 int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                    const float *times, int32_t count, float *const *columns);
 
 /** Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
- * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. Arrays
- * that overlap an input are refused. */
+ * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. */
 int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                    const float *times, int32_t count, hopform_energy_f32 *energies,
@@ -355,8 +352,7 @@ int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopfo
  *
  * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
  * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
- * that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later. A
- * matrix that overlaps an input is refused.
+ * that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later.
  */
 int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
@@ -365,7 +361,7 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
 /** States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before
  * them: HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
  * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not
- * notice it. Arrays that overlap an input are refused.
+ * notice it.
  */
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
@@ -374,15 +370,14 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
 /** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as those of hopform_stance_states.
  *
  * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
- * hopform_stance_at at each time, at the cost of a few sums. Columns that overlap an input are refused.
+ * hopform_stance_at at each time, at the cost of a few sums.
  */
 int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t0, float dt,
                                  int32_t count, float *const *columns);
 
 /** Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
- * phases than fit into the buffer counts as one without take-off. Phases or trials that overlap an input are refused;
- * a refusal zeroes all trials. */
+ * phases than fit into the buffer counts as one without take-off. */
 int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *starts, int32_t start_count,
                                   const float *currents, int32_t current_count, float horizon, hopform_phase_f32 *phases,
                                   int32_t capacity, hopform_trial_f32 *trials);
@@ -391,8 +386,7 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
  * several reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the
  * actuator is locked).
  *
- * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being. start and target may lie in the
- * search or in the command. The plan is read by every step; one that overlaps the search or the command is refused.
+ * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being. The plan is read by every step.
  */
 int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan,
                                           const hopform_state_f32 *start, const hopform_target_f32 *target,
@@ -400,7 +394,7 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
 
 /** Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the
  * best admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left
- * out. A refusal ends the search; phases or a command that overlap the search or its plan are refused.
+ * out. A refusal ends the search.
  */
 int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity,
                                          hopform_command_f32 *command);
@@ -410,8 +404,8 @@ int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_pla
                                     const hopform_state_f32 *start, const hopform_target_f32 *target,
                                     hopform_phase_f32 *phases, int32_t capacity, hopform_command_f32 *command);
 
-/** Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped; they
- * may lie in the plan. */
+/** Gains with which the actuator, from rest, is back within 1/100 of its displacement in a time [s], critically
+ * damped. */
 int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopform_gains_f32 *gains);
 
 /** Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been
@@ -422,20 +416,18 @@ int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopf
  * the law gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms
  * before the touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead
  * ends, tripped, where its foot came highest. One whose phase is not searched within 10 000 intervals is refused:
- * its numbers leave the range. g must be > 0. start and gains may lie in the flight or in the phases; a
- * plan that overlaps them is refused.
+ * its numbers leave the range. g must be > 0.
  */
 int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float ground,
                                   const hopform_gains_f32 *gains, float horizon, int32_t max_phases,
                                   hopform_flight_phase_f32 *phases, int32_t capacity, hopform_flight_f32 *flight);
 
-/** States at `count` times of a solved flight, 0 <= t <= duration. States that overlap an input are refused. */
+/** States at `count` times of a solved flight, 0 <= t <= duration. */
 int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
                                const hopform_flight_f32 *flight, const float *times, int32_t count,
                                hopform_state_f32 *states);
 
-/** Energies and ledgers from take-off to each of `count` times, which must not decrease. Arrays that overlap an input
- * are refused. */
+/** Energies and ledgers from take-off to each of `count` times, which must not decrease. */
 int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
                                    const hopform_flight_f32 *flight, const float *times, int32_t count,
                                    hopform_energy_f32 *energies, hopform_flight_ledger_f32 *ledgers,
@@ -448,14 +440,12 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
 uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity);
 
 /** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A run in
- * the contact that is not in 1 .. count - 1 counts as 0. A refusal does not change the contact. The detector may lie in
- * it. */
+ * the contact that is not in 1 .. count - 1 counts as 0. A refusal does not change the contact. */
 int32_t hopform_touchdown_f32(const hopform_detector_f32 *detector, hopform_contact_f32 *contact, float sample);
 
 /** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
  * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, as its event_count shows. Columns of
- * inputs must not be NULL. Elements of results, events or phases that overlap an element of an input, or one of the
- * two structs, are refused; interleaved columns are not. A negative status refuses every stance. */
+ * inputs must not be NULL; they may be interleaved with columns of results. A negative status refuses every stance. */
 int32_t hopform_solve_stances_f32(int64_t count, const hopform_stances_in_f32 *in,
                                    const hopform_stances_out_f32 *out);
 
@@ -468,8 +458,7 @@ void hopform_stance_loop_f32(char **args, const ptrdiff_t *dimensions, const ptr
 /** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
  * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
  * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
- * error. The apex' row is NaN without gravity. Matrices, statuses or phases that overlap an element of an input are
- * refused; a negative status refuses every stance. */
+ * error. The apex' row is NaN without gravity. A negative status refuses every stance. */
 int32_t hopform_stances_sensitivities_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
                                            int32_t capacity, float *matrices, int32_t *status);
 

@@ -77,25 +77,29 @@ static inline bool hopform_columns_meet_real(const hopform_elements_real *one, c
  * So do those of results: the status, numbers, the count of events. */
 enum { HOPFORM_INPUTS_real = HOPFORM_ROBOT_FIELDS + HOPFORM_AXES + 2, HOPFORM_RESULTS_real = 9 };
 
-/* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may
- * overlap `itself` either. */
+/* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may overlap `itself`
+ * either. Says of each column whether it lies in an input: a refusal does not write there. */
 static inline int32_t hopform_batch_status_real(int64_t count, const hopform_stances_in_real *in, const void *itself,
-                                                size_t size, const hopform_elements_real *written, int written_count) {
+                                                size_t size, const hopform_elements_real *written, int written_count,
+                                                bool *is_input) {
     hopform_elements_real read[HOPFORM_INPUTS_real + 2] = {{in, 0, sizeof *in}, {itself, 0, size}};
     const void *first = in;
     const hopform_input_real *columns = first;
-    int32_t status = HOPFORM_OK;
-    for (int n = 0; n < HOPFORM_INPUTS_real; n++) {
+    bool missing = in == NULL;
+    bool overlap = false;
+    for (int n = 0; n < HOPFORM_INPUTS_real && in != NULL; n++) {
         const hopform_elements_real column = {columns[n].first, columns[n].stride, sizeof(real)};
         read[n + 2] = column;
+        missing = missing || (column.first == NULL && count > 0);
     }
-    for (int i = 0; i < HOPFORM_INPUTS_real + 2; i++) {
-        if (read[i].first == NULL && count > 0) { return HOPFORM_ERROR_NULL; }
-        for (int j = 0; j < written_count; j++) {
-            status = hopform_columns_meet_real(&read[i], &written[j], count) ? HOPFORM_ERROR_OVERLAP : status;
+    for (int j = 0; j < written_count; j++) {
+        is_input[j] = false;
+        for (int i = 0; i < HOPFORM_INPUTS_real + 2; i++) {
+            is_input[j] = is_input[j] || hopform_columns_meet_real(&read[i], &written[j], count);
         }
+        overlap = overlap || is_input[j];
     }
-    return status;
+    return missing ? HOPFORM_ERROR_NULL : (overlap ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK);
 }
 
 /* ---- the robot ---- */

@@ -20,18 +20,18 @@ static void no_numbers(real *numbers, int64_t count) {
 /* `each` numbers of all of them; where the call is refused, so is every stance. */
 static int32_t read_all(reading *read, int64_t each, int64_t count, const hopform_stances_in_real *in,
                         hopform_phase_real *phases, int32_t capacity, real *results, int32_t *status) {
-    int32_t whole = HOPFORM_ERROR_NULL;
-    if (in != NULL && phases != NULL && results != NULL && status != NULL) {
-        const size_t size = sizeof(real) * (size_t)each;
-        const hopform_elements_real written[] = {
-            {phases, 0, capacity > 0 ? (size_t)capacity * sizeof *phases : 0},
-            {results, (ptrdiff_t)size, size},
-            {status, sizeof *status, sizeof *status},
-        };
-        whole = hopform_batch_status_real(count, in, in, sizeof *in, written, 3);
-    }
-    no_numbers(results, results != NULL ? count * each : 0);
-    for (int64_t i = 0; status != NULL && i < count; i++) {
+    const size_t size = sizeof(real) * (size_t)each;
+    const hopform_elements_real written[] = {
+        {phases, 0, capacity > 0 ? (size_t)capacity * sizeof *phases : 0},
+        {results, (ptrdiff_t)size, size},
+        {status, sizeof *status, sizeof *status},
+    };
+    bool is_input[3];
+    const bool missing = phases == NULL || results == NULL || status == NULL;
+    const int32_t known = hopform_batch_status_real(count, in, NULL, 0, written, 3, is_input);
+    int32_t whole = missing ? HOPFORM_ERROR_NULL : known;
+    no_numbers(results, results != NULL && !is_input[1] ? count * each : 0);
+    for (int64_t i = 0; status != NULL && !is_input[2] && i < count; i++) {
         status[i] = whole;
     }
     hopform_plan_real plan;

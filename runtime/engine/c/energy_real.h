@@ -2,9 +2,13 @@
  *
  * Energies and the ledger at any time of a stance.
  */
+#ifndef HOPFORM_ENERGY_H_real
+#define HOPFORM_ENERGY_H_real
+
 #include <stdbool.h>
 
 #include "ledger_real.h"
+#include "reading_real.h"
 
 /* Add the work of the first t of a phase to a ledger. */
 static void energy_add_real(hopform_ledger_real *ledger, const hopform_plan_real *plan, const hopform_phase_real *phase,
@@ -19,22 +23,20 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
                                    const real *times, int32_t count, hopform_energy_real *energies,
                                    hopform_ledger_real *ledgers, real *stop_losses) {
-    const bool wanted = ledgers != NULL && stop_losses != NULL;
+    const bool wanted = ledgers != NULL || stop_losses != NULL;
     const hopform_memory_real arrays[] = {
         hopform_array_real(energies, count, sizeof *energies),
         hopform_array_real(ledgers, count, sizeof *ledgers),
         hopform_array_real(stop_losses, count, sizeof *stop_losses),
     };
     const hopform_times_real when = {times, count, wanted};
-    if ((ledgers == NULL) != (stop_losses == NULL)) { return hopform_refuse_real(HOPFORM_ERROR_NULL, arrays, 3); }
     const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &when, arrays, wanted ? 3 : 1);
     if (status < 0) { return status; }
     hopform_ledger_real sum = {0};
     real loss = stance->start_loss;
     int32_t n = 0;
     for (int32_t i = 0; i < count; i++) {
-        hopform_state_real state;
-        (void)hopform_stance_at_real(plan, steps, phases, stance, times[i], &state);
+        const hopform_state_real state = hopform_state_of_stance_real(plan, steps, phases, stance, times[i]);
         energies[i] = hopform_energies_real(&plan->robot, &state);
         if (!wanted) { continue; }
         const real t = hopform_lesser_real(times[i], stance->duration);
@@ -55,3 +57,5 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
     }
     return HOPFORM_OK;
 }
+
+#endif

@@ -10,10 +10,14 @@
  *
  * An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
  */
+#ifndef HOPFORM_SENSITIVITY_H_real
+#define HOPFORM_SENSITIVITY_H_real
+
 #include <stdbool.h>
 #include <string.h>
 
 #include "linear_real.h"
+#include "reading_real.h"
 
 enum {
     COLUMNS_real = HOPFORM_SENSITIVITY_COLUMNS,
@@ -277,7 +281,7 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
     for (int32_t n = 0; exists && n < count; n++) {
         exists = matrix[n] >= -HOPFORM_NEVER_real && matrix[n] <= HOPFORM_NEVER_real;
     }
-    return exists ? HOPFORM_OK : hopform_refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1);
+    return exists ? HOPFORM_OK : hopform_refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 
 int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopform_step_real *steps,
@@ -302,3 +306,5 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
     }
     return way.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }
+
+#endif

@@ -5,10 +5,14 @@
  * eight before, and so on. A sample lies behind 7 such steps for each factor of 8 in its number, so next to nothing
  * accumulates, and the loops vectorise.
  */
+#ifndef HOPFORM_STATES_H_real
+#define HOPFORM_STATES_H_real
+
 #include <stdbool.h>
 #include <string.h>
 
 #include "linear_real.h"
+#include "reading_real.h"
 
 #ifdef __cplusplus
 #define RESTRICT_real
@@ -129,7 +133,7 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
     const real last = t0 + (real)(count - 1) * dt;
     const real latest = rests ? HOPFORM_NEVER_real : stance->duration + 8.0 * HOPFORM_EPS_real * stance->duration;
     if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest)) {
-        return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, HOPFORM_AXES);
+        return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, HOPFORM_AXES, NULL, 0);
     }
     grid_real grid;
     grid.t0 = t0;
@@ -176,3 +180,5 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
     }
     return HOPFORM_OK;
 }
+
+#endif

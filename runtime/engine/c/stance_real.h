@@ -2,8 +2,12 @@
  *
  * The plan of a robot, and a stance by it: what users call.
  */
+#ifndef HOPFORM_STANCE_H_real
+#define HOPFORM_STANCE_H_real
+
 #include "chain_real.h"
 #include "plan_real.h"
+#include "reading_real.h"
 
 static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count) {
     if (count < 1 || count > HOPFORM_MOST_STEPS || fabs_real(steps[0].t) > 0.0) { return false; }
@@ -45,28 +49,11 @@ int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real
     return status;
 }
 
-int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
-                                  const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
-                                  hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance) {
-    return hopform_solve_followed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
-                                       NULL, NULL);
-}
-
-/* Whether a stance can be solved; else why not. The controller knows that what it hands on does not overlap. */
+/* Whether a stance can be solved; else why not. */
 static int32_t call_status_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                 const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
-                                const hopform_phase_real *phases, int32_t capacity, const hopform_stance_real *stance,
-                                bool follows) {
+                                const hopform_phase_real *phases, int32_t capacity) {
     if (plan == NULL || steps == NULL || (phases == NULL && capacity > 0)) { return HOPFORM_ERROR_NULL; }
-    const hopform_memory_real read[] = {
-        hopform_array_real(plan, 1, sizeof *plan),
-        hopform_array_real(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
-    };
-    const hopform_memory_real written[] = {
-        hopform_array_real(phases, capacity, sizeof *phases),
-        hopform_array_real(stance, 1, sizeof *stance),
-    };
-    if (!follows && hopform_overlap_real(written, 2, read, 2)) { return HOPFORM_ERROR_OVERLAP; }
     if (!hopform_is_made_real(plan)) { return HOPFORM_ERROR_ROBOT; }
     const int32_t status = stance_status_real(&plan->robot, start, horizon, max_phases);
     if (status < 0) { return status; }
@@ -74,21 +61,30 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
-                                    const hopform_step_real *steps, int32_t step_count, real horizon,
-                                    int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
-                                    hopform_stance_real *stance, hopform_follow_real *follow,
-                                    hopform_tally_real *tally) {
+/* hopform_solve_stance that shows every phase to `follow`; NULL for none. */
+static int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
+                                           const hopform_step_real *steps, int32_t step_count, real horizon,
+                                           int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
+                                           hopform_stance_real *stance, hopform_follow_real *follow,
+                                           hopform_tally_real *tally) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
+    const hopform_memory_real read[] = {
+        hopform_array_real(plan, 1, sizeof *plan),
+        hopform_array_real(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
+    };
+    const hopform_memory_real written[] = {
+        hopform_array_real(stance, 1, sizeof *stance),
+        hopform_array_real(phases, capacity, sizeof *phases),
+    };
     const hopform_state_real nothing = {0.0, 0.0, 0.0, 0.0};
     const hopform_state_real from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
-    const int32_t status = start != NULL ? call_status_real(plan, &from, steps, step_count, horizon, max_phases, phases,
-                                                            capacity, stance, follow != NULL)
-                                         : HOPFORM_ERROR_NULL;
-    if (status < 0) {
-        const hopform_memory_real written = hopform_array_real(stance, 1, sizeof *stance);
-        return hopform_refuse_real(status, &written, 1);
+    int32_t status = HOPFORM_ERROR_NULL;
+    if (follow == NULL && hopform_overlap_real(written, 2, read, 2)) { /* who follows has looked */
+        status = HOPFORM_ERROR_OVERLAP;
+    } else if (start != NULL) {
+        status = call_status_real(plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
     }
+    if (status < 0) { return hopform_refuse_real(status, written, 1, read, 2); }
     stance_chain_real chain;
     stance_start_real(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
     chain.follow = follow;
@@ -104,23 +100,22 @@ int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform
     return stance_report_real(&chain, &from, ending, stance);
 }
 
+int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
+                                  const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
+                                  hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance) {
+    return hopform_solve_followed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                                       NULL, NULL);
+}
+
 int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                const hopform_phase_real *phases, const hopform_stance_real *stance, real t,
                                hopform_state_real *state) {
-    hopform_state_real found = {0.0, 0.0, 0.0, 0.0}; /* the state may lie in what is read */
-    int32_t status = HOPFORM_OK;
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || state == NULL) {
-        status = HOPFORM_ERROR_NULL;
-    } else if (!hopform_is_made_real(plan)) {
-        status = HOPFORM_ERROR_ROBOT;
-    } else if (!(t >= 0.0 && t <= HOPFORM_NEVER_real) || (t > stance->duration && stance->ending != HOPFORM_ENDING_REST)
-               || stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
-        status = HOPFORM_ERROR_TIME;
-    } else {
-        const real within = t < stance->duration ? t : stance->duration;
-        const hopform_phase_real *phase = &phases[hopform_phase_index_real(phases, stance->phases_kept, within)];
-        found = hopform_state_in_phase_real(plan, phase, steps[phase->step].u, within - phase->t);
-    }
-    if (state != NULL) { *state = found; }
-    return status;
+    const hopform_memory_real array = hopform_array_real(state, 1, sizeof *state);
+    const hopform_times_real when = {&t, 1, false};
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &when, &array, 1);
+    if (status < 0) { return status; }
+    *state = hopform_state_of_stance_real(plan, steps, phases, stance, t);
+    return HOPFORM_OK;
 }
+
+#endif

@@ -11,7 +11,13 @@
  * interval, is held in all of it, because the force on it is linear in u. The others rest on slopes;
  * docs/explanation/controller.md says which.
  */
+#ifndef HOPFORM_CONTROL_H_real
+#define HOPFORM_CONTROL_H_real
+
 #include "trial_real.h"
+
+#include "reading_real.h"
+#include "stance_real.h"
 
 /* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, where
  * not, and where neither takes off. */
@@ -133,8 +139,8 @@ static control_interval_real interval_of_real(const hopform_search_real *search,
         fabs_real(along),
         {side * (from->apex - search->apex), side * from->apex_u * along, side * (to->apex - search->apex),
          side * to->apex_u * along, smooth},
-        {from->HOPFORM_LARGEST_POSITION - search->limit, from->HOPFORM_LARGEST_POSITION_SLOPE * along,
-         to->HOPFORM_LARGEST_POSITION - search->limit, to->HOPFORM_LARGEST_POSITION_SLOPE * along, smooth},
+        {from->largest_x1 - search->limit, from->largest_x1_u * along, to->largest_x1 - search->limit,
+         to->largest_x1_u * along, smooth},
         {from->least_contact, from->least_contact_u * along, to->least_contact, to->least_contact_u * along, smooth},
     };
     if (fabs_real(c.gap.to) <= HOPFORM_REACHED_WITHIN_real) {
@@ -157,7 +163,7 @@ static bool contact_keeps_sign_real(const control_interval_real *c) {
 }
 
 static bool is_admissible_real(const hopform_search_real *search, const hopform_trial_real *trial) {
-    return trial->takes_off && trial->HOPFORM_LARGEST_POSITION < search->limit;
+    return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
 /* Slope of the gap over that of the largest position: the multiplier of its limit. */
@@ -324,12 +330,11 @@ static void make_room_real(hopform_search_real *search) {
  * element harder onto the stop on which 0 leaves it holds it there as well: that side is not tried. */
 static bool open_side_real(hopform_search_real *search) {
     const hopform_robot_real *robot = &search->plan->robot;
-    const real position = search->start.HOPFORM_POSITION;
+    const real position = search->start.x1;
     while (search->sides > 0) {
         const real sign = search->sides == 2 ? 1.0 : -1.0;
-        const real push = search->plan->rates.HOPFORM_PER_AMPERE * sign;
-        const bool has_room = (push > 0.0 && position < robot->HOPFORM_UPPER_STOP)
-                              || (push < 0.0 && position > robot->HOPFORM_LOWER_STOP);
+        const real push = search->plan->rates.a1_u * sign;
+        const bool has_room = (push > 0.0 && position < robot->x1_max) || (push < 0.0 && position > robot->x1_min);
         search->sides--;
         if (!search->held || has_room) {
             search->next = sign * (search->reached ? fabs_real(search->best_u) : robot->u_max);
@@ -390,8 +395,8 @@ static bool add_candidate_real(hopform_search_real *search, const hopform_trial_
     update_incumbent_real(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) { search->trials++; }
     if (search->trials == 1) {
-        const bool chooses = robot->u_max > 0.0 && robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP;
-        if (search->reached || !(chooses && search->start.HOPFORM_POSITION < search->limit)) { return false; }
+        const bool chooses = robot->u_max > 0.0 && robot->x1_min < robot->x1_max;
+        if (search->reached || !(chooses && search->start.x1 < search->limit)) { return false; }
         search->held = trial->held;
     }
     if (search->count < 0 || search->count > HOPFORM_SEARCH_CANDIDATES_real) {
@@ -440,7 +445,7 @@ static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopf
     const hopform_trial_real nothing = {0};
     *trial = nothing;
     trial->u = u;
-    trial->HOPFORM_LARGEST_POSITION = start->HOPFORM_POSITION;
+    trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_real;
     trial->smooth = true;
     hopform_tally_real tally = {plan, trial, none, none, none, {0, 0}, false};
@@ -456,8 +461,7 @@ static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopf
 
 static const hopform_command_real no_current_real = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF};
 
-/* End a search: from now on a step of it commands u = 0 and returns the status. The command comes last, in case it lies
- * in the search. */
+/* End a search: from now on a step of it commands u = 0 and returns the status. NULL for what is not to be written. */
 static int32_t end_search_real(hopform_search_real *search, int32_t status, hopform_command_real *command) {
     if (search != NULL) {
         search->status = status;
@@ -478,11 +482,12 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
         hopform_array_real(search, 1, sizeof *search),
         hopform_array_real(command, 1, sizeof *command),
     };
+    if (hopform_overlap_real(written, 2, &read, 1)) {
+        return end_search_real(hopform_overlap_real(&written[0], 1, &read, 1) ? NULL : search, HOPFORM_ERROR_OVERLAP,
+                               hopform_overlap_real(&written[1], 1, &read, 1) ? NULL : command);
+    }
     if (search == NULL || plan == NULL || start == NULL || target == NULL || command == NULL) {
         return end_search_real(search, HOPFORM_ERROR_NULL, command);
-    }
-    if (hopform_overlap_real(written, 2, &read, 1) || hopform_overlap_real(&written[0], 1, &written[1], 1)) {
-        return end_search_real(search, HOPFORM_ERROR_OVERLAP, command);
     }
     const hopform_state_real from = *start; /* start and target may lie in what is written */
     const hopform_target_real wanted = *target;
@@ -497,13 +502,12 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     } else if (!(wanted.horizon > 0.0 && wanted.horizon <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
-    const bool locked = !(robot->HOPFORM_LOWER_STOP < robot->HOPFORM_UPPER_STOP);
+    const bool locked = !(robot->x1_min < robot->x1_max);
     search->plan = plan;
     search->start = from;
     search->apex = wanted.h_des + wanted.datum;
     search->datum = wanted.datum;
-    search->limit =
-        locked ? HOPFORM_NEVER_real : robot->HOPFORM_UPPER_STOP - wanted.stop_margin - 16.0 * HOPFORM_EPS_real;
+    search->limit = locked ? HOPFORM_NEVER_real : robot->x1_max - wanted.stop_margin - 16.0 * HOPFORM_EPS_real;
     search->horizon = wanted.horizon;
     search->count = 0;
     search->sides = 2;
@@ -516,9 +520,7 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
 
 int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_phase_real *phases, int32_t capacity,
                                          hopform_command_real *command) {
-    if (search == NULL || phases == NULL || command == NULL) {
-        return end_search_real(search, HOPFORM_ERROR_NULL, command);
-    }
+    if (search == NULL) { return end_search_real(NULL, HOPFORM_ERROR_NULL, command); }
     const hopform_memory_real read[] = {
         hopform_array_real(search, 1, sizeof *search),
         hopform_array_real(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
@@ -527,7 +529,11 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
         hopform_array_real(phases, capacity, sizeof *phases),
         hopform_array_real(command, 1, sizeof *command),
     };
-    if (hopform_overlap_real(written, 2, read, 2)) { return end_search_real(search, HOPFORM_ERROR_OVERLAP, command); }
+    if (hopform_overlap_real(written, 2, read, 2)) {
+        return end_search_real(search, HOPFORM_ERROR_OVERLAP,
+                               hopform_overlap_real(&written[1], 1, read, 2) ? NULL : command);
+    }
+    if (phases == NULL || command == NULL) { return end_search_real(search, HOPFORM_ERROR_NULL, command); }
     if (search->status != HOPFORM_SEARCHING || search->plan == NULL) {
         report_command_real(search, command);
         return search->status;
@@ -560,27 +566,28 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
                                   const real *currents, int32_t current_count, real horizon, hopform_phase_real *phases,
                                   int32_t capacity, hopform_trial_real *trials) {
     const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
-    const hopform_memory_real all = hopform_array_real(trials, start_count, row);
     const hopform_memory_real read[] = {
         hopform_array_real(plan, 1, sizeof *plan),
         hopform_array_real(starts, start_count, sizeof *starts),
         hopform_array_real(currents, current_count, sizeof *currents),
-        all,
     };
-    const hopform_memory_real written = hopform_array_real(phases, capacity, sizeof *phases);
+    const hopform_memory_real written[] = {
+        hopform_array_real(trials, start_count, row),
+        hopform_array_real(phases, capacity, sizeof *phases),
+    };
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
-        return hopform_refuse_real(HOPFORM_ERROR_NULL, &all, 1);
+        return hopform_refuse_real(HOPFORM_ERROR_NULL, written, 1, read, 3);
     }
-    if (hopform_overlap_real(&written, 1, read, 4) || hopform_overlap_real(&all, 1, read, 3)) {
-        return hopform_refuse_real(HOPFORM_ERROR_OVERLAP, &all, 1);
+    if (hopform_overlap_real(written, 2, read, 3)) {
+        return hopform_refuse_real(HOPFORM_ERROR_OVERLAP, written, 1, read, 3);
     }
-    if (!hopform_hops_real(plan)) { return hopform_refuse_real(HOPFORM_ERROR_ROBOT, &all, 1); }
+    if (!hopform_hops_real(plan)) { return hopform_refuse_real(HOPFORM_ERROR_ROBOT, written, 1, read, 3); }
     int32_t kept = HOPFORM_OK;
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             const int32_t status = evaluate_candidate_real(plan, &starts[i], currents[j], horizon, phases, capacity,
                                                            &trials[i * current_count + j]);
-            if (status < 0) { return hopform_refuse_real(status, &all, 1); }
+            if (status < 0) { return hopform_refuse_real(status, written, 1, read, 3); }
             kept = status != HOPFORM_OK ? status : kept;
         }
     }
@@ -592,7 +599,7 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
 /* The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign. */
 static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t) {
     const int side[] = {hopform_side_1_real(phase), hopform_side_2_real(phase)};
-    const real first = phase->HOPFORM_COMPRESSION;
+    const real first = phase->y;
     if (!HOPFORM_COMPRESSION_MAY_TURN(side) || !(t > 0.0)) { return first; }
     hopform_numerators_real motion;
     motion.named = hopform_motion_in_phase_real(plan, phase, u);
@@ -608,14 +615,17 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
 int32_t hopform_stance_compression_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                         const hopform_phase_real *phases, const hopform_stance_real *stance,
                                         real *compression_max) {
-    if (compression_max == NULL) { return HOPFORM_ERROR_NULL; }
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, NULL, 0);
-    real most = status < 0 ? 0.0 : stance->end.HOPFORM_COMPRESSION;
-    for (int32_t n = 0; status >= 0 && n < stance->phases_kept; n++) {
+    const hopform_memory_real array = hopform_array_real(compression_max, 1, sizeof *compression_max);
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
+    if (status < 0) { return status; }
+    real most = stance->end.y;
+    for (int32_t n = 0; n < stance->phases_kept; n++) {
         const real until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
         const real u = steps[phases[n].step].u;
         most = hopform_greater_real(most, most_in_phase_real(plan, &phases[n], u, until - phases[n].t));
     }
     *compression_max = most;
-    return status;
+    return HOPFORM_OK;
 }
+
+#endif

@@ -9,6 +9,9 @@
  * pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
  * compression is in the height, too, and fades as exp(-l t).
  */
+#ifndef HOPFORM_FLIGHT_H_real
+#define HOPFORM_FLIGHT_H_real
+
 #include "chain_real.h"
 #include "facts.h"
 #include "linear_real.h"
@@ -69,8 +72,7 @@ static hopform_poles_real poles_in_flight_real(const hopform_flight_rates_real *
 static jet_real way_in_flight_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase,
                                    const propagator_real *at) {
     const jet_real rest = {0.0, 0.0, 0.0, 0.0};
-    const hopform_numerator_real h =
-        hopform_way_numerator_real(phase->HOPFORM_VELOCITY, phase->HOPFORM_ACCELERATION, poles);
+    const hopform_numerator_real h = hopform_way_numerator_real(phase->v1, phase->acc1, poles);
     const event_function_real way = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_real};
     return phase->side != 0 ? short_jet_at_real(&way, at) : rest;
 }
@@ -81,14 +83,14 @@ static hopform_state_real state_in_flight_real(const hopform_robot_real *robot, 
                                                real after) {
     const real g = hopform_fall_of_real(robot);
     const real t = phase->t + after;
-    const real rise = (start->HOPFORM_FALLING - 0.5 * g * t) * t;
-    const real moved = (phase->HOPFORM_POSITION - start->HOPFORM_POSITION) + way->value;
-    const real position = hopform_lesser_real(robot->HOPFORM_UPPER_STOP, phase->HOPFORM_POSITION + way->value);
+    const real rise = (start->v2 - 0.5 * g * t) * t;
+    const real moved = (phase->x1 - start->x1) + way->value;
+    const real position = hopform_lesser_real(robot->x1_max, phase->x1 + way->value);
     hopform_state_real state;
-    state.HOPFORM_POSITION = hopform_greater_real(robot->HOPFORM_LOWER_STOP, position);
-    state.HOPFORM_VELOCITY = way->rate;
-    state.HOPFORM_FALLING = start->HOPFORM_FALLING - g * t;
-    state.HOPFORM_COMPRESSION = start->HOPFORM_COMPRESSION - (rise - moved);
+    state.x1 = hopform_greater_real(robot->x1_min, position);
+    state.v1 = way->rate;
+    state.v2 = start->v2 - g * t;
+    state.y = start->y - (rise - moved);
     return state;
 }
 
@@ -109,15 +111,14 @@ static event_function_real height_in_flight_real(const flight_chain_real *chain)
     const hopform_flight_phase_real *now = &chain->now;
     const hopform_poles_real *poles = &chain->poles;
     const real g = chain->fall;
-    const real rate = start->HOPFORM_FALLING - g * now->t;
-    const real rise = (start->HOPFORM_FALLING - 0.5 * g * now->t) * now->t;
-    const hopform_numerator_real way =
-        hopform_way_numerator_real(now->HOPFORM_VELOCITY, now->HOPFORM_ACCELERATION, poles);
+    const real rate = start->v2 - g * now->t;
+    const real rise = (start->v2 - 0.5 * g * now->t) * now->t;
+    const hopform_numerator_real way = hopform_way_numerator_real(now->v1, now->acc1, poles);
     event_function_real height = {rate - way.H3,
                                   poles->p * rate - g - way.H2,
                                   poles->q * rate - poles->p * g,
                                   -poles->q * g,
-                                  (start->HOPFORM_POSITION - now->HOPFORM_POSITION) + rise - start->HOPFORM_COMPRESSION,
+                                  (start->x1 - now->x1) + rise - start->y,
                                   0.0,
                                   0,
                                   0,
@@ -153,7 +154,7 @@ static event_function_real rate_of_height_real(const flight_chain_real *chain, r
 static fall_real fall_of_real(const flight_chain_real *chain, const event_function_real *g, bool is_rate, real sign) {
     const hopform_poles_real *poles = &chain->poles;
     const real l = chain->relaxes;
-    real way[6] = {0.0, chain->now.HOPFORM_VELOCITY, chain->now.HOPFORM_ACCELERATION};
+    real way[6] = {0.0, chain->now.v1, chain->now.acc1};
     for (int i = 3; i < 6; i++) {
         way[i] = -poles->p * way[i - 1] - poles->q * way[i - 2];
     }
@@ -272,17 +273,15 @@ static bool has_root_in_flight_real(flight_chain_real *chain, event_set_real *se
 
 /* How far the stop ahead is. */
 static real gap_in_flight_real(const flight_chain_real *chain) {
-    const real position = chain->now.HOPFORM_POSITION;
-    return chain->now.side > 0 ? chain->robot->HOPFORM_UPPER_STOP - position
-                               : position - chain->robot->HOPFORM_LOWER_STOP;
+    const real position = chain->now.x1;
+    return chain->now.side > 0 ? chain->robot->x1_max - position : position - chain->robot->x1_min;
 }
 
 /* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
  * of the stop, and of the way between. */
 static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_real end) {
     const hopform_flight_phase_real *now = &chain->now;
-    const hopform_numerator_real way =
-        hopform_way_numerator_real(now->HOPFORM_VELOCITY, now->HOPFORM_ACCELERATION, &chain->poles);
+    const hopform_numerator_real way = hopform_way_numerator_real(now->v1, now->acc1, &chain->poles);
     const propagator_real first = propagator_at_start_real(&chain->poles);
     const real away = -(real)now->side;
     const real gap = gap_in_flight_real(chain);
@@ -293,7 +292,7 @@ static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_rea
     const event_function_real *stop =
         add_event_function_real(&set, &way, away * gap, away, ELEMENT_real, DISTANCE_real);
     const real left = value_at_real(stop, &chain->last);
-    const real position = now->HOPFORM_POSITION;
+    const real position = now->x1;
     const real size = fabs_real(position) + fabs_real(position - away * gap) + fabs_real(gap - left);
     const bool touches = end == FLIGHT_REST_real && fabs_real(left) <= 16.0 * HOPFORM_EPS_real * size;
     return touches || has_root_in_flight_real(chain, &set, NULL, &first, &chain->last) ? FLIGHT_STOP_real : end;
@@ -303,11 +302,10 @@ static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_rea
 static flight_end_real end_at_pull_real(flight_chain_real *chain, flight_end_real end, int *to) {
     const hopform_flight_phase_real *now = &chain->now;
     const hopform_gains_real *gains = &chain->gains;
-    const real proportional = gains->Kp * now->HOPFORM_POSITION;
-    const real derivative = gains->Kd * now->HOPFORM_VELOCITY;
+    const real proportional = gains->Kp * now->x1;
+    const real derivative = gains->Kd * now->v1;
     const real bound = 16.0 * HOPFORM_EPS_real * (fabs_real(proportional) + fabs_real(derivative) + chain->largest);
-    const hopform_numerator_real pull =
-        hopform_pull_numerator_real(gains, now->HOPFORM_VELOCITY, now->HOPFORM_ACCELERATION, &chain->poles);
+    const hopform_numerator_real pull = hopform_pull_numerator_real(gains, now->v1, now->acc1, &chain->poles);
     const propagator_real first = propagator_at_start_real(&chain->poles);
     for (int side = -1; side <= 1 && (gains->Kp > 0.0 || gains->Kd > 0.0); side += 2) {
         const real start = proportional + derivative - (real)side * chain->largest;
@@ -347,12 +345,12 @@ static void look_at_foot_real(flight_chain_real *chain, const propagator_real *a
 
 /* The velocity of what falls, where the phase begins. */
 static real falling_in_flight_real(const flight_chain_real *chain) {
-    return chain->start.HOPFORM_FALLING - chain->fall * chain->now.t;
+    return chain->start.v2 - chain->fall * chain->now.t;
 }
 
 /* Height of the foot if the leg were the shortest. */
 static real height_of_shortest_real(const flight_chain_real *chain) {
-    const real longer = chain->now.HOPFORM_POSITION - chain->robot->HOPFORM_LOWER_STOP;
+    const real longer = chain->now.x1 - chain->robot->x1_min;
     return chain->height.start + longer + hopform_greater_real(left_in_leg_real(chain, chain->now.t), 0.0);
 }
 
@@ -369,8 +367,7 @@ static real longest_phase_real(const flight_chain_real *chain) {
 static real acceleration_of_real(const flight_chain_real *chain, real velocity, int side) {
     const hopform_flight_rates_real *rates = &chain->rates;
     const int limit = chain->now.limit;
-    return limit == 0 ? hopform_acceleration_under_law_real(chain->robot, rates, chain->now.HOPFORM_POSITION, velocity,
-                                                            (real)side)
+    return limit == 0 ? hopform_acceleration_under_law_real(chain->robot, rates, chain->now.x1, velocity, (real)side)
                       : hopform_acceleration_at_limit_real(chain->robot, rates, velocity, (real)side, (real)limit);
 }
 
@@ -379,9 +376,7 @@ static real acceleration_of_real(const flight_chain_real *chain, real velocity, 
 static real time_of_rest_real(const flight_chain_real *chain) {
     const real side = (real)chain->now.side;
     const bool fades = !(chain->poles.q > 0.0) && side * acceleration_of_real(chain, 0.0, chain->now.side) >= 0.0;
-    return fades ? HOPFORM_NEVER_real
-                 : time_to_rest_real(&chain->poles, side * chain->now.HOPFORM_VELOCITY,
-                                     side * chain->now.HOPFORM_ACCELERATION);
+    return fades ? HOPFORM_NEVER_real : time_to_rest_real(&chain->poles, side * chain->now.v1, side * chain->now.acc1);
 }
 
 /* The end of a phase in which the foot moves on a parabola. */
@@ -456,11 +451,11 @@ static void record_in_flight_real(flight_chain_real *chain, int event) {
 /* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
 static void choose_limit_real(flight_chain_real *chain) {
     const hopform_flight_phase_real *now = &chain->now;
-    const real pull = chain->gains.Kp * now->HOPFORM_POSITION + chain->gains.Kd * now->HOPFORM_VELOCITY;
+    const real pull = chain->gains.Kp * now->x1 + chain->gains.Kd * now->v1;
     chain->now.limit = (int8_t)hopform_goes_real(pull, chain->largest);
     if (now->limit == 0 && !(fabs_real(pull) < chain->largest) && now->side != 0) {
-        const real acceleration = acceleration_of_real(chain, now->HOPFORM_VELOCITY, now->side);
-        const real rate = chain->gains.Kp * now->HOPFORM_VELOCITY + chain->gains.Kd * acceleration;
+        const real acceleration = acceleration_of_real(chain, now->v1, now->side);
+        const real rate = chain->gains.Kp * now->v1 + chain->gains.Kd * acceleration;
         chain->now.limit = rate * pull > 0.0 ? (int8_t)hopform_goes_real(pull, 0.0) : 0;
     }
 }
@@ -471,7 +466,7 @@ static void settle_in_flight_real(flight_chain_real *chain, real free) {
     const real friction = level_of_real(chain->robot, HOPFORM_STOPPED_ELEMENT);
     chain->now.side = (int8_t)hopform_goes_real(free, friction);
     if (!(gap_in_flight_real(chain) > 0.0)) { chain->now.side = 0; }
-    chain->now.HOPFORM_ACCELERATION = chain->now.side == 0 ? 0.0 : free - friction * (real)chain->now.side;
+    chain->now.acc1 = chain->now.side == 0 ? 0.0 : free - friction * (real)chain->now.side;
 }
 
 /* The element has come to rest. Without dry friction its acceleration goes on as it was. */
@@ -479,13 +474,12 @@ static void rest_in_flight_real(flight_chain_real *chain, bool at_stop) {
     const hopform_robot_real *robot = chain->robot;
     const int before = chain->now.side;
     const bool sticks = level_of_real(robot, HOPFORM_STOPPED_ELEMENT) > 0.0;
-    chain->now.HOPFORM_VELOCITY = 0.0;
+    chain->now.v1 = 0.0;
     if (at_stop) {
-        chain->now.HOPFORM_POSITION = before > 0 ? robot->HOPFORM_UPPER_STOP : robot->HOPFORM_LOWER_STOP;
+        chain->now.x1 = before > 0 ? robot->x1_max : robot->x1_min;
         choose_limit_real(chain);
     }
-    settle_in_flight_real(chain,
-                          at_stop || sticks ? acceleration_of_real(chain, 0.0, 0) : chain->now.HOPFORM_ACCELERATION);
+    settle_in_flight_real(chain, at_stop || sticks ? acceleration_of_real(chain, 0.0, 0) : chain->now.acc1);
     const int turned = chain->now.side != before ? HOPFORM_EVENT_REVERSES(HOPFORM_STOPPED_ELEMENT) : HOPFORM_EVENT_NONE;
     const int rested = chain->now.side == 0 ? HOPFORM_EVENT_STICKS(HOPFORM_STOPPED_ELEMENT) : turned;
     record_in_flight_real(chain, at_stop ? HOPFORM_EVENT_HITS_STOP : rested);
@@ -493,17 +487,17 @@ static void rest_in_flight_real(flight_chain_real *chain, bool at_stop) {
 
 /* What the element does at the start; no event. */
 static void begin_flight_real(flight_chain_real *chain) {
-    chain->now.side = (int8_t)hopform_goes_real(chain->now.HOPFORM_VELOCITY, 0.0);
+    chain->now.side = (int8_t)hopform_goes_real(chain->now.v1, 0.0);
     if (chain->now.side != 0 && !(gap_in_flight_real(chain) > 0.0)) {
         chain->flight->start_loss = hopform_loss_at_stop_real(chain->robot, &chain->start);
-        chain->now.HOPFORM_VELOCITY = 0.0;
+        chain->now.v1 = 0.0;
         chain->now.side = 0;
     }
     choose_limit_real(chain);
     if (chain->now.side == 0) {
         settle_in_flight_real(chain, acceleration_of_real(chain, 0.0, 0));
     } else {
-        chain->now.HOPFORM_ACCELERATION = acceleration_of_real(chain, chain->now.HOPFORM_VELOCITY, chain->now.side);
+        chain->now.acc1 = acceleration_of_real(chain, chain->now.v1, chain->now.side);
     }
     record_in_flight_real(chain, HOPFORM_EVENT_NONE);
 }
@@ -517,8 +511,8 @@ static void begin_phase_real(flight_chain_real *chain) {
     if (chain->flight->phase_count == 1) {
         const propagator_real first = propagator_at_start_real(&chain->poles);
         const jet_real at = jet_at_real(&chain->poles, &chain->height, &first);
-        const real rates = fabs_real(chain->start.HOPFORM_FALLING) + fabs_real(chain->now.HOPFORM_VELOCITY)
-                           + fabs_real(chain->relaxes * chain->leg);
+        const real rates =
+            fabs_real(chain->start.v2) + fabs_real(chain->now.v1) + fabs_real(chain->relaxes * chain->leg);
         chain->airborne = at.value > 0.0 || (!(at.value < 0.0) && at.rate > 16.0 * HOPFORM_EPS_real * rates);
         look_at_foot_real(chain, &first);
     }
@@ -545,7 +539,7 @@ static int32_t run_flight_real(flight_chain_real *chain) {
         put_ending_real(chain, &way, chain->last.t);
         chain->now.t = flight->duration;
         if (end == FLIGHT_TOUCHDOWN_real) {
-            flight->end.HOPFORM_COMPRESSION = left_in_leg_real(chain, flight->duration);
+            flight->end.y = left_in_leg_real(chain, flight->duration);
             return HOPFORM_FLIGHT_TOUCHDOWN;
         }
         if (end == FLIGHT_HORIZON_real) {
@@ -553,15 +547,14 @@ static int32_t run_flight_real(flight_chain_real *chain) {
             *flight = chain->airborne ? *flight : chain->at_highest;
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : HOPFORM_FLIGHT_TRIPPED;
         }
-        chain->now.HOPFORM_POSITION = flight->end.HOPFORM_POSITION;
-        chain->now.HOPFORM_VELOCITY = flight->end.HOPFORM_VELOCITY;
-        chain->now.HOPFORM_ACCELERATION = way.curvature;
+        chain->now.x1 = flight->end.x1;
+        chain->now.v1 = flight->end.v1;
+        chain->now.acc1 = way.curvature;
         if (end == FLIGHT_PULL_real) {
             /* Through the law the acceleration would have the rounding of the position times Kp. */
             const real limit = (real)(side != 0 ? side : chain->now.limit);
             const real goes = (real)chain->now.side;
-            chain->now.HOPFORM_ACCELERATION =
-                hopform_acceleration_at_limit_real(chain->robot, &chain->rates, way.rate, goes, limit);
+            chain->now.acc1 = hopform_acceleration_at_limit_real(chain->robot, &chain->rates, way.rate, goes, limit);
             chain->now.limit = (int8_t)side;
             record_in_flight_real(chain,
                                   side == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
@@ -581,8 +574,8 @@ static bool gains_are_sound_real(const hopform_gains_real *gains) {
 
 /* Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. */
 static hopform_gains_real gains_for_real(const hopform_robot_real *robot, const hopform_state_real *start) {
-    const real time = hopform_time_of_fall_real(robot, start->HOPFORM_FALLING, start->HOPFORM_POSITION)
-                      - 0.05; /* NaN where it does not rise that high */
+    const real time =
+        hopform_time_of_fall_real(robot, start->v2, start->x1) - 0.05; /* NaN where it does not rise that high */
     return hopform_critical_gains_real(robot, hopform_greater_real(time, 0.02));
 }
 
@@ -592,41 +585,42 @@ static bool report_flight_real(const flight_chain_real *chain, hopform_flight_re
     const hopform_state_real *start = &chain->start;
     const hopform_state_real *end = &flight->end;
     const real g = chain->fall;
-    const real top = hopform_lesser_real(hopform_greater_real(start->HOPFORM_FALLING, 0.0) / g, flight->duration);
+    const real top = hopform_lesser_real(hopform_greater_real(start->v2, 0.0) / g, flight->duration);
     const real left = left_in_leg_real(chain, flight->duration);
     flight->gains = chain->gains;
-    flight->HOPFORM_FALLING_AFTER = end->HOPFORM_FALLING;
+    flight->v2_after = end->v2;
     if (flight->ending == HOPFORM_FLIGHT_TOUCHDOWN) {
-        flight->HOPFORM_FALLING_AFTER = hopform_velocity_after_impact_real(chain->robot, end->HOPFORM_FALLING);
-        flight->impact_loss = hopform_loss_at_impact_real(chain->robot, end->HOPFORM_FALLING);
+        flight->v2_after = hopform_velocity_after_impact_real(chain->robot, end->v2);
+        flight->impact_loss = hopform_loss_at_impact_real(chain->robot, end->v2);
     }
     flight->apex_time = top;
-    flight->apex =
-        start->HOPFORM_POSITION - start->HOPFORM_COMPRESSION + (start->HOPFORM_FALLING - 0.5 * g * top) * top;
+    flight->apex = start->x1 - start->y + (start->v2 - 0.5 * g * top) * top;
     flight->leg_loss = HOPFORM_LEG_HAS_DAMPER ? hopform_leg_energy_real(chain->robot, left)
                                                     - hopform_leg_energy_real(chain->robot, chain->leg)
                                               : 0.0;
     flight->phases_kept = flight->phase_count < chain->capacity ? flight->phase_count : chain->capacity;
-    const real others = fabs_real(flight->duration) + fabs_real(flight->HOPFORM_FALLING_AFTER) + fabs_real(flight->apex)
+    const real others = fabs_real(flight->duration) + fabs_real(flight->v2_after) + fabs_real(flight->apex)
                         + fabs_real(top) - flight->impact_loss - flight->start_loss - flight->leg_loss;
     return flight->phase_count > 0 && is_finite_state_real(end) && others <= HOPFORM_NEVER_real;
 }
 
 int32_t hopform_design_return_real(const hopform_plan_real *plan, real time, hopform_gains_real *gains) {
-    const hopform_gains_real none = {0.0, 0.0};
-    hopform_gains_real found = none; /* the gains may lie in the plan */
-    int32_t status = HOPFORM_ERROR_NULL;
-    if (gains == NULL) { return status; }
-    if (plan != NULL && plan->made != HOPFORM_PLAN_MADE) {
+    const hopform_memory_real read = hopform_array_real(plan, 1, sizeof *plan);
+    const hopform_memory_real written = hopform_array_real(gains, 1, sizeof *gains);
+    int32_t status = HOPFORM_OK;
+    if (plan == NULL || gains == NULL) {
+        status = HOPFORM_ERROR_NULL;
+    } else if (hopform_overlap_real(&written, 1, &read, 1)) {
+        status = HOPFORM_ERROR_OVERLAP;
+    } else if (!hopform_is_made_real(plan)) {
         status = HOPFORM_ERROR_ROBOT;
-    } else if (plan != NULL && !(time > 0.0 && time <= HOPFORM_NEVER_real)) {
+    } else if (!(time > 0.0 && time <= HOPFORM_NEVER_real)) {
         status = HOPFORM_ERROR_TIME;
-    } else if (plan != NULL) {
-        found = hopform_critical_gains_real(&plan->robot, time);
-        status = gains_are_sound_real(&found) ? HOPFORM_OK : HOPFORM_ERROR_NUMBERS;
+    } else {
+        *gains = hopform_critical_gains_real(&plan->robot, time);
+        status = gains_are_sound_real(gains) ? HOPFORM_OK : HOPFORM_ERROR_NUMBERS;
     }
-    *gains = status < 0 ? none : found;
-    return status;
+    return status < 0 ? hopform_refuse_real(status, &written, 1, &read, 1) : status;
 }
 
 int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_state_real *start, real ground,
@@ -636,19 +630,20 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     if (flight == NULL) { return HOPFORM_ERROR_NULL; }
     const hopform_state_real from = start != NULL ? *start : nothing.start; /* may lie in what is written, as gains */
     const hopform_gains_real law = gains != NULL ? *gains : nothing.gains;
-    *flight = nothing;
-    if (plan == NULL || start == NULL || (phases == NULL && capacity > 0)) { return HOPFORM_ERROR_NULL; }
     const hopform_memory_real read = hopform_array_real(plan, 1, sizeof *plan);
     const hopform_memory_real written[] = {
-        hopform_array_real(phases, capacity, sizeof *phases),
         hopform_array_real(flight, 1, sizeof *flight),
+        hopform_array_real(phases, capacity, sizeof *phases),
     };
-    if (hopform_overlap_real(written, 2, &read, 1)) { return HOPFORM_ERROR_OVERLAP; }
+    if (hopform_overlap_real(written, 2, &read, 1)) {
+        return hopform_refuse_real(HOPFORM_ERROR_OVERLAP, written, 1, &read, 1);
+    }
+    *flight = nothing;
+    if (plan == NULL || start == NULL || (phases == NULL && capacity > 0)) { return HOPFORM_ERROR_NULL; }
     const hopform_robot_real *robot = &plan->robot;
     if (!hopform_hops_real(plan)) { return HOPFORM_ERROR_ROBOT; }
     if (!is_finite_state_real(&from) || !hopform_is_finite_real(ground)
-        || !(from.HOPFORM_POSITION >= robot->HOPFORM_LOWER_STOP
-             && from.HOPFORM_POSITION <= robot->HOPFORM_UPPER_STOP)) {
+        || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_real) || max_phases < 1 || capacity < 0) {
@@ -665,10 +660,10 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     chain.horizon = horizon;
     chain.fall = hopform_fall_of_real(robot);
     chain.start = from;
-    chain.start.HOPFORM_COMPRESSION = from.HOPFORM_COMPRESSION + ground;
+    chain.start.y = from.y + ground;
     chain.relaxes = time > HOPFORM_FASTEST_LEG_real ? 1.0 / time : 0.0;
-    chain.leg = time > HOPFORM_FASTEST_LEG_real ? from.HOPFORM_COMPRESSION : 0.0;
-    const hopform_flight_phase_real now = {0.0, from.HOPFORM_POSITION, from.HOPFORM_VELOCITY, 0.0, 0, 0, 0, 0};
+    chain.leg = time > HOPFORM_FASTEST_LEG_real ? from.y : 0.0;
+    const hopform_flight_phase_real now = {0.0, from.x1, from.v1, 0.0, 0, 0, 0, 0};
     chain.now = now;
     chain.airborne = false;
     chain.highest = -HOPFORM_NEVER_real;
@@ -689,8 +684,8 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
 
 /* ---- a solved flight over time ---- */
 
-/* Status of a call that reads a solved flight, at times, into arrays: HOPFORM_OK if it can; else the arrays are zeros.
- */
+/* Status of a call that reads a solved flight, at times, into arrays: HOPFORM_OK if it can; else the arrays are zeros,
+ * but for those that lie in an input. */
 static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
                                    const hopform_flight_real *flight, const real *times, int32_t count, bool in_order,
                                    const hopform_memory_real *arrays, int array_count) {
@@ -698,21 +693,27 @@ static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_
     for (int n = 0; n < array_count; n++) {
         given = given && (arrays[n].first != NULL || count <= 0);
     }
-    if (!given) { return hopform_refuse_real(HOPFORM_ERROR_NULL, arrays, array_count); }
-    bool sound = flight->phases_kept >= flight->phase_count && flight->phases_kept >= 1 && hopform_is_made_real(plan);
-    for (int32_t n = 0; n < count; n++) {
-        sound = sound && times[n] >= (in_order && n > 0 ? times[n - 1] : 0.0) && times[n] <= flight->duration;
-    }
     const hopform_memory_real read[] = {
         hopform_array_real(plan, 1, sizeof *plan),
-        hopform_array_real(phases, flight->phases_kept, sizeof *phases),
+        hopform_array_real(phases, flight != NULL ? flight->phases_kept : 1, sizeof *phases),
         hopform_array_real(flight, 1, sizeof *flight),
         hopform_array_real(times, count, sizeof *times),
     };
-    if (!sound || hopform_overlap_real(arrays, array_count, read, 4)) {
-        return hopform_refuse_real(sound ? HOPFORM_ERROR_OVERLAP : HOPFORM_ERROR_TIME, arrays, array_count);
+    int32_t status = HOPFORM_OK;
+    if (!given) {
+        status = HOPFORM_ERROR_NULL;
+    } else if (!hopform_is_made_real(plan)) {
+        status = HOPFORM_ERROR_ROBOT;
+    } else if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1) {
+        status = HOPFORM_ERROR_TIME;
+    } else if (hopform_overlap_real(arrays, array_count, read, 4)) {
+        status = HOPFORM_ERROR_OVERLAP;
     }
-    return HOPFORM_OK;
+    for (int32_t n = 0; status >= 0 && n < count; n++) {
+        const bool sound = times[n] >= (in_order && n > 0 ? times[n - 1] : 0.0) && times[n] <= flight->duration;
+        status = sound ? status : HOPFORM_ERROR_TIME;
+    }
+    return status < 0 ? hopform_refuse_real(status, arrays, array_count, read, 4) : status;
 }
 
 /* The state at a time of a phase of a solved flight. */
@@ -723,7 +724,7 @@ static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, co
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
     const propagator_real at = propagator_at_real(&poles, t - phase->t);
     const jet_real way = way_in_flight_real(&poles, phase, &at);
-    start.HOPFORM_COMPRESSION += flight->ground;
+    start.y += flight->ground;
     return state_in_flight_real(&plan->robot, &start, phase, &way, at.t);
 }
 
@@ -789,11 +790,10 @@ static void add_work_real(hopform_flight_ledger_real *ledger, const hopform_plan
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
     const propagator_real at = propagator_at_real(&poles, t);
     const jet_real moved = way_in_flight_real(&poles, phase, &at);
-    const real rise = (flight->start.HOPFORM_FALLING - hopform_fall_of_real(robot) * (phase->t + 0.5 * t)) * t;
+    const real rise = (flight->start.v2 - hopform_fall_of_real(robot) * (phase->t + 0.5 * t)) * t;
     const hopform_way_real way = {moved.value, square_of_velocity_real(&poles, phase, t), rise};
-    const hopform_flight_ledger_real part =
-        hopform_flight_ledger_of_real(robot, &flight->gains, largest_force_real(robot), phase->HOPFORM_POSITION,
-                                      (real)phase->side, (real)phase->limit, &way);
+    const hopform_flight_ledger_real part = hopform_flight_ledger_of_real(
+        robot, &flight->gains, largest_force_real(robot), phase->x1, (real)phase->side, (real)phase->limit, &way);
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
@@ -827,8 +827,9 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
         add_work_real(&ledgers[i], plan, &rates, flight, &phases[n], times[i] - phases[n].t);
         stop_losses[i] = loss;
         const hopform_state_real state = state_of_flight_real(plan, &rates, flight, &phases[n], times[i]);
-        energies[i] = hopform_flight_energies_real(&plan->robot, state.HOPFORM_VELOCITY, state.HOPFORM_FALLING,
-                                                   state.HOPFORM_POSITION - state.HOPFORM_COMPRESSION);
+        energies[i] = hopform_flight_energies_real(&plan->robot, state.v1, state.v2, state.x1 - state.y);
     }
     return HOPFORM_OK;
 }
+
+#endif

@@ -3,6 +3,9 @@
  * Fixed stances, flights and searches that together visit every mode, kind of event, ending and branch of the kernels,
  * and a hash of all bits of what comes out: one word to compare between boards, compilers and the computer on the desk.
  */
+#ifndef HOPFORM_SELFTEST_H_real
+#define HOPFORM_SELFTEST_H_real
+
 #include <stddef.h>
 #include <string.h>
 
@@ -207,3 +210,5 @@ uint32_t hopform_selftest_real(hopform_search_real *search, hopform_phase_real *
     mix_contact_real(&hash);
     return hash == 0 ? 1 : hash;
 }
+
+#endif
