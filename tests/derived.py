@@ -15,8 +15,6 @@ from hopform import _cli as cli
 from hopform._solver import build
 from hopform._solver import c as native
 from hopform._solver.build import compile_solver
-from hopform._solver.choice import Solver
-from hopform._solver.folder import folder_at
 from hopform._solver.package import Package
 from tests.objects import key, once
 
@@ -56,12 +54,6 @@ class Derived:
             lambda aside: compile_solver(self.folder, aside, "-O0"),
         )
         return native.Library(path, "hopform", Package(f"{self.name}_solver"))
-
-    @cached_property
-    def solver(self) -> Solver:
-        """The same for functions of hopform."""
-        assert self.package
-        return Solver(Package(f"{self.name}_solver"), lambda: self.library, folder_at(self.folder), self.name)
 
 
 def derived(store: Path, model: str, name: str, *options: str) -> Derived:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from ..ir import SCALARS, Domain, Function, Member, Record, Struct
+from ..ir import SCALARS, Domain, Function, Member, Quantity, Record, Struct
 from ..model.kinds import Kind, Word
 from ..model.precisions import F32, Precision
 from .expressions import Expressions, aligned, argument_name, snake, unpacked
@@ -135,8 +135,13 @@ def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
 
 
 def values(record: Record, known: Mapping[str, float]) -> str:
-    """An initialiser of a record with some numbers known and the others 0."""
-    return "{" + ", ".join(repr(float(known.get(q.name, 0.0))) for q in record.quantities) + "}"
+    """An initialiser of a record with some numbers known, the others such that they act."""
+    return "{" + ", ".join(repr(float(known.get(q.name, _telling(q)))) for q in record.quantities) + "}"
+
+
+def _telling(quantity: Quantity) -> float:
+    """A number that a parameter may be and that shows: its default but for 0, else 1, or 1/2 where 1 is too much."""
+    return next(number for number in (quantity.default, 1.0, 0.5) if number and number in quantity.interval)
 
 
 def documented(text: str) -> str:

@@ -5,6 +5,7 @@ The problem of a draw is that of tests/oracle/mechanism, which knows the equatio
 
 import math
 import random
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,7 @@ from hopform._solver.package import Package
 from hopform._solver.printed import Python
 from hopform_solver.records import Robot
 from tests.conformance.random_stances import draw_stances
-from tests.derived import derived
+from tests.derived import solver_of
 from tests.oracle.mechanism import builders
 from tests.oracle.mechanism.compare import Answer
 
@@ -66,8 +67,8 @@ class Legs:
 
     def __getitem__(self, name: str) -> Leg:
         if name not in self._made:
-            made = derived(self._store, name, f"with_{name}", "--float64")
-            self._made[name] = Leg(name, made.package, made.library, made.solver)
+            solver = solver_of(self._store, name).Robot.solver
+            self._made[name] = Leg(name, sys.modules[solver.package.name], solver.compiled().library, solver)
         return self._made[name]
 
 

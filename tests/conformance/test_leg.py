@@ -362,7 +362,7 @@ def sprung(seed: int, count: int) -> np.ndarray:
 
 def test_a_leg_carries_nothing_where_its_compression_is_0(legs):
     """Exactly by the formulas, and to rounding by the sum of what both springs carry at that height of the body."""
-    formulas = importlib.import_module("with_second_spring_solver.formulas")
+    formulas = legs["second_spring"].solver.package.formulas
     robot = legs["second_spring"].package.Robot(*sprung(3, 1000))
     at_rest = legs["second_spring"].package.LegState(0.02, -0.3, -0.3, 0.0)
     assert not np.any(formulas.contact_of(robot, at_rest)) and not np.any(formulas.contact_force(robot, at_rest))

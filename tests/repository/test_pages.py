@@ -44,6 +44,7 @@ def test_the_examples_of_a_page_run(page):
         "how-to/hop-over-terrain.md",
         "how-to/use-another-robot.md",
         "reference/commands.md",
+        "reference/solvers.md",
         pytest.param("tutorials/identification.md", marks=pytest.mark.sliced),
     ],
 )

@@ -33,7 +33,7 @@ LAYERS = (
     ("_identify.joint", "_identify.simulators"), ("_identify",),
     ("_studies",), ("_solvers",), ("_all",),
     ("_export",),
-    ("_words",), ("_cli.options", "_cli.output"),
+    ("_words",), ("_cli.use",), ("_cli.options", "_cli.output"),
     ("_figures.plots",), ("_figures.results",), ("_figures.picture",),
     ("_figures.animation", "_figures.machine", "_figures.runs", "_figures.verification"),
     ("_figures",),

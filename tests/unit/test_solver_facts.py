@@ -1,18 +1,21 @@
 """The facts of a solver, solver.toml: they say of a package what the package itself says, and are read before it."""
 
+import sys
 import tomllib
 from functools import cache
 from pathlib import Path
 
 import pytest
 
+from derive.emit import c
 from derive.emit.facts import facts
 from derive.emit.toml import toml
+from derive.model import selftest
 from derive.model.equations import Model
 from derive.model_file import read_model
 from derive.models.hopper import HOPPER
 from hopform_solver import LAYOUT, VERSION, elements, records
-from tests.derived import MODELS, derived
+from tests.derived import MODELS, built, solver_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SOUND = ("back_emf", "damper", "held_body", "joint", "rig", "second_spring")
@@ -47,13 +50,12 @@ def test_the_facts_of_the_hopper_are_those_of_its_package():
 
 
 def test_the_facts_of_a_derived_model_are_those_of_its_package(store):
-    leg = derived(store, "damper", "with_damper", "--float64")
-    known = tomllib.loads((leg.folder / "solver.toml").read_text("utf-8"))
-    of_package(known, leg.part("records"), leg.part("elements"))
-    assert (known["name"], known["layout"]) == ("damper", leg.package.LAYOUT)
+    folder, package = built(store, "damper"), solver_of(store, "damper").Robot.solver.package
+    known = tomllib.loads((folder / "solver.toml").read_text("utf-8"))
+    of_package(known, package.records, package.elements)
+    assert (known["name"], known["layout"]) == ("damper", sys.modules[package.name].LAYOUT)
     assert known["title"].startswith("A damper between the masses")
-    assert all((leg.folder / source).is_file() for source in known["build"]["sources"])
-    compiled = {path.relative_to(leg.folder).as_posix() for path in (leg.folder / "c" / "src").glob("*.c")}
+    compiled = {path.relative_to(folder).as_posix() for path in (folder / "c" / "src").glob("*.c")}
     assert compiled == {*known["build"]["sources"]}
 
 
@@ -91,3 +93,13 @@ def test_what_a_model_can_follows_from_its_bolts():
     held = facts(Model(fixed=("body",)), "", ())
     assert held["can"] == ["motion", "stance"]
     assert "contact" in held and "contact" not in rig and "flight" not in held
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_the_selftest_of_a_model_has_its_further_parameters_act(name):
+    """With all of them 0 the digest said nothing of a term, and a robot whose L_2 must be > 0 was refused in each case."""
+    robot = model(name).robot
+    further = robot.quantities[len(HOPPER.robot.quantities) :]
+    numbers = c.values(robot, selftest.ROBOTS[0]).strip("{}").split(", ")[len(HOPPER.robot.quantities) :]
+    assert len(numbers) == len(further)
+    assert all(float(number) in each.interval and float(number) for number, each in zip(numbers, further, strict=True))

@@ -11,7 +11,6 @@ import pytest
 import hopform
 from hopform import _cli as cli
 from hopform._cli import output, report, tables
-from hopform._robots import FIELDS
 from hopform.controllers import FeedForward
 from hopform.terrain import uniform
 
@@ -156,7 +155,7 @@ def test_the_ledger_of_a_stance_is_printed(stance):
     solved, shown, _ = stance
     ledger, rows = solved.ledger(solved.duration), {row[""]: row for row in shown["Energy ledger"]}
     of_body = ("spring_work", "viscous_2", "coulomb_2")
-    for name, words in tables.LEDGER.items():
+    for name, words in solved.robot.solver.facts.ledger.items():
         whole, body = rows[words]["whole robot [J]"], rows[words]["body [J]"]
         value = float(getattr(ledger, name))
         assert (body != "") == (name in of_body) and (whole != "") == (name != "spring_work")
@@ -272,7 +271,7 @@ def test_robots_are_printed(printed):
     shown, _ = printed("robots")
     (rows,) = shown.values()
     robots = {name: hopform.load_robot(name) for name in hopform.ROBOTS}
-    for row, field in zip(rows, FIELDS, strict=True):
+    for row, field in zip(rows, hopform.Robot.all_fields(), strict=True):
         assert (row["parameter"], row["unit"]) == (field.name, "" if field.unit == "1" else field.unit)
         for name, robot in robots.items():
             value = getattr(robot, field.name)

@@ -10,6 +10,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from contextvars import copy_context
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -38,6 +39,8 @@ COMMANDS = {
 GROUPS = {"model": "Model files: mechanisms of your own. A model file is a program: each of these runs it."}
 """What the commands of a group are about."""
 
+
+SOLVER = "a solver that was built of a model: its programs are run; hopper if left out"
 
 LONGEST = 2000
 """Characters of a message at most."""
@@ -102,12 +105,17 @@ def commands() -> dict[str, Any]:
 @app.callback(invoke_without_command=True)
 def front(
     context: typer.Context,
+    solver: Annotated[str | None, typer.Option("--solver", metavar="DIR|NAME", help=SOLVER)] = None,
     version: Annotated[bool, typer.Option("--version", help="print the version and exit")] = False,
 ) -> None:
     """The exact stance of a series-elastic hopper with dry friction.
 
     Numbers are in SI units and A, written without units. Exit code 2 means bad input.
     """
+    if solver is not None:
+        from hopform._cli.use import NAMED
+
+        NAMED.set(solver)
     if version:
         from hopform._solver.library import backends, library_message
 
@@ -125,7 +133,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if reconfigure is not None and sys.stdout.errors == "strict":  # names of files may hold what no encoding does
         reconfigure(errors="backslashreplace")
     try:
-        code = app(args=arguments, prog_name="hopform", standalone_mode=False)
+        code = copy_context().run(app, args=arguments, prog_name="hopform", standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
     except HopformError as error:

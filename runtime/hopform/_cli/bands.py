@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hopform import HopformError, Robot, load_robot, reachability, simulate, solve_stances, touchdown_velocity
+from hopform import HopformError, Robot, reachability, simulate, solve_stances, touchdown_velocity
 from hopform._checks import MEMORY, Array
 from hopform._cli.output import Record, ends
+from hopform._cli.use import robot_in_use
 from hopform._files import name_of
 from hopform._progress import progress_bar
 from hopform._robots import Provenance
@@ -77,7 +78,7 @@ class Draws(NamedTuple):
     def said(self) -> str:
         """What was drawn, and what was not."""
         known = {*self.fit.names, *self.fit.known}
-        others = ", ".join(each.name for each in Robot.fields() if each.name not in known)
+        others = ", ".join(each.name for each in self.model.fields() if each.name not in known)
         whose = f"drawn from the fit of {', '.join(self.fit.names)}"
         return f"Bands hold 95 % of {len(self.robots)} robots {whose}. Not identified, so alike in all: {others}."
 
@@ -92,13 +93,15 @@ class Draws(NamedTuple):
         start: x1, v1, v2, x2 or compression at touchdown. After a drop from a height [m] each robot has its own v2; if
         x2 is given all are compressed as the model is.
         """
-        names = [field.name for field in Robot.fields()]
+        names = [field.name for field in self.model.fields()]
         columns: Record = {name: np.array([[getattr(each, name)] for each in self.robots]) for name in names}
         own = dict(start)
         if height is not None:
             own["v2"] = np.array([[touchdown_velocity(each, height)] for each in self.robots])
         if own["x2"] is not None:
-            own["x2"] = own["x2"] + (columns["L0"] + columns["c"]) - (self.model.L0 + self.model.c)
+            rest = self.model.solver.package.formulas.compression_at_rest
+            length = columns["L0"] + columns["c"] - rest(type(self.model.parameters)(**columns))
+            own["x2"] = own["x2"] + length - (self.model.L0 + self.model.c - rest(self.model.parameters))
         batch = solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns)
         return bands_of(batch.apex.astype(np.float64) - datum)
 
@@ -128,17 +131,20 @@ class Draws(NamedTuple):
                 yield each
 
 
-def robot_and_draws(name: str, file: Path | None, count: int, seed: int, cells: int = 1) -> tuple[Robot, Draws | None]:
-    """The robot that a command is about, and those drawn from its fit where that is asked for; cells: values of each
-    robot's answer.
+def robot_and_draws(
+    act: str, name: str | None, values: Sequence[str] | None, file: Path | None, count: int, seed: int, cells: int = 1
+) -> tuple[Robot, Draws | None]:
+    """The robot that a command is about, and those drawn from its fit where that is asked for.
+
+    act: what the command has the model do; cells: values of each robot's answer.
     """
     if file is None:
-        return load_robot(name), None
-    if name != "hopper_c":
+        return robot_in_use(name, values, act), None
+    if name is not None:
         raise HopformError("--robot and --from-fit exclude each other: both name the robot")
     if count * cells > MEMORY // 128:
         raise HopformError(f"--draws must be at most {MEMORY // 128 // cells} for so large an answer, got {count}")
-    robot = load_robot(file)
+    robot = robot_in_use(file, values, act)
     if robot.fit is None:
         raise HopformError(f"--from-fit takes a robot that `identify --out` wrote; {name_of(file)} has no fit")
     return robot, Draws(robot, robot.fit, robot.sample(count, seed), seed)

@@ -13,14 +13,15 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from hopform import HopformError, Reachability, Robot, Run, _export, load_robot
+from hopform import ROBOTS, HopformError, Reachability, Robot, Run, _export
 from hopform._checks import shown
 from hopform._cli.options import BackendName
 from hopform._cli.output import deliver, renderer, to_json
+from hopform._cli.use import core, file_of, robot_in_use, usual
 from hopform._figures import DRAWN, draw
 from hopform._files import Named, check_files, check_folder, csv_of, name_of, read_text, write_folder
 from hopform._progress import progress_bar
-from hopform._robots import BaseRobot, robot_file
+from hopform._robots import BaseRobot
 from hopform._show import arrays_of
 
 if TYPE_CHECKING:
@@ -38,8 +39,8 @@ WIDTHS = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.27}
 
 
 def figures(
-    folder: Path, only: str | None = None, robot: str | None = None, recordings: str | None = None,
-    format: str = "svg,png", width: str = "6.4in", caption: str = "image", style: Path | None = None,
+    folder: Path, only: str | None = None, robot: str | None = None, values: list[str] | None = None,
+    recordings: str | None = None, format: str = "svg,png", width: str = "6.4in", caption: str = "image", style: Path | None = None,
     json: bool = False,
 ) -> None:  # fmt: skip
     """Draw the paper's figures 1 to 17 from your robot or this project's, and the hopper on rough ground.
@@ -51,7 +52,7 @@ def figures(
     if caption not in CAPTIONED:
         raise HopformError(f"--caption takes {', '.join(CAPTIONED)}, got {shown(caption)}")
     sources = recordings_of(recordings) if recordings else {}
-    reads: list[Named] = [("--robot", robot_file(robot) if robot else None), ("--style", style)]
+    reads: list[Named] = [("--robot", file_of(robot)), ("--style", style)]
     reads += [(f"--recordings {role}", path) for role, path in sources.items()]
     check_folder(folder)
     texts = [CAPTIONS, IN_TEX] if caption == "tex" else [CAPTIONS]
@@ -59,7 +60,8 @@ def figures(
     check_files(reads, [*writes, *(("the captions", folder / name) for name in texts)] if folder.is_dir() else [])
     plots = renderer()
     plots.LOOK.set(plots.Look(width_of(width), style_of(style), caption == "image"))
-    own = load_robot(robot) if robot else None
+    shipped = robot is None and not values and usual() in ROBOTS  # then each figure has its own
+    own = None if shipped else robot_in_use(robot, values, "stance")
     try:
         with one_line(f"--style {name_of(style)}") if style else nullcontext():
             files, pictures, left_out = drawn(wanted, own, sources, formats)
@@ -194,9 +196,9 @@ def drawn(
             *images, last = names_of(what, formats)
             try:
                 if isinstance(what, str):
-                    files[last] = animation.hopping(robot).gif
+                    files[last] = animation.hopping(robot or robot_in_use(None, None)).gif
                     continue
-                picture = draw(what, robot, sources)
+                picture = draw(what, robot or robot_in_use(usual(DRAWN[what][2]), None), sources)
             except HopformError as error:
                 if robot is None and not sources:
                     raise
@@ -261,16 +263,15 @@ def tex(text: str) -> str:
 
 
 def export(
-    folder: Path, system: str = "plain", robot: str | None = None, prefix: str = "hopform", f32: bool = False,
-    f64: bool = False, json: bool = False,
+    folder: Path, system: str = "plain", robot: str | None = None, values: list[str] | None = None,
+    prefix: str = "hopform", f32: bool = False, f64: bool = False, json: bool = False,
 ) -> None:  # fmt: skip
     """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest; with
     --robot also a program that makes this robot hop, on a board or simulated.
     """
     chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
-    files = _export.export(
-        folder, _export.Wanted(cast(Any, system), prefix, chosen, load_robot(robot) if robot else None)
-    )
+    own = robot_in_use(robot, values, "hop") if robot or values else None
+    files = _export.export(folder, _export.Wanted(cast(Any, system), prefix, chosen, own, core()))
     if json:
         print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
     else:
@@ -280,5 +281,7 @@ def export(
 def selftest(backend: BackendName = BackendName.c, json: bool = False) -> None:
     """Print the digests of the C library's selftest, which a board must repeat; those of the printed Python too."""
     dtypes = {"f32": "float32", "f64": "float64"}
-    digests = {f"hopform_selftest_{name}": f"{_export.selftest(dtype, backend):08x}" for name, dtype in dtypes.items()}
+    digests = {
+        f"hopform_selftest_{name}": f"{_export.selftest(dtype, backend, core()):08x}" for name, dtype in dtypes.items()
+    }
     print(json_module.dumps(digests, indent=2) if json else "\n".join(map(" ".join, digests.items())))

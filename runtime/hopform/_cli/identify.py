@@ -9,11 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hopform import HopformError, Robot, fit_force, friction_threshold, load_robot, read_recording
+from hopform import HopformError, Robot, fit_force, friction_threshold, read_recording
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
 from hopform._cli.output import check_outputs, deliver, emit, picture, renderer, show
+from hopform._cli.use import file_of, robot_in_use
 from hopform._files import Named
 from hopform._identify import synthetic
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
@@ -25,7 +26,7 @@ from hopform._identify.ramp import Threshold
 from hopform._identify.recordings import Recording
 from hopform._identify.simulators import exported, notes
 from hopform._progress import progress_bar
-from hopform._robots import Provenance, robot_file
+from hopform._robots import Provenance
 
 _NORMAL = 1.96
 """Standard errors of half a 95 % interval."""
@@ -204,7 +205,7 @@ def files_of(
 def identify(
     kind: Identification, files: list[str], known: list[str] | None = None, spring: bool = False, force: bool = False,
     delay: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
-    loss: str = "linear", robot: str = "hopper_c", out: Path | None = None, export: SimulatorFormat | None = None,
+    loss: str = "linear", robot: str | None = None, values: list[str] | None = None, out: Path | None = None, export: SimulatorFormat | None = None,
     report: Path | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Identify a robot from CSV recordings of one kind, or of all; check says what they could tell."""
@@ -214,17 +215,17 @@ def identify(
         renderer()
         pages += zip(("--report", "the picture of --report"), reports.paths_of(report), strict=False)
     read = (("the recording", role_and_path(each)[1]) for each in files)
-    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), *read], more=[("--out", out), *pages])
+    check_outputs(json, plot=plot, reads=[("--robot", file_of(robot)), *read], more=[("--out", out), *pages])
     if json and export and not out:
         raise HopformError("--json and --export both print; give --export a file by --out")
-    base = load_robot(robot)
-    masses, values = added_masses(added_mass), known_values(known or [])
+    base = robot_in_use(robot, values, "identify")
+    masses, given = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
         asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
         how: Options = {"loss": loss, "nuisances": tuple(name for name, wanted in asked.items() if wanted)}
         stages = iter(range(STAGES))
         how["progress"] = lambda _: advance(next(stages, STAGES), STAGES)
-        answer = answer_to(kind, files, [*_read(kind, files, masses)], values, spring, force, how)
+        answer = answer_to(kind, files, [*_read(kind, files, masses)], given, spring, force, how)
         model, more = model_of(answer, export) if export else ("", [])
         written = files_of(answer, base, out, report, plot, model)
     text = reports.json_of(answer) if json else ""
@@ -232,15 +233,15 @@ def identify(
 
 
 def record(
-    test: Recordable, robot: str = "hopper_c", duration: float | None = None, rate: float = 500.0,
+    test: Recordable, robot: str | None = None, values: list[str] | None = None, duration: float | None = None, rate: float = 500.0,
     noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float | None = None,
     current: float | None = None, hold: float | None = None, added_mass: float = 0.0, repeats: int = 1,
     spring: bool = False, free_stroke: bool = False, seed: int | None = None, plan: bool = False,
     known: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
-    check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
-    base = load_robot(robot)
+    check_outputs(False, csv, reads=[("--robot", file_of(robot))])
+    base = robot_in_use(robot, values, "identify")
     made = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
         hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, free_stroke=free_stroke, seed=seed,
@@ -248,7 +249,7 @@ def record(
     if plan:
         weighed = "m_eff" if test in ("step", "air", "ramp") else "m_s"  # what is taken as known if nothing is given
         given = known_values(known or []) or {weighed: getattr(base, weighed)}
-        letters = {field.name: getattr(base, field.name) for field in Robot.fields()} | {"length": base.L0 + base.c}
+        letters = {field.name: getattr(base, field.name) for field in base.fields()} | {"length": base.L0 + base.c}
         if str(test) == "ramp":
             gamma2, k = (given.get(name, letters[name]) if spring else None for name in ("gamma2", "k"))
             show(reports.tables_of(friction_threshold([made], spring=spring, gamma2=gamma2, k=k)))

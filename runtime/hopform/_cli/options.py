@@ -9,6 +9,7 @@ import typer
 from typer.core import TyperCommand
 
 from hopform._checks import LARGEST, MEMORY, MOST_DIGITS, number_of, shown, whole_of
+from hopform._cli import use
 from hopform._control import MOST_CELLS
 from hopform._export import SYSTEMS
 from hopform.terrain import MOST_HOPS
@@ -112,7 +113,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "export.folder": typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root"),
     },
     "Robot and start": {
-        "robot": option("a shipped robot, or a TOML file", metavar="NAME|FILE.toml"),
+        "robot": option("one of `hopform robots`, or a TOML file; hopper_c if left out", metavar="NAME|FILE.toml"),
+        "values": option("another value of a parameter, in SI units; repeatable", metavar="NAME=VALUE"),
         "figures.robot": option("your robot; a shipped one if left out", metavar="NAME|FILE"),
         "export.robot": option("write it as robot.h, and a program that makes it hop", metavar="NAME|FILE.toml"),
         "height": quantity("m", "hop height of the drop; or give --v2"),
@@ -235,7 +237,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
 """
 
 
-NAMES = {"lowest": "from", "highest": "to", "system": "for", "form": "as"}
+NAMES = {"values": "set", "lowest": "from", "highest": "to", "system": "for", "form": "as"}
 """Options that are not named as the parameter."""
 
 
@@ -292,7 +294,7 @@ class GroupedCommand(TyperCommand):
             if record is not None:
                 own = parameter.name == "help"
                 groups["Options" if own else key_of(self.words, str(parameter.name))[0]].append(record)
-        for name, records in groups.items():
+        for name, records in (*groups.items(), *use.described()):
             if records:
                 with formatter.section(name):
                     formatter.write_dl(records)

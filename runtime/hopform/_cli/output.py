@@ -18,14 +18,13 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 
 from hopform import __version__
+from hopform._cli.use import core
 from hopform._errors import HopformError, printable
 from hopform._files import Named, check_files, name_of, write
 from hopform._progress import progress_bar
 from hopform._show import Shown, drawing
-from hopform._solver.package import OURS
 
 Record = dict[str, Any]
-ANSWERS: Mapping[str, Mapping[str, str]] = OURS.answers.ANSWERS
 Several = Iterable[Named]
 Over = Callable[[Any], None]
 """What draws more on axes of matplotlib."""
@@ -75,9 +74,15 @@ def to_json(command: str, thing: Any = None, /, **own: Any) -> str:
     return json_module.dumps(answer, indent=2, allow_nan=False) + "\n"
 
 
+def answers() -> Mapping[str, Mapping[str, str]]:
+    """The fields of each object of the solver in use, with their types."""
+    known: Mapping[str, Mapping[str, str]] = core().package.answers.ANSWERS
+    return known
+
+
 def record(kind: str, thing: Any, /, **own: Any) -> Record:
     """An object of generated/JSON.md: its fields are those given, the others attributes of the thing."""
-    of = ANSWERS[kind]
+    of = answers()[kind]
     return {name: plain(own[name] if name in own else getattr(thing, name), of[name]) for name in of}
 
 
@@ -95,7 +100,7 @@ def plain(value: Any, kind: str) -> Any:
     one = kind.removesuffix(" or null")
     if one in SCALARS:
         return SCALARS[one](value)
-    in_order = dict(zip(ANSWERS[one], value, strict=True)) if type(value) in (tuple, np.ndarray) else {}
+    in_order = dict(zip(answers()[one], value, strict=True)) if type(value) in (tuple, np.ndarray) else {}
     return record(one, value, **(value if isinstance(value, dict) else in_order))
 
 

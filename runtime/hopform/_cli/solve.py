@@ -17,23 +17,27 @@ from hopform._cli.bands import robot_and_draws, shade
 from hopform._cli.model import derived, spelled
 from hopform._cli.options import BackendName, ControllerName, Form, Precision
 from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
+from hopform._cli.use import file_of, in_use, robot_in_use
 from hopform._control import TRIED, check_map
 from hopform._export import struct_of
 from hopform._files import Named, name_of
 from hopform._hopping.run import csv_of_hops
 from hopform._progress import progress_bar
-from hopform._robots import robot_file
 
 
-def robots(name: str | None = None, json: bool = False, toml: bool = False, c: Precision | None = None) -> None:
+def robots(
+    name: str | None = None, values: list[str] | None = None, json: bool = False, toml: bool = False,
+    c: Precision | None = None,
+) -> None:  # fmt: skip
     """Show the shipped robots, or one robot with all its parameters."""
     if json + toml + (c is not None) > 1:
         raise hopform.HopformError("--json, --toml and --c exclude each other")
     if toml or c is not None:
-        one = hopform.load_robot(name or "hopper_c")
+        one = robot_in_use(name, values)
         print(one.to_toml() if c is None else struct_of(one, c.replace("float", "f")), end="")
         return
-    found = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
+    names = in_use().ROBOTS if name is None and not values else (name,)
+    found = [robot_in_use(each, values) for each in names]
     text = tables.robots_json(found) if json else ""
     deliver((), (), text, lambda: tables.robots(found, with_meaning=name is not None))
 
@@ -44,7 +48,7 @@ def equations(number: str | None = None, json: bool = False, form: Form | None =
     """
     if json and form is not None:
         raise hopform.HopformError("--json and --as exclude each other")
-    register = hopform.equations()
+    register = in_use().equations()
     found = [equation for equation in register if number is None or str(equation.number) == number.strip("()")]
     if not found:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
@@ -57,17 +61,17 @@ def equations(number: str | None = None, json: bool = False, form: Form | None =
 
 
 def stance(
-    robot: str = "hopper_c", height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0,
+    robot: str | None = None, values: list[str] | None = None, height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0,
     x2: float | None = None, compression: float | None = None, u: float = 0.0, u_steps: Any = None,
     horizon: float = 2.0, max_phases: int = 4096, backend: BackendName | None = None,
     dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, json: bool = False,
     csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Solve one stance: its phases, events, ending, apex and energy ledger."""
-    check_outputs(json, csv, plot, reads=[("--robot", robot_file(robot))])
+    check_outputs(json, csv, plot, reads=[("--robot", file_of(robot))])
     if u and u_steps:
         raise hopform.HopformError("give either --u or --u-steps")
-    hopper = hopform.load_robot(robot)
+    hopper = robot_in_use(robot, values, "stance")
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
     velocity = velocity_after_impact(hopper, height, v2)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
@@ -80,7 +84,7 @@ def stance(
 
 
 def hop(
-    height: float, robot: str = "hopper_c", from_fit: Path | None = None, draws: int = 200, terrain: str = "flat",
+    height: float, robot: str | None = None, values: list[str] | None = None, from_fit: Path | None = None, draws: int = 200, terrain: str = "flat",
     size: float = 0.02, hops: int | None = None, seed: int = 0,
     controller: ControllerName = ControllerName.constant, u: float = 0.0, h_des: float | None = None,
     stop_margin: float = 0.0, noise_x1: float = 0.0, noise_v1: float = 0.0, noise_x2: float = 0.0,
@@ -95,15 +99,17 @@ def hop(
     constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper
     B's first one).
     """
-    reads: list[Named] = [("--robot", robot_file(robot)), ("--from-fit", from_fit)]
-    reads.append(("--model", None if model is None else robot_file(model)))
+    reads: list[Named] = [("--robot", file_of(robot)), ("--from-fit", from_fit)]
+    reads.append(("--model", None if model is None else file_of(model)))
     reads.append(("--terrain", None if terrain in hopform.terrain.NAMES else terrain))
     check_outputs(json, csv, plot, reads, [("--hops-csv", hops_csv), ("--npz", npz)])
     ground = terrain_of(terrain, size, hops, seed)
-    hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, len(ground))
+    hopper, drawn = robot_and_draws("hop", robot, values, from_fit, draws, seed, len(ground))
     asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)
     noise = (noise_x1, noise_v1, noise_x2, noise_v2, noise_ground)
-    errors = hopform.Errors(*noise, current_scale, quantum, delay, None if model is None else hopform.load_robot(model))
+    errors = hopform.Errors(
+        *noise, current_scale, quantum, delay, None if model is None else in_use().load_robot(model)
+    )
     how: dict[str, Any] = {"height": height, "gains": gains, "errors": errors, "seed": seed}
     how |= {"horizon": horizon, "backend": backend}
     with progress_bar(f"{len(ground)} hops") as progress:
@@ -123,15 +129,15 @@ def hop(
 
 
 def control(
-    h_des: float, robot: str = "hopper_c", from_fit: Path | None = None, draws: int = 200, seed: int = 0,
+    h_des: float, robot: str | None = None, values: list[str] | None = None, from_fit: Path | None = None, draws: int = 200, seed: int = 0,
     height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0, x2: float | None = None,
     compression: float | None = None, datum: float = 0.0, stop_margin: float = 0.0, horizon: float = 2.0,
     backend: BackendName | None = None, dtype: Precision = Precision.float64, printed: bool = False,
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Choose the current after which the next apex is the desired one, (25)-(27)."""
-    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), ("--from-fit", from_fit)])
-    hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, TRIED if plot else 1)
+    check_outputs(json, plot=plot, reads=[("--robot", file_of(robot)), ("--from-fit", from_fit)])
+    hopper, drawn = robot_and_draws("command", robot, values, from_fit, draws, seed, TRIED if plot else 1)
     velocity = velocity_after_impact(hopper, height, v2)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
@@ -157,16 +163,16 @@ def control(
 
 
 def reach(
-    robot: str = "hopper_c", from_fit: Path | None = None, draws: int = 200, seed: int = 0, lowest: float = 0.02,
+    robot: str | None = None, values: list[str] | None = None, from_fit: Path | None = None, draws: int = 200, seed: int = 0, lowest: float = 0.02,
     highest: float = 0.4, heights: int = 39, currents: int = 61, stop_margin: float = 0.0, horizon: float = 2.0,
     backend: BackendName | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
     held.
     """
-    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), ("--from-fit", from_fit)])
+    check_outputs(json, plot=plot, reads=[("--robot", file_of(robot)), ("--from-fit", from_fit)])
     check_map(heights, currents)
-    hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, heights * currents)
+    hopper, drawn = robot_and_draws("reach", robot, values, from_fit, draws, seed, heights * currents)
     if not lowest < highest:
         raise hopform.HopformError(f"--from must be below --to, got {lowest!r} and {highest!r} m")
     if not math.isfinite(hopper.u_max):

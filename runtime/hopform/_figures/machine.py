@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 
 from hopform import HopformError, Robot, Run, Stance, TouchdownDetector, delayed_apex, simulate, solve_stance
 from hopform._checks import Role, stream
-from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, volts
+from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, unloaded, volts
 from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, LOOK, MAGENTA, ORANGE, STANCE, shade_stances
 from hopform.controllers import FeedForward
 from hopform.terrain import flat
@@ -82,7 +82,7 @@ def friction_threshold(robot: Robot) -> Drawn:
     rate = round(1.6 * onset_expected / seconds, 3)
     # On a rig: level, so that nothing weighs on the spring, which is as good as unloaded; and standing, as built.
     steps = [(float(t), float(rate * t)) for t in np.linspace(0.0, seconds, 1201)[:-1]]
-    loose = solve_stance(replace(robot, g=0.0), v2=0.0, x2=robot.L0 + robot.c - 1e-6, u=steps, horizon=seconds)
+    loose = solve_stance(replace(robot, g=0.0), v2=0.0, x2=unloaded(robot) - 1e-6, u=steps, horizon=seconds)
     stands = solve_stance(robot, v2=0.0, x2=standing(robot), u=steps, horizon=seconds)
     runs = {"spring unloaded": loose, "standing": stands}
     onset = {name: moves(stance, rate) for name, stance in runs.items()}
@@ -138,7 +138,7 @@ def schematic(robot: Robot) -> Drawn:
         f"the foot stands on the ground and carries the spring, k = {robot.k:g} N/m; between spring and body the "
         f"actuator, m_eff = {robot.m_eff:g} kg, moves the spring's upper end away from the body by x1, "
         f"{cm(robot.x1_min)} to {cm(robot.x1_max)}. x2 is the height of the body, m_s = {robot.m_s:g} kg, over the "
-        f"ground, L0 + c = {cm(robot.L0 + robot.c)} unloaded. The motor pushes the actuator by -gamma2 u along x1: "
+        f"ground, {cm(unloaded(robot))} unloaded. The motor pushes the actuator by -gamma2 u along x1: "
         f"with gamma2 = {robot.gamma2:g} {sign}. The spring pushes body and actuator by F; the leg takes off where F "
         "= 0"
     )

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hopform import ROBOTS, HopformError, Robot, Run
 from hopform._figures.plots import LOOK, house_style, plain
+from hopform._stance import rest_of
 from hopform._words import name_of
 
 Array = NDArray[np.float64]
@@ -93,9 +94,15 @@ def legend(axes: Axes, columns: int = 3, **how: Any) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, columnspacing=1.4, **how)
 
 
+def unloaded(robot: Robot) -> float:
+    """Length of the leg [m] that carries nothing, the actuator at 0."""
+    return robot.L0 + robot.c - rest_of(robot)
+
+
 def standing(robot: Robot) -> float:
-    """Height of the body [m] that stands on its spring, the actuator at 0."""
-    return robot.L0 + robot.c - robot.m_s * robot.g / robot.k
+    """Height of the body [m] that stands on its leg, the actuator at 0: what acts on it at rest and the leg balance."""
+    rates = robot.solver.package.formulas.rates_of(robot.parameters)
+    return unloaded(robot) + float(rates.a2_0 / rates.a2_y)
 
 
 def named(robot: Robot) -> str:

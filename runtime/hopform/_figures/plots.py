@@ -82,8 +82,8 @@ class Look(NamedTuple):
     with_caption: bool = True
 
 
-LOOK: ContextVar[Look] = ContextVar("look")
-LOOK.set(Look())
+PLAIN = Look()
+LOOK: ContextVar[Look] = ContextVar("look", default=PLAIN)
 
 
 @contextmanager

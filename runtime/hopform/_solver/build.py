@@ -69,7 +69,7 @@ def compile_solver(
     command = compiler()
     libraries = [] if "-nostdlib" in command else ["-lm"]
     of_object = [*command, *(flag for flag in flags if flag != "-shared"), *more]
-    of_object += ["-I", str(folder / "c" / "include"), naming_the_source(folder), "-c"]
+    of_object += ["-I", str(folder / "c" / "include"), f'-DHOPFORM_SOURCE="{source_of(folder)}"', "-c"]
     try:
         with tempfile.TemporaryDirectory(prefix="_build_", dir=output.parent) as aside:
             made = [Path(aside, f"{Path(source).stem}.o") for source in sources]
@@ -90,12 +90,12 @@ def compile_solver(
         raise LibraryNotBuilt(f"{command[0]} does not compile {folder.name}/c: {first}", error.stderr) from error
 
 
-def naming_the_source(folder: Path) -> str:
-    """The flag by which a library knows the hash of the sources that it is compiled from."""
+def source_of(folder: Path) -> str:
+    """The hash of the sources in c/ of a folder, by which its library knows them."""
     c, digest = folder / "c", sha256()
     for path in sorted(path for part in (c / "include" / "hopform", c / "src") for path in part.iterdir()):
         digest.update(f"{path.name}\n".encode() + path.read_bytes())
-    return f'-DHOPFORM_SOURCE="{digest.hexdigest()[:16]}"'
+    return digest.hexdigest()[:16]
 
 
 def run(command: list[str]) -> None:

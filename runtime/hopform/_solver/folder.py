@@ -5,7 +5,6 @@ the wheel beside this package, or in a checkout in generated/.
 """
 
 import os
-import sys
 import tomllib
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from hopform._errors import HopformError
-from hopform._solver.library import LIBRARY
+from hopform._solver.library import LIBRARY, SUFFIX
 
 FORMAT = 1
 """Of solver.toml, as it is read here."""
@@ -21,7 +20,6 @@ FACTS = "solver.toml"
 LARGEST = 2**20
 """[B] the largest file of facts."""
 _HOPFORM = Path(__file__).resolve().parents[1]
-_SUFFIX = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
 
 Table = dict[str, Any]
 
@@ -95,7 +93,7 @@ SHIPPED = Folder((_HOPFORM, _HOPFORM.parents[1] / "generated"), LIBRARY)
 
 def folder_at(path: Path) -> Folder:
     """The folder of a solver that a path names."""
-    return Folder((path,), path / f"libhopform{_SUFFIX}")
+    return Folder((path,), path / f"libhopform{SUFFIX}")
 
 
 def facts_in(path: Path) -> Facts:

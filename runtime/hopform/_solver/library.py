@@ -15,8 +15,8 @@ from typing import Literal
 from hopform._errors import BackendError
 
 Backend = Literal["c", "python"]
-_SUFFIX = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
-LIBRARY = Path(__file__).resolve().parents[1] / f"_libhopform{_SUFFIX}"
+SUFFIX = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
+LIBRARY = Path(__file__).resolve().parents[1] / f"_libhopform{SUFFIX}"
 
 
 def opened(path: Path, prefix: str, package: str, layout: str) -> ctypes.CDLL:

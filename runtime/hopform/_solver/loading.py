@@ -17,6 +17,7 @@ from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
 from hopform._files import name_of, path_of
 from hopform._solver import c
+from hopform._solver.build import source_of
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
 from hopform._solver.folder import FACTS, Folder, built, facts_in, folder_at
 from hopform._solver.package import LOADED, Package
@@ -103,16 +104,7 @@ def _library(folder: Folder, package: Package) -> c.Library:
     if not path.is_file():
         raise BackendError(f"there is no compiled library {name_of(path)}: the solver was built without a C compiler")
     library = c.Library(path, "hopform", package)
-    if library.source != (source := sources_of(folder.path("c"))):
+    if library.source != (source := source_of(path.parent)):
         stale = f"{name_of(path)} is stale: it is of the sources {library.source}, c/ has {source}"
         raise BackendError(f"the compiled library {stale}; `hopform model build` makes it again")
     return library
-
-
-def sources_of(folder: Path) -> str:
-    """A word for the sources in c/, which a library has from the compiler."""
-    digest = sha256()
-    files = (path for place in ("include/hopform", "src") for path in (folder / place).iterdir())
-    for path in sorted(files):
-        digest.update(f"{path.name}\n".encode() + path.read_bytes())
-    return digest.hexdigest()[:16]

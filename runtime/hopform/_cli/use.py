@@ -1,0 +1,93 @@
+"""The solver in use, that of `hopform --solver DIR|NAME COMMAND` or else the hopper's, and its robots.
+
+The solver is loaded when something of it is needed: `--help` of the front loads nothing.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextvars import ContextVar
+from dataclasses import replace
+from pathlib import Path
+from typing import cast
+
+import hopform
+from hopform import HopformError, Robot
+from hopform._checks import number_of, shown
+from hopform._robots import nearest, robot_file
+from hopform._solver import choice
+from hopform._solver.folder import Table
+
+NAMED: ContextVar[str | None] = ContextVar("NAMED", default=None)
+"""What --solver names; None without it."""
+
+
+def in_use() -> hopform.Solver:
+    """The solver of this command line."""
+    return hopform.load_solver(NAMED.get() or choice.DEFAULT.name)
+
+
+def core() -> choice.Solver:
+    """Its package, folder and facts."""
+    return in_use().Robot.solver
+
+
+def usual(name: str = "hopper_c") -> str:
+    """The robot of whoever names none: a shipped one where the solver has those first, else the solver's own."""
+    known = in_use().ROBOTS
+    if not known:
+        raise HopformError(f"the solver {in_use().name} comes without a robot: --robot FILE.toml gives one")
+    return name if known[0] in hopform.ROBOTS else known[0]
+
+
+def file_of(robot: str | None) -> Path | None:
+    """The file that gives a robot; None for one that the solver has."""
+    return None if robot is None else robot_file(robot, in_use().Robot)
+
+
+def robot_in_use(name: str | Path | None, values: Sequence[str] | None, act: str = "motion") -> Robot:
+    """The robot of a name or a file, the usual one for None, with other values of some parameters.
+
+    HopformError where the model cannot do what the command is about, one of `choice.ACTS`.
+    """
+    if act not in in_use().can:
+        raise core().cannot(act)
+    return with_values(in_use().load_robot(usual() if name is None else name), values)
+
+
+def with_values(robot: Robot, values: Sequence[str] | None) -> Robot:
+    """The robot with the values of --set NAME=VALUE."""
+    known = [field.name for field in type(robot).all_fields()]
+    given = dict[str, float]()
+    for pair in values or ():
+        name, equals, text = pair.partition("=")
+        value = number_of(text)
+        if not equals or value is None or math.isnan(value):
+            raise HopformError(f"--set takes NAME=VALUE in SI units, as in {known[0]}=20, got {shown(pair)}")
+        if name not in known:
+            close = nearest(name, known)
+            raise HopformError(f"--set: the model {robot.solver.name} has no parameter {shown(name)}{close}")
+        given[name] = value
+    return replace(robot, **given)  # type: ignore[arg-type]
+
+
+def described() -> Iterator[tuple[str, list[tuple[str, str]]]]:
+    """What --help says of the solver that --solver names: titles of lists, their entries and what these are."""
+    if NAMED.get() is None:
+        return
+    facts = core().facts
+    yield f"Coordinates of {facts.name}", [(_named(each), each["meaning"]) for each in facts.coordinates]
+    limits = {each["name"]: f"; |{each['name']}| <= {each['limit']}" for each in facts.inputs}
+    yield "Inputs", [(_named(each), each["meaning"] + limits[each["name"]]) for each in facts.inputs]
+    parameters = [*facts.parameters, *facts.limits]
+    yield "Parameters, by --set NAME=VALUE", [(_named(each), _about(each)) for each in parameters]
+
+
+def _named(quantity: Table) -> str:
+    return f"{quantity['name']} [{quantity['unit']}]"
+
+
+def _about(parameter: Table) -> str:
+    """Meaning, domain and default of a parameter."""
+    allowed = core().package.records.DOMAINS[parameter["domain"]].allowed
+    default = cast(float | None, parameter.get("default"))
+    return f"{parameter['meaning']}; {allowed}{'' if default is None else f'  [default: {default:g}]'}"

@@ -1,0 +1,150 @@
+"""`hopform --solver DIR|NAME COMMAND`: every command over a solver of a model of one's own, and --set."""
+
+import csv
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from hopform import _cli as cli
+from tests.derived import MODELS, built
+
+DROP = ("--height", "0.2", "--u", "3", "--set", "b12=5")
+
+
+@pytest.fixture(scope="module")
+def folder(store) -> Path:
+    """The hopper with a damper in its leg."""
+    return built(store, "damper")
+
+
+@pytest.fixture
+def leg(folder, capsys):
+    """Output of a command over that solver, which must succeed without a word on the error stream."""
+
+    def call(*arguments):
+        code = cli.main(["--solver", str(folder), *map(str, arguments)])
+        out, errors = capsys.readouterr()
+        assert (code, errors) == (0, "")
+        return out
+
+    capsys.readouterr()
+    return call
+
+
+@pytest.fixture
+def refused(capsys):
+    """The line by which a command is refused."""
+
+    def call(*arguments):
+        code = cli.main([*map(str, arguments)])
+        out, errors = capsys.readouterr()
+        assert (code, out) == (2, "") and errors.count("\n") == 1
+        return errors
+
+    capsys.readouterr()
+    return call
+
+
+def test_a_stance_is_that_of_the_model_and_shows_its_words(leg):
+    found = leg("stance", *DROP)
+    assert "takes off after 189.87 ms, apex 17.16 cm" in found
+    assert "actuator, damper" in found and "body, damper" in found and "b12 [N s/m]" not in found
+    assert "b12 [N s/m]" in leg("stance", *DROP, "--sensitivities")
+
+
+def test_json_has_the_fields_of_the_model(leg, folder):
+    found = json.loads(leg("stance", *DROP, "--json"))
+    schema = json.loads((folder / "schema.json").read_text("utf-8"))
+    jsonschema.validate(found, {"$ref": "#/$defs/hopform stance", "$defs": schema["$defs"]})
+    assert found["robot"]["b12"] == 5.0 and found["ledger"]["damper_2"] < 0.0
+    assert found["duration"] == pytest.approx(0.189874, abs=6e-7)
+
+
+def test_every_command_answers_for_a_damped_leg(leg, tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
+    assert "b12" in leg("robots", "hopper_c", "--set", "b12=5", "--toml")
+    assert ".b12 = 5.0f," in leg("robots", "--set", "b12=5", "--c", "float32")
+    run = json.loads(leg("hop", "--height", "0.1", "--hops", "3", "--controller", "exact", "--h-des", "0.1", "--set",
+                         "b12=5", "--json", "--plot", "hop.svg"))  # fmt: skip
+    assert [hop["apex"] for hop in run["hops"]] == [pytest.approx(0.1, abs=1e-6)] * 3
+    assert "reaches the desired apex" in leg("control", "--height", "0.1", "--h-des", "0.1", "--set", "b12=5")
+    reached = json.loads(leg("reach", "--heights", "3", "--currents", "3", "--set", "b12=5", "--json"))
+    assert len(reached["rows"]) == 3
+    assert "(14)" in leg("equations", "14")
+    digests = json.loads(leg("selftest", "--json"))
+    assert digests == json.loads(leg("selftest", "--json", "--backend", "python"))
+    leg("stance", *DROP, "--csv", "a.csv", "--plot", "a.svg")
+    with Path("a.csv").open(encoding="utf-8") as file:
+        assert len(list(csv.DictReader(file))) > 400
+    leg("figures", "pictures", "--only", "12,14", "--set", "b12=5", "--format", "svg")
+    leg("export", "firmware", "--robot", "hopper_c", "--set", "b12=5", "--f32")
+    robot = Path("firmware/examples/hopper/robot.h").read_text("utf-8")
+    assert ".b12 = 5.0f," in robot and digests["hopform_selftest_f32"] in robot
+    assert "real b12" in Path("firmware/include/hopform/hopform_f32.h").read_text("utf-8").replace("float", "real")
+
+
+@pytest.mark.sliced
+def test_every_figure_is_drawn_of_a_damped_leg_that_hops(leg, tmp_path):
+    pytest.importorskip("matplotlib")
+    leg("figures", tmp_path / "pictures", "--robot", "hopper_c", "--set", "b12=1", "--format", "svg")
+    assert len([*(tmp_path / "pictures").glob("*.svg")]) == 17
+
+
+def test_what_a_model_cannot_do_is_said_by_the_command(folder, refused):
+    for line in (["record", "drop"], ["identify", "drop", "drop.csv"]):
+        assert "the model damper has no identification: it lacks" in refused("--solver", folder, *line)
+
+
+def test_help_lists_what_a_solver_takes(leg, capsys):
+    shown = leg("stance", "--help")
+    for line in ("Coordinates of damper:", "x1 [m]", "u [A]", "current; |u| <= u_max",
+                 "Parameters, by --set NAME=VALUE:", "viscous friction between the masses; >= 0 and finite"):  # fmt: skip
+        assert line in shown
+    assert cli.main(["stance", "--help"]) == 0
+    assert "Coordinates of" not in capsys.readouterr().out
+    assert cli.main(["--solver", "hopper", "stance", "--help"]) == 0
+    assert "Coordinates of hopper:" in capsys.readouterr().out
+
+
+def test_a_model_file_and_what_is_no_solver_are_refused(refused):
+    assert "is a model, a text, and a solver is a program" in refused("--solver", MODELS / "damper.py", "robots")
+    assert "there is no solver 'absent'" in refused("--solver", "absent", "stance", "--height", "0.2")
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (["k"], "--set takes NAME=VALUE in SI units, as in m_eff=20, got 'k'"),
+        (["k=1 N/m"], "--set takes NAME=VALUE in SI units"),
+        (["k=nan"], "--set takes NAME=VALUE in SI units"),
+        (["b12=5"], "--set: the model hopper has no parameter 'b12', did you mean 'b2'?"),
+        (["k=-1"], "k must be > 0 N/m, got -1.0"),
+        (["x1_min=0.2"], "x1_min must be <= x1_max m, got 0.2 > 0.08"),
+    ],
+)
+def test_a_value_that_is_not_allowed_is_refused(refused, values, message):
+    given = [each for value in values for each in ("--set", value)]
+    assert message in refused("stance", "--height", "0.2", *given)
+
+
+def test_values_are_set_in_every_command_that_takes_a_robot(capsys):
+    """As a robot file with these values has them; infinite ones too, where a parameter may be."""
+    for line in ("stance --height 0.2 --json", "control --height 0.1 --h-des 0.1 --json",
+                 "hop --height 0.1 --hops 2 --json", "reach --heights 2 --currents 2 --json"):  # fmt: skip
+        assert cli.main([*line.split(), "--set", "k=1100", "--set", "x1_max=inf", "--set", "travel=inf"]) == 0
+        robot = json.loads(capsys.readouterr().out)["robot"]
+        assert (robot["k"], robot["x1_max"], robot["travel"]) == (1100.0, None, None)
+    assert cli.main(["record", "drop", "--set", "k=1100", "--seed", "1"]) == 0
+    softer = capsys.readouterr().out
+    assert cli.main(["record", "drop", "--seed", "1"]) == 0
+    assert capsys.readouterr().out != softer
+
+
+def test_the_solver_of_a_command_line_is_not_that_of_the_next(folder, capsys):
+    assert cli.main(["--solver", str(folder), "robots", "--json"]) == 0
+    assert "b12" in capsys.readouterr().out
+    assert cli.main(["robots", "--json"]) == 0
+    assert "b12" not in capsys.readouterr().out
