@@ -14,6 +14,7 @@ Read in this order, which is also the order of the imports:
                       folder; forms, in which formulas are pasted
     model_file        a model of further terms from a file
     derivation        the door: the formulas of a model as objects of sympy
+    page, solver      EQUATIONS.md of a model; all files of its solver's folder
 """
 
 VERSION = "0.1.0"

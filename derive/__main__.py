@@ -12,8 +12,7 @@ try:
     from .emit.render import INSTALLED, Options, render
     from .model.equations import ModelError
     from .model.precisions import F32, F64, PRECISIONS
-    from .model_file import read_model
-    from .models.hopper import HOPPER
+    from .solver import solver
 except ModuleNotFoundError as error:
     if error.name not in ("sympy", "jinja2", "pcpp", "pycparser"):
         raise
@@ -25,10 +24,10 @@ except ModuleNotFoundError as error:
 def main(arguments: list[str] | None = None) -> int:
     chosen = _parser().parse_args(arguments)
     try:
-        options = _options(chosen)
+        texts = _texts(chosen)
         if chosen.check:
-            return check(render(options), chosen.out or GENERATED)
-        write(render(options), chosen.out or GENERATED)
+            return check(texts, chosen.out or GENERATED)
+        write(texts, chosen.out or GENERATED)
     except (ModelError, FolderError, OSError) as error:
         print(f"derive: {error}", file=sys.stderr)
         return 2
@@ -50,7 +49,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _options(chosen: argparse.Namespace) -> Options:
+def _texts(chosen: argparse.Namespace) -> dict[Path, str]:
     if INSTALLED and chosen.out is None:
         raise ModelError("--out DIR is needed: there is no checkout whose generated/ this could be")
     own = chosen.model is not None or chosen.precisions is not None
@@ -58,11 +57,12 @@ def _options(chosen: argparse.Namespace) -> Options:
         raise ModelError("--model, --float32 and --float64 need --out DIR: generated/ holds the hopper of the paper")
     if own and lies_in(chosen.out, GENERATED):
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
-    model = HOPPER
-    if chosen.model is not None:
-        model = read_model(chosen.model)
-        print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
-    return Options(model, chosen.precisions or PRECISIONS)
+    precisions = chosen.precisions or PRECISIONS
+    if chosen.model is None:
+        return render(Options(precisions=precisions))
+    texts = solver(chosen.model, precisions)
+    print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
+    return texts
 
 
 if __name__ == "__main__":

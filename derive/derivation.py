@@ -88,8 +88,10 @@ class Derivation:
 
     def formula(self, name: str) -> Formula:
         """A formula by its name, with its unit and meaning, and the equations of the paper that it is."""
-        (found,) = self.found(name)[:1]
-        return found
+        if name not in self._by_name:
+            self.found(name)
+            raise ModelError(f"{name!r} is no name of a formula of {self.model.name}")
+        return self._by_name[name]
 
     def found(self, name: str | None = None) -> tuple[Formula, ...]:
         """The formulas of a name, of a number of the paper, "14" or "(14)", of a group, or of the whole paper, "paper",
@@ -272,6 +274,20 @@ class Derivation:
     def _library(self) -> Library:
         prefix = re.sub(r"\W|^(?=\d)", "_", self.model.name)
         return Library(self.model.title, prefix, self._by_name, self.inputs)
+
+    @property
+    def glyphs(self) -> dict[sp.Symbol, str]:
+        """The glyphs of all symbols, for `sympy.latex(..., symbol_names=...)`."""
+        return self._library.glyphs
+
+    def latex(self, name: str) -> str:
+        """A formula as LaTeX, without a comment.
+
+        >>> from hopform.model import derive
+        >>> print(derive("hopper").latex("p_1"))
+        p_1 = \\frac{b_1}{m_{eff}}
+        """
+        return forms.in_latex(self._library, self.formula(name))
 
     def show(self, name: str | None = None, form: str = "text", *, single: bool = False) -> str:
         """A formula, those of a number of the paper or of a group, or all, in a form: text, latex, sympy, json, numpy,

@@ -412,7 +412,7 @@ def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         if value == 0:
             continue
         of, word = entries[entry], str(entry).removesuffix("_work")
-        glyph = rf"P_{{\mathrm{{{word}}}}}".replace(word, word.replace("_", r"\_"))
+        glyph = rf"P_{{\text{{{word.replace('_', ' ')}}}}}"
         quantity = Quantity(f"{word}_power{_MARK}", glyph, "W", f"power: {of.meaning}")
         powers[entry] = quantity.symbol
         yield Formula(quantity, value, group)
@@ -449,14 +449,16 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     """Contact force, velocities, what holds a mass at rest to either side, and distances from stops, by a state."""
     group = "event_functions"
     if "foot" not in model.fixed:
-        force = model.stiffness * model.contact.subs(y, x1 - x2 + model.length)
-        yield _made(group, "contact_force", force)
+        parts = (model.stiffness * part for part in sp.Add.make_args(model.contact))
+        yield _made(group, "contact_force", sum(parts, sp.S.Zero).subs(y, x1 - x2 + model.length))
     for n in free:
         element, velocity = ELEMENTS[n - 1], (v1, v2)[n - 1]
         alone = model.accelerations[n - 1].subs({velocity: 0, (side_1, side_2)[n - 1]: 0})
         level, acceleration = modes.FRICTION.symbols[n - 1], FREE.symbols[n - 1]
         yield _event(n, "velocity", velocity, f"velocity of the {element.name}, which reverses or sticks where it is 0")
-        yield _made(group, level, model.levels[n - 1])
+        meaning = f"friction that holds the {element.name} at rest"
+        at_rest = replace(_quantity(level), glyph=rf"f_{{{n},0}}", meaning=meaning)
+        yield Formula(at_rest, model.levels[n - 1], group)
         yield _made(group, acceleration, sp.expand(alone))
         for way, sign in (("up", -1), ("down", 1)):
             meaning = f"friction left of the {element.name} at rest: it slips {way} where this falls to 0"
@@ -469,5 +471,5 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
 
 
 def _event(n: int, name: str, value: sp.Expr, meaning: str, unit: str = "m/s") -> Formula:
-    glyph = rf"g_{{{n},\mathrm{{{name}}}}}".replace("_s", r"\_s").replace("_u", r"\_u").replace("_d", r"\_d")
+    glyph = rf"g_{{{n},\text{{{name.replace('_', ' ')}}}}}"
     return Formula(Quantity(f"x{n}_{name}{_MARK}", glyph, unit, meaning), value, "event_functions")

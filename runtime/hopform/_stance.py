@@ -140,13 +140,22 @@ class Stance(Motion):
             "u_largest": lambda: max(flows, key=abs),
             "u_size": lambda: max(map(abs, flows)),
             "spring": lambda: self.compression_max + rest_of(robot),
-            "lowest": lambda: min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end)),
+            "lowest": self._lowest,
             "takes_off": lambda: float(self.status == "takeoff"),
             "stiff": lambda: float(
                 records.STATUSES.get(self._solved.plan_status(robot.parameters)) == "ill_conditioned"
             ),
         }
         return tuple(said(WARNINGS, lambda name: readings[name]() if name in readings else getattr(robot, name)))
+
+    def _lowest(self) -> float:
+        """The lowest height of the body; inf where no ground is below it."""
+        stands = "stance" in self.robot.solver.can
+        return (
+            min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
+            if stands
+            else math.inf
+        )
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError. At the
@@ -335,15 +344,51 @@ def solve_stance(
     >>> stance.status, round(stance.duration, 4), [event.kind for event in stance.events]
     ('takeoff', 0.1841, ['x2_reverses'])
     """
-    precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2, compression)
+    return _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+
+
+def solve_motion(
+    robot: Robot,
+    *,
+    x1: SupportsFloat = 0.0,
+    v1: SupportsFloat = 0.0,
+    x2: SupportsFloat | None = None,
+    v2: SupportsFloat = 0.0,
+    compression: SupportsFloat | None = None,
+    u: Current = 0.0,
+    horizon: SupportsFloat = 2.0,
+    max_phases: int = 4096,
+    backend: str | None = None,
+    dtype: Any = np.float64,
+) -> Stance:
+    """The motion of any model from a state, exactly: what every model can, a rig and a joint too, which have no stance.
+
+    Arguments as for `solve_stance`. Where the foot is bolted the leg pulls as well as it pushes, so the compression may
+    be below 0, and the motion ends by rest or horizon.
+
+    >>> from hopform import load_robot
+    >>> motion = solve_motion(load_robot("hopper_c"), compression=0.02)
+    >>> motion.status, round(motion.duration, 4)
+    ('rest', 0.1572)
+    """
+    start = start_of(robot, x1, v1, x2, v2, compression, "motion")
+    return _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+
+
+def _solve(
+    robot: Robot, start: records.LegState, x2_is_given: bool, u: Current, horizon: SupportsFloat, max_phases: int,
+    backend: str | None, dtype: Any,
+) -> Stance:  # fmt: skip
+    """What follows from a state."""
+    precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     steps = steps_of(u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
     quick = type(max_phases) is int and 0 < max_phases <= checks.LARGEST
     most = max_phases if quick else whole("max_phases", max_phases)
     back_end = robot.solver.back_end(backend)
     solved = back_end.solve_stance(robot.parameters, start, steps, longest, most, precision)
-    return _stance(robot, steps, back_end.name, precision, solved, x2 is not None, (start, longest, most))
+    return _stance(robot, steps, back_end.name, precision, solved, x2_is_given, (start, longest, most))
 
 
 def aed_at(stance: Stance, t: ArrayLike) -> NDArray[np.floating]:
@@ -474,7 +519,7 @@ def start_of(
     y = finite("compression", compression, "m") if height is None else x_1 - height + robot.L0 + robot.c - rest
     if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0):
         y = 0.0
-    if y < 0.0:
+    if y < 0.0 and "stance" in robot.solver.can:  # without a contact the leg pulls
         highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + robot.L0 + robot.c - rest!r} m"
         what = "compression must be >= 0 m" if height is None else f"x2 must be <= {highest}"
         raise HopformError(f"{what}, or the spring pulls, got {y if height is None else height!r}")

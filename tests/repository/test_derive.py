@@ -38,6 +38,8 @@ LAYERS = (
     ("emit.folder",),
     ("model_file",),
     ("derivation",),
+    ("page",),
+    ("solver",),
     ("__main__",),
 )
 LEVEL = {f"derive.{name}": level for level, names in enumerate(LAYERS) for name in names}

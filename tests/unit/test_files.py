@@ -41,6 +41,8 @@ COMMANDS = {
     "record": Files(("drop",), ("--robot",), {"--csv": ".csv"}),
     "figures": Files((), ("--robot", "--style"), {"folder": ""}),
     "export": Files((), ("--robot",), {"folder": ""}),
+    "model check": Files((), ("model",), {}),
+    "model build": Files((), ("model", "--out"), {}),
     "model show": Files((), ("model",), {}),
 }
 """Every command that reads or writes files. The folder of `export` is empty, that of `figures` has tests of its own."""

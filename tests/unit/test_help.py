@@ -4,6 +4,7 @@ import importlib.metadata
 import json
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 
@@ -12,6 +13,7 @@ import pytest
 import hopform
 from hopform import _cli as cli
 from hopform._cli.options import EXAMPLES, OPTIONS
+from tests.derived import MODELS, built
 
 
 def test_every_command_has_two_examples():
@@ -20,10 +22,16 @@ def test_every_command_has_two_examples():
     assert all(f"{line} ".startswith(f"{command} ") for command, lines in EXAMPLES.items() for line in lines)
 
 
-def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys):
+def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys, store):
+    """A model is copied, its solver taken from those that the tests have built."""
     pytest.importorskip("matplotlib")
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    shutil.copy(MODELS / "damper.py", "leg.py")
+    solver = built(store, "damper")
+    monkeypatch.setattr("hopform._cli.model.make", lambda model, folder, bar, in_cache: shutil.copytree(solver, folder))
+    capsys.readouterr()
     for command in sorted(EXAMPLES, key=lambda name: name != "record"):
         assert cli.main([*command.split(), "--help"]) == 0
         shown = capsys.readouterr().out

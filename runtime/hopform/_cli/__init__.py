@@ -32,7 +32,7 @@ SETTINGS: dict[str, Any] = {
 COMMANDS = {
     "robots": "solve", "equations": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "record":
     "identify", "control": "solve", "reach": "solve", "figures": "folders", "export": "folders", "selftest":
-    "folders", "model show": "model",
+    "folders", "model check": "model", "model build": "model", "model list": "model", "model show": "model",
 }  # fmt: skip
 """The module of each command; one in a group has two words."""
 

@@ -1,16 +1,33 @@
-"""The commands about model files, `hopform model show` and its sisters: what follows from a mechanism's equations of
-motion.
+"""The commands about model files: `hopform model check`, `build`, `list` and `show`.
+
+A model file is a program, and reading it runs it. The derivation, and what compiles, is imported when it is asked for.
 """
 
-from collections.abc import Generator
+import json as json_module
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
+from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
-from hopform import HopformError
+from rich.console import RenderableType
+
+from hopform import HopformError, __version__
 from hopform import model as door
 from hopform._checks import shown
 from hopform._cli.options import Form
-from hopform._files import path_of, read_text
+from hopform._cli.output import deliver, show, spaced, table
+from hopform._errors import printable
+from hopform._files import check_folder, name_of, path_of, read_text
+from hopform._progress import progress_bar
+from hopform._solver import build
+from hopform._solver.choice import DEFAULT
+from hopform._solver.folder import FACTS, Facts, built, facts_in, folder_at
+from hopform._solver.loading import built_solvers
 
 LARGEST_MODEL = 2**20
 """[B] the largest model file."""
@@ -21,21 +38,25 @@ def in_one_line() -> Generator[None, None, None]:
     """What the derivation refuses is bad input, said in one line."""
     try:
         yield
-    except door.ModelError as error:
+    except (door.ModelError, door.part("emit.folder").FolderError) as error:
         raise HopformError(str(error)) from None
+
+
+def readable(model: str) -> str:
+    """A model file that can be read, or the name of a model that ships; HopformError for anything else."""
+    shipped = door.part("derivation").SHIPPED
+    if model not in shipped:
+        if not model.endswith(".py"):
+            allowed = f"a model file, whose name ends in .py, or one of {', '.join(shipped)}"
+            raise HopformError(f"FILE must be {allowed}, got {shown(model)}")
+        read_text(path_of("FILE", model), LARGEST_MODEL)
+    return model
 
 
 def derived(model: str) -> Any:
     """The Derivation of a model file, or of a model that ships."""
-    if model not in door.part("derivation").SHIPPED:
-        if not model.endswith(".py"):
-            known = ", ".join(door.part("derivation").SHIPPED)
-            raise HopformError(
-                f"FILE must be a model file, whose name ends in .py, or one of {known}, got {shown(model)}"
-            )
-        read_text(path_of("FILE", model), LARGEST_MODEL)
     with in_one_line():
-        return door.derive(model)
+        return door.derive(readable(model))
 
 
 def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False) -> str:
@@ -46,6 +67,9 @@ def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False)
         return str(derivation.show(formula, str(form), single=f32))
 
 
+# ---- hopform model show, hopform model check ----
+
+
 def model_show(model: str, formula: str | None = None, form: Form = Form.text, f32: bool = False) -> None:
     """Print the formulas that follow from a model, to paste into a paper, a notebook or firmware.
 
@@ -53,3 +77,161 @@ def model_show(model: str, formula: str | None = None, form: Form = Form.text, f
     energies, control, event_functions) or a number of the paper.
     """
     print(spelled(derived(model), formula, form, f32), end="")
+
+
+def model_check(model: str) -> None:
+    """Check a model file: what follows from its equations of motion and what can be solved, or why not.
+
+    The file is run as Python: read it first.
+    """
+    derivation = derived(model)
+    facts = door.part("emit.facts").facts(derivation.model, "", ())
+    groups = ("equations_of_motion", "energies", "event_functions")
+    formulas = {group: [each for each in derivation.formulas if each.group == group] for group in groups}
+    headings = door.part("maths.formulas").GROUPS
+    deliver((), (), "", lambda: spaced(
+        printable(f"{facts['name']}: {facts['title']}"),
+        "\n".join(abilities(facts)),
+        *(table(headings[group], ("name", "formula", "unit"), rows_of(formulas[group]), ("name", "formula", "unit"))
+          for group in groups),
+        table("Held sets", ("held", "slips", "order", "must be >= 0"), list(held_sets(derivation)),
+              ("held", "slips", "must be >= 0")),
+        next_step(model),
+    ))  # fmt: skip
+
+
+def abilities(facts: dict[str, Any]) -> Iterator[str]:
+    """What a model can, and what it lacks for the rest."""
+    yield f"It can: {', '.join(facts['can'])}."
+    yield from (printable(f"It cannot {act}: it lacks {why}.") for act, why in facts["lacks"].items())
+
+
+def rows_of(formulas: list[Any]) -> list[tuple[str, str, str]]:
+    return [(each.name, str(each.value), each.quantity.unit) for each in formulas]
+
+
+def held_sets(derivation: Any) -> Iterator[tuple[str, str, str, str]]:
+    """The modes of a model: what is held, what slips, the order, and the conditions that a robot may violate."""
+    for each in derivation.held_sets:
+        conditions = "; ".join(f"{name} = {value}" for name, value in each.conditions.items())
+        yield ", ".join(each.held) or "nothing", ", ".join(each.slipping) or "nothing", str(each.order), conditions
+
+
+def next_step(model: str) -> str:
+    return printable(
+        f"`hopform model build {model}` makes its solver, `hopform model show {model}` prints its formulas."
+    )
+
+
+# ---- hopform model build ----
+
+
+def model_build(model: str, out: Path | None = None) -> None:
+    """Build the solver of a model file: package, compiled library, equations and a robot's numbers.
+
+    The file is run as Python, and the solver is a program: read the file first. Without --out it goes to the cache of
+    solvers, by a hash of the model, hopform and the compiler: a second build is a look-up. Without a C compiler the
+    solver has no library and computes in Python.
+    """
+    readable(model)
+    with in_one_line():
+        text = str(door.part("solver").source_of(model))
+    folder = built() / hash_of(text) if out is None else out
+    known = out is None and (folder / FACTS).is_file()
+    check_folder(folder)
+    if known:
+        os.utime(folder / FACTS)  # the newest of its name is the one that its name means
+    else:
+        with progress_bar("deriving") as bar:
+            make(model, folder, bar, in_cache=out is None)
+    facts, library = facts_in(folder / FACTS), folder_at(folder).library
+    warnings = () if library.is_file() else (f"there is no library, so that stances take longer: {no_compiler()}",)
+    deliver((), warnings, "", lambda: summary(folder, facts, known))
+
+
+def hash_of(text: str) -> str:
+    """A word for all that a solver in the cache depends on: model, derivation, version, compiler and flags."""
+    digest = sha256(f"{__version__}\n{compiler_in_words()}\n{text}\n".encode())
+    for name, path in door.part("emit.render").inputs():
+        digest.update(f"{name}\n".encode() + path.read_bytes())
+    digest.update(Path(build.__file__).read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def compiler_in_words() -> str:
+    """The compiler and its version; nothing where there is none."""
+    try:
+        command = build.compiler()
+        done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False, errors="replace")
+    except (build.NoCompiler, OSError):
+        return ""
+    return " ".join([*command, *done.stdout.splitlines()[:1]])
+
+
+def no_compiler() -> str:
+    try:
+        return f"{build.compiler()[0]} does not run"
+    except build.NoCompiler as error:
+        return str(error)
+
+
+def make(model: str, folder: Path, bar: Callable[..., None], *, in_cache: bool) -> None:
+    """Write and compile a solver: in the cache aside and then renamed, so that it is there in whole or not at all."""
+    with in_one_line():
+        texts = door.part("solver").solver(model)
+    if not in_cache:
+        write_and_compile(texts, folder, bar)
+        return
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    aside = Path(tempfile.mkdtemp(prefix=".", dir=folder.parent))
+    try:
+        write_and_compile(texts, aside, bar)
+        aside.chmod(0o755)
+        if not folder.exists():
+            aside.rename(folder)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def write_and_compile(texts: dict[Path, str], folder: Path, bar: Callable[..., None]) -> None:
+    with in_one_line():
+        door.part("emit.folder").write(texts, folder)
+    library = folder_at(folder).library
+    library.unlink(missing_ok=True)  # an old one would pass for the new sources'
+    try:
+        build.compile_solver(folder, library, progress=lambda done, of: bar(done, of, "compiling"))
+    except build.NoCompiler:
+        return
+    except build.LibraryNotBuilt as error:
+        raise HopformError(f"{name_of(folder)}: {error.args[0]}") from None
+
+
+def summary(folder: Path, facts: Facts, known: bool) -> Iterator[RenderableType]:
+    """What there is now, and how it is used."""
+    done = "was there already, in" if known else "is built in"
+    yield printable(f"{facts.name}: {facts.title}")
+    yield f"The solver {done} {name_of(folder)}. It can: {', '.join(facts.can)}."
+    yield f"{name_of(folder / 'EQUATIONS.md')} has its equations, {name_of(folder / 'robot.toml')} numbers to start from."
+
+
+# ---- hopform model list ----
+
+
+def model_list(json: bool = False) -> None:
+    """List the solvers that there are: those that ship, and those in the cache that `model build` made."""
+    found = [entry(DEFAULT.facts, DEFAULT.folder.library, None)]
+    found += [entry(facts_in(at / FACTS), folder_at(at).library, at) for at, _ in built_solvers()]
+    if json:
+        print(json_module.dumps(found, indent=2))
+        return
+    rows = [(each["name"], ", ".join(each["can"]), ", ".join(each["back_ends"]), each["folder"] or "ships with hopform",
+             each["title"]) for each in found]  # fmt: skip
+    head = ("name", "can", "back ends", "where", "title")
+    show([table("", head, [tuple(map(printable, row)) for row in rows], head)])
+
+
+def entry(facts: Facts, library: Path, folder: Path | None) -> dict[str, Any]:
+    """A solver in the list; a folder of None is that of hopform itself."""
+    back_ends = ["c", "python"] if library.is_file() else ["python"]
+    where = None if folder is None else str(folder)
+    return {"name": facts.name, "title": facts.title, "can": list(facts.can), "back_ends": back_ends, "folder": where}

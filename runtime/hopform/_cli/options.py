@@ -104,7 +104,10 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "files": typer.Argument(
             metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
         ),
-        "model show.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or hopper"),
+        **{
+            f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or hopper")
+            for name in ("check", "build", "show")
+        },
         "formula": typer.Argument(metavar="[FORMULA]", help="a name, a group, a number of the paper; all if left out"),
         "figures.folder": typer.Argument(metavar="DIR", help="where to; made if it is not there"),
         "export.folder": typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root"),
@@ -217,8 +220,10 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "export": option("for a simulator, to --out or the standard output: armature, damping, frictionloss, gear"),
         "figures.json": option("print what was written, with the captions"),
         "export.json": option("list the files as JSON"),
+        "model list.json": option("as JSON"),
         "selftest.json": option("as JSON"),
         "form": option("how formulas are spelled"),
+        "model build.out": option("where the solver goes: an empty folder, or one that this made", metavar="DIR"),
         "model show.f32": option("C in single precision"),
     },
     "Options": {
@@ -268,6 +273,9 @@ EXAMPLES = {
     "figures": ("figures pictures --only 12", "figures pictures --only 9,15 --json"),
     "export": ("export firmware --for cmake --robot hopper_c", "export single --f32 --prefix leg"),
     "selftest": ("selftest", "selftest --backend python"),
+    "model check": ("model check hopper", "model check leg.py"),
+    "model build": ("model build leg.py --out leg", "model build leg.py"),
+    "model list": ("model list", "model list --json"),
     "model show": ("model show hopper 14 --as latex", "model show hopper x2_t --as c --f32"),
 }  # fmt: skip
 """Two command lines each; a test runs them, those of `record` before those of `identify`."""

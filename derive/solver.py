@@ -1,0 +1,49 @@
+"""The folder of a solver: what is rendered of a model, and beside it the model file, numbers to start from, and the page
+of its equations.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from .derivation import SHIPPED, Derivation
+from .emit.render import Options, example_value, render
+from .emit.toml import value_of
+from .model.equations import Model, ModelError
+from .model.precisions import PRECISIONS, Precision
+from .model.quantities import TRAVEL
+from .model_file import read_model
+from .page import page
+
+MODEL, ROBOT, EQUATIONS = (Path(name) for name in ("model.py", "robot.toml", "EQUATIONS.md"))
+
+
+def source_of(model: str | Path) -> str:
+    """The text of a model file, or of what a model that ships would be as one; ModelError if it cannot be read."""
+    if str(model) in SHIPPED:
+        return f'"""{SHIPPED[str(model)].title}"""\n\nterms = ()\n'
+    try:
+        return Path(model).read_text("utf-8")
+    except (OSError, ValueError) as error:
+        raise ModelError(f"{model} cannot be read: {error}") from None
+
+
+def model_of(model: str | Path) -> Model:
+    """The model of a file, which is run as Python, or one that ships."""
+    return SHIPPED[str(model)] if str(model) in SHIPPED else read_model(Path(model))
+
+
+def solver(model: str | Path, precisions: tuple[Precision, ...] = PRECISIONS) -> dict[Path, str]:
+    """The text of every file of the folder of a solver, by path in it."""
+    text, found = source_of(model), model_of(model)
+    own = {MODEL: text, ROBOT: "".join(f"{line}\n" for line in _robot(found)), EQUATIONS: page(Derivation(found))}
+    return render(Options(found, precisions)) | own
+
+
+def _robot(model: Model) -> Iterator[str]:
+    """Numbers to start from: those of the hopper of the examples, and the defaults of further parameters."""
+    yield f"name = {value_of(model.name)}"
+    yield f"model = {value_of(model.name)}"
+    yield f"description = {value_of(f'numbers to start from: {model.title}')}"
+    for each in model.robot.quantities:
+        yield f"{f'{each.name} = {value_of(float(example_value(each)))}':<24} # [{each.unit}] {each.meaning}"
+    yield f"{f'{TRAVEL.name} = {value_of(TRAVEL.default)}':<24} # [{TRAVEL.unit}] {TRAVEL.meaning}"

@@ -1,0 +1,218 @@
+"""`hopform model check`, `build` and `list`: what they say, what they write, and that a second build is a look-up."""
+
+import json
+import os
+import re
+import shutil
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import hopform
+from derive import solver as solvers
+from derive.emit import render
+from derive.emit.facts import facts
+from derive.emit.toml import toml
+from hopform import _cli as cli
+from hopform._cli import model as commands
+from hopform._solver import build
+from hopform.model import derive
+from tests.derived import MODELS, built
+
+DAMPER = MODELS / "damper.py"
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch) -> Path:
+    """The cache of solvers of a user who has built none."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "hopform" / "solvers"
+
+
+@pytest.fixture
+def run(capsys):
+    """What a command prints; its error in one line."""
+
+    def called(*arguments: str | Path, code: int = 0) -> str:
+        assert cli.main([str(each) for each in arguments]) == code
+        printed = capsys.readouterr()
+        assert code == 0 or (printed.out == "" and printed.err.count("\n") == 1)
+        return printed.err if code else printed.out
+
+    return called
+
+
+# ---- check ----
+
+
+def test_a_check_says_what_follows_and_what_the_model_can(run):
+    said = run("model", "check", DAMPER)
+    assert "It can: motion, stance, flight, hop, command, reach." in said
+    assert re.search(r"^acc_2 +\(b12\*\(v1 - v2\).*m/s\^2 *$", said, re.MULTILINE)
+    assert re.search(r"^contact_force +b12\*\(v1 - v2\) \+ k\*\(L0 \+ c \+ x1 - x2\) +N *$", said, re.MULTILINE)
+    assert re.search(r"^damper_2_power +b12\*v2\*\(v1 - v2\) +W *$", said, re.MULTILINE)
+    assert re.search(r"^actuator +body +2 *$", said, re.MULTILINE)
+
+
+def test_a_check_says_what_a_model_cannot_and_which_robots_are_refused(run):
+    joint = run("model", "check", MODELS / "joint.py")
+    assert "It cannot hop: it lacks a body that flies, because it is bolted to the ground." in joint
+    assert "acc_2" not in joint and "contact_force" not in joint
+    fed = run("model", "check", MODELS / "feedforward.py")
+    assert re.search(r"^body +actuator +2 +p_1 = b1/m_eff - k_fed/m_eff *$", fed, re.MULTILINE)
+
+
+@pytest.mark.parametrize("command", ["check", "build"])
+def test_what_is_no_model_is_refused_by_name(run, cache, command):
+    assert "drag.py: the term 'drag' is not linear in v2" in run("model", command, MODELS / "drag.py", code=2)
+    assert "ground.py: the term 'ground spring' ties mass 1" in run("model", command, MODELS / "ground.py", code=2)
+    assert "FILE must be a model file, whose name ends in .py" in run("model", command, "leg", code=2)
+    assert not cache.exists() or not any(cache.iterdir())
+
+
+# ---- build ----
+
+
+def test_a_solver_has_its_model_its_equations_and_numbers_to_start_from(store):
+    folder = built(store, "damper")
+    assert (folder / "model.py").read_bytes() == DAMPER.read_bytes()
+    numbers = tomllib.loads((folder / "robot.toml").read_text("utf-8"))
+    assert (numbers["model"], numbers["b12"], numbers["m_eff"]) == ("damper", 0.0, 25.0)
+    page = (folder / "EQUATIONS.md").read_text("utf-8")
+    for group in ("Lagrangian", "Numerators", "Held sets", "Events", "Conditions", "Energies"):
+        assert re.search(rf"^## {group}", page, re.MULTILINE), group
+    for formula in derive(DAMPER).formulas:
+        assert f"`{formula.name}`" in page and derive(DAMPER).latex(formula.name) in page
+    manifest = (folder / "MANIFEST").read_text("utf-8")
+    assert all(f"  {name}\n" in manifest for name in ("model.py", "robot.toml", "EQUATIONS.md", "solver.toml"))
+
+
+def test_a_built_solver_solves_what_its_robot_says(store):
+    solver = hopform.load_solver(built(store, "damper"))
+    stance = solver.solve_stance(solver.load_robot(built(store, "damper") / "robot.toml"), v2=-1.9, u=2.0)
+    assert (stance.status, stance.backend) == ("takeoff", "c")
+
+
+def test_the_page_names_what_a_robot_must_obey():
+    page = solvers.page(derive(MODELS / "feedforward.py"))
+    assert "| body | `p_1` = `b1/m_eff - k_fed/m_eff` >= 0 |" in page
+    assert "No motion of a held set grows" in solvers.page(derive(DAMPER))
+    joint = solvers.page(derive(MODELS / "joint.py"))
+    assert "x2_reverses" not in joint and "takeoff" not in joint and "| hop | a body that flies" in joint
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A build writes what is small, and compiles one source: a count of each."""
+    made = {"derived": 0, "compiled": 0}
+
+    def texts(model, *_):
+        made["derived"] += 1
+        known = toml(facts(solvers.model_of(model), "0" * 16, ()))
+        return {Path("solver.toml"): known, solvers.MODEL: solvers.source_of(model)}
+
+    def compiled(folder, output, progress):
+        made["compiled"] += 1
+        output.write_bytes(b"a library")
+        progress(1, 1)
+
+    monkeypatch.setattr(solvers, "solver", texts)
+    monkeypatch.setattr(build, "compile_solver", compiled)
+    return made
+
+
+def test_a_second_build_is_a_look_up(run, cache, quick, tmp_path):
+    first, second = run("model", "build", DAMPER), run("model", "build", DAMPER)
+    assert quick == {"derived": 1, "compiled": 1}
+    assert "The solver is built in" in first and "The solver was there already, in" in second
+    (folder,) = cache.iterdir()
+    assert (folder / "model.py").read_bytes() == DAMPER.read_bytes()
+
+
+def test_another_model_another_compiler_or_another_derivation_is_built_anew(run, cache, quick, tmp_path, monkeypatch):
+    model = tmp_path / "leg.py"
+    shutil.copy(DAMPER, model)
+    run("model", "build", model)
+    model.write_text(model.read_text("utf-8") + "\n")
+    run("model", "build", model)
+    monkeypatch.setenv("CC", f"{sys.executable} -c pass")
+    run("model", "build", model)
+    engine = tmp_path / "engine.h"
+    engine.write_text("another engine")
+    inputs = [*render.inputs(), ("runtime/engine/c/more.h", engine)]
+    monkeypatch.setattr(render, "inputs", lambda: inputs)
+    run("model", "build", model)
+    assert quick["derived"] == len(list(cache.iterdir())) == 4
+
+
+def test_the_name_means_what_was_built_last(run, cache, quick, tmp_path):
+    for text in ("", "\n", ""):
+        (tmp_path / "leg.py").write_text(DAMPER.read_text("utf-8") + text)
+        run("model", "build", tmp_path / "leg.py")
+        for n, folder in enumerate(sorted(cache.iterdir(), key=lambda each: os.path.getmtime(each / "solver.toml"))):
+            os.utime(folder / "solver.toml", (n + 1, n + 1))
+    newest = max(cache.iterdir(), key=lambda each: os.path.getmtime(each / "solver.toml"))
+    listed = json.loads(run("model", "list", "--json"))
+    assert [each["folder"] for each in listed][-1] == str(newest)
+    assert (newest / "model.py").read_text("utf-8") == DAMPER.read_text("utf-8")
+
+
+def test_nothing_is_left_of_a_build_that_fails(run, cache, quick, monkeypatch):
+    def broken(folder, output, progress):
+        raise build.LibraryNotBuilt("cc does not compile c: error: no")
+
+    monkeypatch.setattr(build, "compile_solver", broken)
+    assert "cc does not compile c: error: no" in run("model", "build", DAMPER, code=2)
+    assert list(cache.iterdir()) == []
+
+
+def test_without_a_compiler_there_is_a_solver_without_a_library(capsys, cache, quick, monkeypatch):
+    def absent(*_, **__):
+        raise build.NoCompiler("there is no C compiler: set CC")
+
+    monkeypatch.setattr(build, "compile_solver", absent)
+    monkeypatch.setattr(build, "compiler", absent)
+    assert cli.main(["model", "build", str(DAMPER)]) == 0
+    assert (
+        "warning: there is no library, so that stances take longer: there is no C compiler" in capsys.readouterr().err
+    )
+    assert cli.main(["model", "list"]) == 0
+    assert re.search(r"^damper .* python  .*solvers", capsys.readouterr().out, re.MULTILINE)
+
+
+def test_a_folder_that_is_not_the_generators_is_refused(run, quick, tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("years of work")
+    said = run("model", "build", DAMPER, "--out", tmp_path / "mine", code=2)
+    assert "has no MANIFEST: not made by derive; choose an empty folder" in said
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
+    assert "is a file, not a folder" in run("model", "build", DAMPER, "--out", tmp_path / "mine/thesis.tex", code=2)
+
+
+def test_zig_compiles_where_nothing_else_does(monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(build.shutil, "which", lambda _: None)
+    monkeypatch.setattr(build, "find_spec", lambda name: name == "ziglang")
+    assert build.compiler()[:4] == [sys.executable, "-m", "ziglang", "cc"]
+    monkeypatch.setattr(build, "find_spec", lambda name: None)
+    with pytest.raises(build.NoCompiler, match=r"set CC, or install one \(Debian: gcc; PyPI: hopform\[compiler\]\)"):
+        build.compiler()
+    monkeypatch.setenv("CC", "gcc -m32")
+    assert build.compiler() == ["gcc", "-m32"]
+
+
+# ---- list ----
+
+
+def test_the_list_has_the_hopper_and_needs_no_derivation(run, monkeypatch):
+    monkeypatch.setattr(commands.door, "part", None)
+    (hopper,) = json.loads(run("model", "list", "--json"))
+    assert (hopper["name"], hopper["folder"]) == ("hopper", None) and "hop" in hopper["can"]
+    assert "ships with hopform" in run("model", "list")
+
+
+def test_help_says_that_a_model_file_is_run(run):
+    for words in (("model", "--help"), ("model", "check", "--help"), ("model", "build", "--help")):
+        assert re.search(r"run as Python|runs it", " ".join(run(*words).split())), words
