@@ -540,7 +540,7 @@ def test_the_animations_foot_stands_still_in_stance():
         (("out", "--recordings", "fall=a.csv"), "--recordings takes drop, step"),
         (("out", "--robot", "nobody"), "there is no robot"),
         (("out", "--style", "file"), "line 1: no setting of matplotlib, got 'kept'"),
-        (("out", "--only", "10", "--recordings", "step=none.csv"), "none.csv"),
+        (("out", "--only", "10", "--recordings", "drop=none.csv,step=none.csv"), "none.csv"),
         (("out", "--only", ""), "--only takes"),
         (("file",), "is a file, not a folder"),
         (("file/out",), "is a file, not a folder"),

@@ -2,9 +2,11 @@
 that is printed as Python.
 """
 
+import sys
 import warnings
 from collections.abc import Callable
 from functools import cached_property
+from types import FrameType
 from typing import TypeAlias
 
 from hopform._checks import shown
@@ -33,6 +35,15 @@ ACTS = {
     "reach": "map of apexes", "identify": "identification",
 }  # fmt: skip
 """What a model can, in words."""
+
+
+def depth_of_hopform() -> int:
+    """How many calls lie between the caller of this and whoever called into hopform, at whom a warning points."""
+    frame: FrameType | None = sys._getframe(1)
+    depth = 1
+    while frame is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == "hopform":
+        frame, depth = frame.f_back, depth + 1
+    return depth
 
 
 class Solver:
@@ -77,7 +88,7 @@ class Solver:
         if name is None:
             return self._best or self._found()
         if isinstance(name, str) and name == "numpy":
-            warnings.warn(NUMPY_IS_PYTHON, DeprecationWarning, stacklevel=3)
+            warnings.warn(NUMPY_IS_PYTHON, DeprecationWarning, stacklevel=depth_of_hopform())
         if isinstance(name, str) and name in ("c", "python", "numpy"):
             return self.compiled() if name == "c" else self.python
         raise HopformError(f"backend must be 'c' or 'python', got {shown(name)}")
@@ -93,7 +104,7 @@ class Solver:
             self._best = self.compiled()
         except BackendError as error:
             self._best = self.python
-            warnings.warn(f"hopform uses its Python back end: {error}", RuntimeWarning, stacklevel=4)
+            warnings.warn(f"hopform uses its Python back end: {error}", RuntimeWarning, stacklevel=depth_of_hopform())
         return self._best
 
 
