@@ -28,7 +28,7 @@ from hopform._show import animate
 from hopform._solver.library import backends, library_message
 from hopform._solver.package import EQUATIONS, Energy, Equation, FlightLedger, Gains, Ledger
 from hopform._solvers import Solver, load_solver
-from hopform._stance import Event, Phase, Stance, State, solve_stance, touchdown_velocity
+from hopform._stance import Event, Phase, Stance, State, solve_motion, solve_stance, touchdown_velocity
 from hopform._studies import compare, sweep
 
 
@@ -48,6 +48,6 @@ __all__ = [
     "Event", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
     "FlightPhase", "friction_threshold", "Gains", "Hop", "HopformError", "Ledger", "library_message", "load_robot", "load_solver",
     "ManySensitivities", "MissingExtra", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
-    "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_stance",
+    "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_motion", "solve_stance",
     "solve_stances", "Solver", "Stance", "State", "sweep", "terrain", "touchdown_velocity", "TouchdownDetector", "ufuncs",
 ]  # fmt: skip

@@ -140,7 +140,10 @@ class Stance(Motion):
             (moves_up(start), moves_up(start)),
             (rests and force != 0.0, f"u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"),
             (most > travel, f"coil_bound: the spring is compressed by {most:.6g} m, its travel is {travel!r} m"),
-            (lowest < 0.0, f"the body passes below the ground, down to x2 = {lowest:.6g} m"),
+            (
+                lowest < 0.0 and "stance" in robot.solver.can,
+                f"the body passes below the ground, down to x2 = {lowest:.6g} m",
+            ),
             (self.status == "takeoff" and robot.g == 0.0, "g = 0: there is no apex"),
         )
         return tuple(text for holds, text in cases if holds)
@@ -319,15 +322,51 @@ def solve_stance(
     >>> stance.status, round(stance.duration, 4), [event.kind for event in stance.events]
     ('takeoff', 0.1841, ['x2_reverses'])
     """
-    precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2, compression)
+    return _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+
+
+def solve_motion(
+    robot: Robot,
+    *,
+    x1: SupportsFloat = 0.0,
+    v1: SupportsFloat = 0.0,
+    x2: SupportsFloat | None = None,
+    v2: SupportsFloat = 0.0,
+    compression: SupportsFloat | None = None,
+    u: Current = 0.0,
+    horizon: SupportsFloat = 2.0,
+    max_phases: int = 4096,
+    backend: str | None = None,
+    dtype: Any = np.float64,
+) -> Stance:
+    """The motion of any model from a state, exactly: what every model can, a rig and a joint too, which have no stance.
+
+    Arguments as for `solve_stance`. Where the foot is bolted the leg pulls as well as it pushes, so the compression may
+    be below 0, and the motion ends by rest or horizon.
+
+    >>> from hopform import load_robot
+    >>> motion = solve_motion(load_robot("hopper_c"), compression=0.02)
+    >>> motion.status, round(motion.duration, 4)
+    ('rest', 0.1572)
+    """
+    start = start_of(robot, x1, v1, x2, v2, compression, "motion")
+    return _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+
+
+def _solve(
+    robot: Robot, start: records.LegState, x2_is_given: bool, u: Current, horizon: SupportsFloat, max_phases: int,
+    backend: str | None, dtype: Any,
+) -> Stance:  # fmt: skip
+    """What follows from a state."""
+    precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     steps = steps_of(u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
     quick = type(max_phases) is int and 0 < max_phases <= checks.LARGEST
     most = max_phases if quick else whole("max_phases", max_phases)
     back_end = robot.solver.back_end(backend)
     solved = back_end.solve_stance(robot.parameters, start, steps, longest, most, precision)
-    return _stance(robot, steps, back_end.name, precision, solved, x2 is not None)
+    return _stance(robot, steps, back_end.name, precision, solved, x2_is_given)
 
 
 def aed_at(stance: Stance, t: ArrayLike) -> NDArray[np.floating]:
@@ -455,7 +494,7 @@ def start_of(
     y = finite("compression", compression, "m") if height is None else x_1 - height + robot.L0 + robot.c - rest
     if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0):
         y = 0.0
-    if y < 0.0:
+    if y < 0.0 and "stance" in robot.solver.can:  # without a contact the leg pulls
         highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + robot.L0 + robot.c - rest!r} m"
         what = "compression must be >= 0 m" if height is None else f"x2 must be <= {highest}"
         raise HopformError(f"{what}, or the spring pulls, got {y if height is None else height!r}")
