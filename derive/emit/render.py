@@ -224,6 +224,14 @@ def example_value(quantity: Quantity) -> float:
     return next_to_nothing if known is None else known
 
 
+def example_start(model: Model) -> dict[str, float]:
+    """A state at the start of an example: a drop, in which what is bolted to the ground does not move."""
+    falls = -1.93 if "body" not in model.fixed else 0.0
+    return {
+        quantity.name: falls if quantity.symbol == quantities.v2 else 0.0 for quantity in quantities.STATE.quantities
+    }
+
+
 LEDGERS = {
     "Ledger": """Where energy came from and went to since touchdown, signed as it enters, [J].
 
@@ -256,6 +264,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
     ledgers = [energy.with_stop_loss(made.record(name), meaning) for name, meaning in LEDGERS.items()]
     public = [structs.struct_of(record) for record in made.records if record.name in PUBLIC]
     firmware = _firmware(options)
+    start = example_start(options.model)
     answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS)
     return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
         "header": HEADER_MARK,
@@ -277,6 +286,8 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "python_records": (*made.records, *ledgers),
         "walked_records": [made.record(name) for name in WALKED],
         "example": ", ".join(repr(example_value(quantity)) for quantity in made.record("Robot").quantities),
+        "example_start": ", ".join(map(repr, start.values())),
+        "example_state": ", ".join(f"{name}={value!r}" for name, value in start.items()),
         "declared": _declarations(),
         "firmware": firmware,
         "units": [name for name in firmware if name.endswith(".c")],

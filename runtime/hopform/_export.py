@@ -73,7 +73,7 @@ def package(wanted: Wanted) -> dict[Path, str]:
     library = sources(wanted)
     texts = {where(path, wanted.system): text for path, text in library.items()}
     texts |= {Path("amalgamated") / name: text for name, text in amalgamated(library, wanted.prefix).items()}
-    texts[Path("costs.md")] = COSTS.path("firmware-costs.md").read_text("utf-8")
+    texts[Path("costs.md")] = renamed(COSTS.path("firmware-costs.md").read_text("utf-8"), wanted.prefix)
     folder = wanted.solver.folder.path("packages")
     files = {path.relative_to(folder / part): path for part in ("all", wanted.system) for path in inside(folder / part)}
     if wanted.system in _EXAMPLE:
@@ -119,10 +119,14 @@ def sources(wanted: Wanted) -> dict[Path, str]:
     return texts
 
 
+_OURS = re.compile(r"(?:(?<![A-Za-z0-9])|(?<=-D))(hopform|HOPFORM)(?![a-z0-9])(?! (?:contributors|export)\b)")
+"""The prefix where a word, or a macro behind -D, begins with it; not in whose licence it is, and in the command."""
+
+
 def renamed(text: str, prefix: str) -> str:
     """Every public name with another prefix, but for the line that says what a file was generated from."""
     kept = header[0] if (header := _HEADER_LINE.match(text)) else ""
-    return kept + text[len(kept) :].replace("HOPFORM", prefix.upper()).replace("hopform", prefix)
+    return kept + _OURS.sub(lambda match: prefix if match[1].islower() else prefix.upper(), text[len(kept) :])
 
 
 # ---- the program that makes a robot hop ----

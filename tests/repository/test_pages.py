@@ -45,12 +45,15 @@ def test_the_examples_of_a_page_run(page):
         "how-to/use-another-robot.md",
         "reference/commands.md",
         "reference/solvers.md",
+        pytest.param("how-to/your-own-mechanism.md", marks=pytest.mark.sliced),
         pytest.param("tutorials/identification.md", marks=pytest.mark.sliced),
     ],
 )
 def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_path, monkeypatch, capsys, page):
     monkeypatch.chdir(tmp_path)
     Path("heights.csv").write_text("height\n0\n0.01\n-0.01\n", "utf-8")
+    for name, text in re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text_of(page), re.DOTALL):
+        Path(name).write_text(text, "utf-8")
     lines = commands(page)
     assert len(lines) >= 2
     for _, *typed in lines:
@@ -60,8 +63,12 @@ def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_
         assert printed.err == "" or "identification" in page, printed.err
         for name in target:
             Path(name).write_text(printed.out, "utf-8")
+        assert printed.out
         named = {word.rpartition(":")[2] for word in arguments if re.search(r"\.(svg|csv|npz|html)$", word)}
         assert all(Path(name).stat().st_size > 0 for name in named), arguments
+
+    for program in re.findall(r"```python\n(import hopform\n.*?)```", text_of(page), re.DOTALL):
+        exec(program, {})  # over what the commands have made
 
 
 @pytest.mark.sliced

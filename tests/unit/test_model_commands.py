@@ -1,5 +1,6 @@
 """`hopform model check`, `build` and `list`: what they say, what they write, and that a second build is a look-up."""
 
+import doctest
 import json
 import os
 import re
@@ -14,12 +15,13 @@ import hopform
 from derive import solver as solvers
 from derive.emit import render
 from derive.emit.facts import facts
+from derive.emit.folder import write
 from derive.emit.toml import toml
 from hopform import _cli as cli
 from hopform._cli import model as commands
 from hopform._solver import build
 from hopform.model import derive
-from tests.derived import MODELS, built
+from tests.derived import MODELS, built, loaded
 
 DAMPER = MODELS / "damper.py"
 
@@ -93,6 +95,17 @@ def test_a_built_solver_solves_what_its_robot_says(store):
     solver = hopform.load_solver(built(store, "damper"))
     stance = solver.solve_stance(solver.load_robot(built(store, "damper") / "robot.toml"), v2=-1.9, u=2.0)
     assert (stance.status, stance.backend) == ("takeoff", "c")
+
+
+def test_the_examples_of_a_joint_run(tmp_path):
+    """Nothing of it falls, and what is bolted to the ground starts at rest."""
+    write({path: text for path, text in solvers.solver(MODELS / "joint.py").items() if path.parts[0] != "c"}, tmp_path)
+    package = loaded(tmp_path, "joint_of_examples")
+    sys.modules["hopform_solver_of_joint"] = package
+    text = (package.__doc__ or "").replace("from hopform_solver import", "from hopform_solver_of_joint import")
+    example = doctest.DocTestParser().get_doctest(text, {}, "joint", None, None)
+    assert doctest.DocTestRunner().run(example) == doctest.TestResults(failed=0, attempted=5)
+    assert "= {0.0f, 0.0f, 0.0f, 0.0f};" in (tmp_path / "packages" / "example.c").read_text("utf-8")
 
 
 def test_the_page_names_what_a_robot_must_obey():

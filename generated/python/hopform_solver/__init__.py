@@ -13,10 +13,10 @@ same bits. `solve` calls them for arrays:
 
     >>> import numpy as np
     >>> from hopform_solver import ENDINGS, LegState, Robot, solve
-    >>> hopper = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05)
-    >>> stance = solve(hopper, LegState(x1=0.0, v1=0.0, v2=-1.93, y=0.0), u=np.array([0.0, 2.0, 3.0]))
-    >>> stance.duration.shape, [ENDINGS[ending] for ending in stance.ending.tolist()]
-    ((3,), ['takeoff', 'takeoff', 'takeoff'])
+    >>> robot = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05)
+    >>> stance = solve(robot, LegState(x1=0.0, v1=0.0, v2=-1.93, y=0.0), u=np.array([0.0, 2.0, 3.0]))
+    >>> stance.duration.shape, all(ending in ENDINGS for ending in stance.ending.tolist())
+    ((3,), True)
 """
 
 from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot

@@ -1,6 +1,6 @@
 """The folder of a solver: where its files lie, and its facts, solver.toml, which are read before any of it is imported.
 
-A folder is what `python -m derive --out DIR` writes, with the compiled library beside it. That of the hopper lies in
+A folder is what `hopform model build --out DIR` writes, with the compiled library beside it. That of the hopper lies in
 the wheel beside this package, or in a checkout in generated/.
 """
 

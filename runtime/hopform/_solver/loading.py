@@ -55,9 +55,9 @@ def _of_name(name: str) -> Solver:
 
 def built_solvers() -> Iterator[tuple[Path, str]]:
     """The folders of the solvers that were built for this user, with their names, the newest last; what cannot be read
-    is left out.
+    is left out, and what begins with a dot, which is being built.
     """
-    for path in sorted(built().glob(f"*/{FACTS}"), key=os.path.getmtime):
+    for path in sorted(built().glob(f"[!.]*/{FACTS}"), key=os.path.getmtime):
         with suppress(HopformError):
             yield path.parent, facts_in(path).name
 

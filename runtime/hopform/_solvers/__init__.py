@@ -140,7 +140,7 @@ class Solver:
 
 
 def load_solver(name_or_folder: str | Path) -> Solver:
-    """A solver: that of a folder which `python -m derive --model FILE --out DIR` has filled, that of a model that was
+    """A solver: that of a folder which `hopform model build FILE --out DIR` has filled, that of a model that was
     built under a name, the newest, or "hopper", which `hopform` itself is.
 
     Loading runs the programs in the folder: load what you have built, or trust. Raises HopformError for a name or a
