@@ -418,14 +418,14 @@ run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="python")
 (header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
 column = {name: np.array(values, float) for name, *values in zip(header, *rows)}
 t = run.times(50)
-drawn = [line.get_ydata() for line in results.figure_of(stance).axes[3].get_lines()[:2]]
+(drawn,) = (line.get_ydata() for line in results.figure_of(stance).axes[4].get_lines())  # E less its prediction
 ledger = tables.ledger(stance)
 entries = stance.ledger(stance.duration)
 print(abs(entries.drag_2) > 0.01)
 for error in (
     column["E"] - column["E"][0] - column["AED"],
     np.asarray(run.energy(t).body) - run.aed(t),
-    drawn[0] - drawn[1],
+    drawn,
     *([float(list(each.cells)[-1])] for each in ledger.columns[1:]),
 ):
     print(np.abs(error).max() < 1e-12)
