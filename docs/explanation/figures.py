@@ -22,6 +22,8 @@ from hopform_solver.elements import COLUMNS
 from hopform_solver.engine_f64 import NEVER
 
 BODY = hopform.load_robot("hopper_c")
+WIDTH = 4.6
+"""[in] Letters stay readable on a telephone."""
 
 
 def each(value: float) -> Any:
@@ -36,7 +38,7 @@ def near_equal_poles() -> Figure:
     times, centre = np.linspace(0.02, 0.5, 25), 10.0
     distances = np.logspace(-12, -0.3, 48)
     errors = np.array([errors_of_w(centre * np.array([1 - d, 1, 1 + 2 * d]), times) for d in distances])
-    figure = Figure(figsize=(6.4, 3.4), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.8), layout="constrained")
     axes = figure.subplots()
     words = ("partial fractions, exact poles", "partial fractions, poles by numpy.roots", "hopform")
     for error, word, colour in zip(errors.T, words, (ORANGE, MAGENTA, BLUE), strict=True):
@@ -83,8 +85,8 @@ V2 = -0.5
 def certificate() -> Figure:
     """The signs that tell how many zeros of y an interval holds; its minimum, on either side of zero."""
     edge = last_current_with_a_dip(0.36, 0.38)
-    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
-    parts: dict[str, Any] = figure.subplot_mosaic([["g", "zoom"], ["slope", "zoom"], ["d", "zoom"]])
+    figure = Figure(figsize=(WIDTH, 6.6), layout="constrained")
+    parts: dict[str, Any] = figure.subplot_mosaic([["g"], ["slope"], ["d"], ["zoom"]], height_ratios=[1, 1, 1, 1.6])
     for u, colour in ((edge - 0.002, ORANGE), (edge + 0.002, BLUE)):
         t, g, rate, d = in_one_interval(u)
         for name, values in (("g", 1e3 * g), ("slope", rate), ("d", d), ("zoom", 1e3 * g)):
@@ -148,7 +150,7 @@ def branch_and_bound() -> Figure:
     command = hopform.choose_current(BODY, v2=v2, h_des=h_des)
     tried, apexes, waiting = search(v2, h_des)
     assert command.u in tried and len(tried) == command.solved
-    figure = Figure(figsize=(6.4, 5.0), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
     curve, rows = figure.subplots(2, sharex=True)
     u, apex = command.curve()
     curve.plot(u, 1e3 * apex, color=BLUE, label="apex(u), admissible")
@@ -162,12 +164,12 @@ def branch_and_bound() -> Figure:
                 rows.annotate(f"{1e3 * bound:.1f} mm", ((start + end) / 2, n), ha="center", xytext=(0, 4),
                               textcoords="offset points", fontsize=7)  # fmt: skip
     rows.plot([], [], color=GREEN, linewidth=4, label="may hold a root")
-    rows.plot([], [], color=GREY, linewidth=4, label="cannot; with its lower bound")
+    rows.plot([], [], color=GREY, linewidth=4, label="cannot, by this bound")
     rows.set(xlim=(-0.6, BODY.u_max), ylim=(len(tried) + 0.6, 0.2), xlabel="u [A]", yticks=range(1, len(tried) + 1))
     rows.set_ylabel("candidate, and what waits after it")
-    curve.set(ylabel="apex [mm]", ylim=(40.0, None))
+    curve.set(ylabel="apex [mm]", ylim=(15.0, None))
     curve.legend(loc="upper left")
-    rows.legend(loc="lower left")
+    rows.legend(loc="lower right", handlelength=1.0)
     return figure
 
 
@@ -203,7 +205,7 @@ def saltation() -> Figure:
     u, step, v2 = 0.75, 1e-3, hopform.touchdown_velocity(BODY, height=0.20)
     stance = hopform.solve_stance(BODY, v2=v2, u=u)
     t = np.linspace(0.0, stance.duration, 2001)
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
     velocity, slope = figure.subplots(2, sharex=True)
     states, tangents = stance._solved.tangents(t)
     velocity.plot(1e3 * t, states.v1, color=BLUE)

@@ -23,6 +23,8 @@ from hopform._cli import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
 
+HEADER = (ROOT / "generated" / "c" / "include" / "hopform" / "hopform_f64.h").read_text("utf-8")
+
 project, author, release = "hopform", "hopform contributors", hopform.__version__
 copyright = "hopform contributors, MIT"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.viewcode", "breathe"]
@@ -147,6 +149,16 @@ def api(names: list[str]) -> str:
     return "\n\n".join([".. currentmodule:: hopform", table, *each])
 
 
+def in_c(names: list[str]) -> str:
+    """Functions and structs of the C library in double precision, each with its name in single precision."""
+    parts: list[str] = []
+    for name in names:
+        kind = "function" if f" {name}_f64(" in HEADER else "struct"
+        members = "\n   :members:" if kind == "struct" else ""
+        parts.append(f".. doxygen{kind}:: {name}_f64{members}\n\nIn single precision: ``{name}_f32``.")
+    return "\n\n".join(parts)
+
+
 def with_downloads(name: str, text: str) -> str:
     """A page whose links to pages that the site leaves out are downloads."""
 
@@ -167,6 +179,7 @@ def on_read(app: Any, name: str, source: list[str]) -> None:
         if mark in text and name.startswith("docs/site/"):
             text = text.replace(mark, made())
     text = re.sub(r"\{\{api:([^}]+)\}\}", lambda found: api(found[1].split()), text)
+    text = re.sub(r"\{\{c:([^}]+)\}\}", lambda found: in_c(found[1].split()), text)
     text = with_downloads(name, with_figures(name, text))
     source[0] = text + ("\n" + navigation() if name == root_doc else "")
 

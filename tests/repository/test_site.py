@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import shutil
 import time
 from html.parser import HTMLParser
@@ -103,8 +104,10 @@ def test_the_api_has_every_public_name_of_python_and_c(pages):
     header = (ROOT / "generated" / "c" / "include" / "hopform" / "hopform_f64.h").read_text("utf-8")
     functions = {line.split("(")[0].split()[-1] for line in header.splitlines() if "hopform_" in line.split("(")[0]
                  and line.startswith(("int32_t ", "uint32_t ", "void "))}  # fmt: skip
-    assert len(functions) > 20
-    assert [name for name in functions if f">{name}<" not in c] == []
+    structs = set(re.findall(r"^\} (hopform_\w+);$", header, re.MULTILINE))
+    assert len(functions) > 20 and len(structs) > 20
+    assert [name for name in functions | structs if f">{name}<" not in c] == []
+    assert [name for name in functions | structs if f">{name.replace('_f64', '_f32')}<" not in c] == []
 
 
 def test_every_page_has_a_link_to_the_page_to_play_with(pages):
@@ -118,7 +121,10 @@ def test_the_help_of_every_command_is_there():
 
 
 @pytest.mark.skipif(shutil.which("chromedriver") is None, reason="search is not tried: chromedriver is absent")
-def test_search_finds_pages_without_a_server():
+@pytest.mark.parametrize(
+    ("words", "page"), [("saltation", "sensitivities.html"), ("hopform_solve_stance_f32", "c.html")]
+)
+def test_search_finds_pages_without_a_server(words, page):
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
@@ -127,13 +133,13 @@ def test_search_finds_pages_without_a_server():
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
     try:
-        driver.get((SITE / "search.html").as_uri() + "?q=saltation")
+        driver.get((SITE / "search.html").as_uri() + f"?q={words}")
         end = time.monotonic() + 10.0
         links: list[str] = []
-        while time.monotonic() < end and not any("sensitivities" in link for link in links):
+        while time.monotonic() < end and not any(link.startswith(page) for link in links):
             links = [os.path.basename(each.get_attribute("href") or "")
                      for each in driver.find_elements("css selector", "ul.search li a")]  # fmt: skip
-        assert any(link.startswith("sensitivities.html") for link in links), links
+        assert any(link.startswith(page) for link in links), links
         assert driver.get_log("browser") == []
     finally:
         driver.quit()

@@ -416,6 +416,16 @@ def test_figures_of_ones_own_in_every_form(tmp_path, monkeypatch, capsys):
     assert {"t", "energy", "kinetic", "run x2"} <= set(head.split(",")) and len(rows) > 300
 
 
+def test_figures_of_a_telephones_width_have_room(tmp_path, monkeypatch, capsys):
+    """As the site draws them; the schematic stands one half below the other."""
+    monkeypatch.chdir(tmp_path)
+    how = ["--caption", "none", "--width", "4.2in", "--format", "svg,png"]
+    assert cli.main(["figures", "out", "--only", "1,9", *how]) == 0
+    assert capsys.readouterr().err == ""
+    sizes = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', Path("out/fig_01.svg").read_text("utf-8"))
+    assert sizes is not None and float(sizes[1]) < float(sizes[2])
+
+
 def test_a_caption_is_text_to_latex():
     escaped = r"50 \% of m\_eff \& \{x\textasciicircum{}2\} \textbackslash{} \#1 \textasciitilde{} \$"
     assert figures_command.tex(r"50 % of m_eff & {x^2} \ #1 ~ $") == escaped

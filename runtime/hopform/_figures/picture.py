@@ -89,8 +89,9 @@ def set_under(figure: Figure, caption: str) -> None:
 
 
 def legend(axes: Axes, columns: int = 3, **how: Any) -> None:
-    """The legend above its panel, where it hides no curve."""
-    columns = max(1, min(columns, int(LOOK.get().width / 2.1)))
+    """The legend above its panel, where it hides no curve, in as many columns as have room beside each other."""
+    longest = max((len(words) for words in axes.get_legend_handles_labels()[1]), default=0)
+    columns = max(1, min(columns, int(LOOK.get().width / max(2.1, 0.6 + 0.06 * longest))))
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, columnspacing=1.4, **how)
 
 
