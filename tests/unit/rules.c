@@ -146,7 +146,7 @@ typedef struct {
 static void take_poles(const drawn *it, asked *at)
 {
     const double a = it->a, p = it->p, q = it->q;
-    at->poles = a > 0.0 ? OF(hopform_factor_cubic)((real)(a + p), (real)(q + a * p), (real)(a * q))
+    at->poles = a > 0.0 ? OF(factor_cubic)((real)(a + p), (real)(q + a * p), (real)(a * q))
                         : OF(pair_alone)((real)p, (real)q);
     at->node = OF(node_of_poles)(&at->poles, 1);
     at->g.s1 = (quad)at->poles.a + at->poles.p;

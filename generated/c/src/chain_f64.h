@@ -22,7 +22,7 @@ typedef struct {
     int32_t step;
     double horizon;
     double t;
-    hopform_state_by_axis_f64 at;
+    state_by_axis_f64 at;
     double from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     double from_upper;
     int side[HOPFORM_ELEMENTS];
@@ -37,11 +37,11 @@ typedef struct {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
-    int event;                           /* with which the phase began */
-    hopform_drive_by_element_f64 drive; /* of the phase, as its numerators */
-    hopform_numerators_f64 motion;
-    hopform_follow_f64 *follow;
-    hopform_tally_f64 *tally;
+    int event;                   /* with which the phase began */
+    drive_by_element_f64 drive; /* of the phase, as its numerators */
+    numerators_f64 motion;
+    follow_f64 *follow;
+    tally_f64 *tally;
 } stance_chain_f64;
 
 static inline double current_of_chain_f64(const stance_chain_f64 *chain) {
@@ -52,15 +52,15 @@ static inline double current_of_chain_f64(const stance_chain_f64 *chain) {
 
 /* Level of friction of an element. */
 static inline double level_of_f64(const hopform_robot_f64 *robot, int element) {
-    hopform_friction_by_element_f64 levels;
-    levels.named = hopform_friction_of_f64(robot);
+    friction_by_element_f64 levels;
+    levels.named = friction_of_f64(robot);
     return levels.of[element];
 }
 
 /* Numerator of the free acceleration of an element that is held. */
-static inline hopform_numerator_f64 free_numerator_f64(const hopform_rates_f64 *rates, int element,
-                                                         const hopform_motion_f64 *motion) {
-    return element == 0 ? hopform_free_numerator_1_f64(rates, motion) : hopform_free_numerator_2_f64(rates, motion);
+static inline numerator_f64 free_numerator_f64(const hopform_rates_f64 *rates, int element,
+                                                 const motion_f64 *motion) {
+    return element == 0 ? free_numerator_1_f64(rates, motion) : free_numerator_2_f64(rates, motion);
 }
 
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
@@ -72,22 +72,22 @@ static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element
 }
 
 /* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline hopform_drive_by_element_f64 drive_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
-    hopform_drive_by_element_f64 drive;
-    drive.named = hopform_drive_of_f64(&chain->plan->robot, &chain->plan->rates, current_of_chain_f64(chain),
-                                        (double)side[0], (double)side[1]);
+static inline drive_by_element_f64 drive_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
+    drive_by_element_f64 drive;
+    drive.named = drive_of_f64(&chain->plan->robot, &chain->plan->rates, current_of_chain_f64(chain), (double)side[0],
+                                (double)side[1]);
     return drive;
 }
 
-static inline hopform_numerators_f64 numerators_f64(const stance_chain_f64 *chain, const int *side) {
-    const hopform_drive_by_element_f64 drive = drive_of_chain_f64(chain, side);
-    hopform_numerators_f64 made;
-    made.named = hopform_motion_under_f64(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
+static inline numerators_f64 numerators_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
+    const drive_by_element_f64 drive = drive_of_chain_f64(chain, side);
+    numerators_f64 made;
+    made.named = motion_under_f64(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
 /* The first derivative at the start that is not zero. */
-static inline double first_derivative_f64(const hopform_numerator_f64 *h) {
+static inline double first_derivative_f64(const numerator_f64 *h) {
     const double first = fabs_f64(h->H3) > 0.0 ? h->H3 : h->H2;
     return fabs_f64(first) > 0.0 ? first : h->H1;
 }
@@ -95,22 +95,21 @@ static inline double first_derivative_f64(const hopform_numerator_f64 *h) {
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline double drift_of_free_f64(const stance_chain_f64 *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const hopform_numerators_f64 motion = numerators_f64(chain, side);
-    const hopform_numerator_f64 free = free_numerator_f64(&chain->plan->rates, element, &motion.named);
+    const numerators_f64 motion = numerators_of_chain_f64(chain, side);
+    const numerator_f64 free = free_numerator_f64(&chain->plan->rates, element, &motion.named);
     return first_derivative_f64(&free);
 }
 
-static inline hopform_free_by_element_f64 free_of_f64(const stance_chain_f64 *chain,
-                                                        const hopform_state_f64 *state) {
-    hopform_free_by_element_f64 free;
-    free.named = hopform_free_accelerations_f64(&chain->plan->rates, state, current_of_chain_f64(chain));
+static inline free_by_element_f64 free_of_f64(const stance_chain_f64 *chain, const hopform_state_f64 *state) {
+    free_by_element_f64 free;
+    free.named = free_accelerations_f64(&chain->plan->rates, state, current_of_chain_f64(chain));
     return free;
 }
 
 /* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
 static inline double terms_of_free_f64(const stance_chain_f64 *chain, int element) {
-    hopform_free_by_element_f64 terms;
-    terms.named = hopform_free_terms_f64(&chain->plan->rates, &chain->at.named, current_of_chain_f64(chain));
+    free_by_element_f64 terms;
+    terms.named = free_terms_f64(&chain->plan->rates, &chain->at.named, current_of_chain_f64(chain));
     return terms.of[element] + level_of_f64(&chain->plan->robot, element);
 }
 
@@ -123,15 +122,15 @@ typedef struct {
 
 static inline direction_f64 direction_from_rest_f64(const stance_chain_f64 *chain, int element) {
     const bool known = chain->alone == element;
-    const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
+    const free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
     const double acceleration = known ? chain->free : free.of[element];
     const double friction = level_of_f64(&chain->plan->robot, element);
     const double rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_f64 * terms_of_free_f64(chain, element);
     const bool on_threshold = fabs_f64(fabs_f64(acceleration) - friction) <= rounding;
-    double goes = hopform_goes_f64(acceleration, friction);
+    double goes = goes_f64(acceleration, friction);
     if (on_threshold) {
         const double drift = drift_of_free_f64(chain, element);
-        goes = acceleration * drift > 0.0 || friction <= rounding ? hopform_goes_f64(drift, 0.0) : 0.0;
+        goes = acceleration * drift > 0.0 || friction <= rounding ? goes_f64(drift, 0.0) : 0.0;
     }
     const direction_f64 direction = {stance_blocked_f64(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
     return direction;
@@ -164,7 +163,7 @@ static inline uint32_t held_elements_f64(const stance_chain_f64 *chain) {
 static inline double end_of_step_f64(const stance_chain_f64 *chain) {
     const int32_t next = chain->step + 1;
     const double until = next < chain->step_count ? chain->steps[next].t : chain->horizon;
-    return hopform_lesser_f64(until, chain->horizon);
+    return lesser_f64(until, chain->horizon);
 }
 
 /* ---- the end of a phase ---- */
@@ -177,8 +176,8 @@ typedef struct {
     int rests;      /* whose event that is */
 } stance_events_f64;
 
-static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, const hopform_numerator_f64 *h,
-                                                           double start, double sign, int owner, int shape) {
+static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, const numerator_f64 *h, double start,
+                                                           double sign, int owner, int shape) {
     event_function_f64 *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -201,9 +200,9 @@ static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, con
 static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element, int shape, event_set_f64 *set) {
     const bool open[] = {!stance_blocked_f64(chain, element, -1), !stance_blocked_f64(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
-    const hopform_numerator_f64 h = free_numerator_f64(&chain->plan->rates, element, &chain->motion.named);
+    const numerator_f64 h = free_numerator_f64(&chain->plan->rates, element, &chain->motion.named);
     const double drift = fabs_f64(h.H3) > 0.0 ? h.H3 : h.H2;
-    const hopform_free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
+    const free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
         const double sign = (double)side;
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
@@ -220,10 +219,10 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
 static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
     const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
     const double gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !hopform_is_finite_f64(gap)) { return; }
+    if (side == 0 || !is_finite_f64(gap)) { return; }
     const double away = -(double)side;
-    const hopform_numerator_f64 *h = &chain->motion.of.position;
-    const hopform_numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
+    const numerator_f64 *h = &chain->motion.of.position;
+    const numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f64 *stop =
         add_event_function_f64(set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, DISTANCE_f64);
     stop->H0 = away * h->H1;
@@ -235,13 +234,13 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     const double *at = chain->at.of;
     const int *side = chain->side;
     event_set_f64 *set = &events->set;
-    const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, side[0], side[1]);
+    const hopform_poles_f64 *poles = poles_of_f64(chain->plan, side[0], side[1]);
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const double compression = at[HOPFORM_COMPRESSION_AXIS];
     const int shape = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_f64 : MAY_TURN_f64;
     set->poles = poles;
-    set->node = hopform_node_of_f64(chain->plan, side[0], side[1]);
+    set->node = node_of_f64(chain->plan, side[0], side[1]);
     set->count = 0;
     events->rest_time = HOPFORM_NEVER_f64;
     events->rests = NO_OWNER_f64;
@@ -249,8 +248,8 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
                        && !(fabs_f64(chain->drive.of[slips]) > 0.0);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_f64 h = hopform_contact_numerator_f64(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_f64(set, &h, hopform_contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0,
+        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->motion.named);
+        (void)add_event_function_f64(set, &h, contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0,
                                       CONTACT_f64, shape);
     }
     add_stop_f64(chain, set);
@@ -289,20 +288,20 @@ static inline void cross_at_the_limit_f64(const stance_events_f64 *events, doubl
 }
 
 /* Whether so much of a phase has passed that what the compression tends to may say more of a take-off. */
-static inline bool is_late_f64(const hopform_basis_f64 *basis) {
+static inline bool is_late_f64(const basis_f64 *basis) {
     return fabs_f64(basis->Wdd) < 0.25;
 }
 
 /* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
 static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
-                                      const event_function_f64 *contact, const hopform_basis_f64 *basis, double t) {
+                                      const event_function_f64 *contact, const basis_f64 *basis, double t) {
     if (!is_late_f64(basis)) { return 0.0; }
-    hopform_state_by_axis_f64 steady = {{0.0, 0.0, 0.0, 0.0}};
-    hopform_numerators_f64 from_slack;
-    from_slack.named = hopform_motion_of_f64(chain->plan, &steady.named, current_of_chain_f64(chain), chain->side[0],
-                                              chain->side[1]);
-    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_f64(poles, &from_slack.of.compression);
-    const double settled = hopform_contact_of_f64(&chain->plan->robot, &steady.named);
+    state_by_axis_f64 steady = {{0.0, 0.0, 0.0, 0.0}};
+    numerators_f64 from_slack;
+    from_slack.named =
+        motion_of_f64(chain->plan, &steady.named, current_of_chain_f64(chain), chain->side[0], chain->side[1]);
+    steady.of[HOPFORM_COMPRESSION_AXIS] = settled_f64(poles, &from_slack.of.compression);
+    const double settled = contact_of_f64(&chain->plan->robot, &steady.named);
     return steady_state_correction_f64(poles, contact, settled, basis, t);
 }
 
@@ -323,25 +322,25 @@ static inline bool sharpen_takeoff_f64(const stance_chain_f64 *chain, const stan
 
 /* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
 static inline double far_end_f64(const event_set_f64 *set, double low, double limit) {
-    const double near = hopform_greater_f64(3.0 * low, set->node->t);
+    const double near = greater_f64(3.0 * low, set->node->t);
     const double half = 0.95 * set->node->half_period;
     const bool faded =
         -0.5 * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_f64; /* the pair: what is left is monotone */
-    const double far = faded ? limit : low + hopform_lesser_f64(near, half);
+    const double far = faded ? limit : low + lesser_f64(near, half);
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
 /* That of the first interval: the node, which a pair that hardly draws has not. */
 static inline double first_end_f64(const event_set_f64 *set, double limit) {
     const double half = 0.95 * set->node->half_period;
-    return hopform_lesser_f64(hopform_lesser_f64(set->node->t, half), limit);
+    return lesser_f64(lesser_f64(set->node->t, half), limit);
 }
 
 /* Reach it, by what is known there. */
 static inline void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, double limit) {
     const hopform_node_f64 *node = set->node;
     if (node->t < limit) {
-        const hopform_basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        const basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f64(set->poles, node->t, &basis);
     } else {
         end_interval_at_f64(set, in, first_end_f64(set, limit));
@@ -414,7 +413,7 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
     interval_f64 *in = &search->in;
     in->count = 0;
     in->found = begin_at_start_f64(set, in);
-    search->limit = hopform_lesser_f64(search->events.rest_time, until);
+    search->limit = lesser_f64(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
     if (!search->open) { in->high = propagator_at_start_f64(set->poles); }
 }
@@ -424,7 +423,7 @@ static inline bool next_end_f64(const event_set_f64 *set, interval_f64 *in, doub
     begin_interval_f64(set, in);
     const double until = quiet_until_f64(set, in);
     const bool quiet = until > in->low.t + 2.0 * set->node->t;
-    *end = quiet ? hopform_lesser_f64(until, limit) : far_end_f64(set, in->low.t, limit);
+    *end = quiet ? lesser_f64(until, limit) : far_end_f64(set, in->low.t, limit);
     return quiet;
 }
 
@@ -555,17 +554,17 @@ static inline void next_step_f64(stance_chain_f64 *chain) {
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const hopform_basis_f64 *basis) {
+static inline void keep_faint_acceleration_f64(stance_chain_f64 *chain, const basis_f64 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f64 *rates = &chain->plan->rates;
     if (level_of_f64(&chain->plan->robot, element) > 0.0 || fabs_f64(rates->a1_v1) > 0.0) { return; }
-    const hopform_free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
-    const hopform_numerator_f64 *leg = &chain->motion.of.compression;
+    const free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
+    const numerator_f64 *leg = &chain->motion.of.compression;
     const double compression = fabs_f64(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f64(leg->H3 * basis->Wd)
                              + fabs_f64(leg->H2 * basis->W) + fabs_f64(leg->H1 * basis->W1);
     const double by_spring = fabs_f64(rates->a1_y * compression);
     if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * by_spring)) { return; }
-    const hopform_numerator_f64 *h = &chain->motion.of.velocity[element];
+    const numerator_f64 *h = &chain->motion.of.velocity[element];
     const double terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const double rate = terms[0] + terms[1] + terms[2];
     if (fabs_f64(rate) > 16.0 * HOPFORM_EPS_f64 * (fabs_f64(terms[0]) + fabs_f64(terms[1]) + fabs_f64(terms[2]))) {
@@ -581,9 +580,8 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
     if (element < 0 || chain->side[element] == 0) { return; }
     if (chain->side[1 - element] == 0 && !end->stops) {
         chain->alone = element;
-        chain->free =
-            hopform_free_after_motion_f64((double)chain->side[element], level_of_f64(&chain->plan->robot, element),
-                                           &chain->motion.of.velocity[element], &end->in.high.basis);
+        chain->free = free_after_motion_f64((double)chain->side[element], level_of_f64(&chain->plan->robot, element),
+                                             &chain->motion.of.velocity[element], &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
         keep_faint_acceleration_f64(chain, &end->in.high.basis);
     }
@@ -591,12 +589,11 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f64(stance_chain_f64 *chain, const hopform_basis_f64 *basis) {
+static inline void stance_arrive_f64(stance_chain_f64 *chain, const basis_f64 *basis) {
     double *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const double before = *position;
     *position = 0.0;
-    chain->at.named =
-        hopform_arrive_f64(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    chain->at.named = arrive_f64(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
     const double way = *position;
     *position = before + way;
     chain->from_lower += way;
@@ -611,9 +608,8 @@ static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
     if (element < 0 || side[0] == 0 || side[1] == 0) { return; }
     double *drive = &chain->drive.of[element];
     *drive = 0.0;
-    hopform_numerators_f64 others;
-    others.named =
-        hopform_motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
+    numerators_f64 others;
+    others.named = motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
     *drive = -others.of.velocity[element].H3;
 }
 
@@ -622,20 +618,19 @@ static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->alone;
     chain->drive = drive_of_chain_f64(chain, chain->side);
     start_on_threshold_f64(chain);
-    chain->motion.named = hopform_motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named,
-                                                    chain->side[0], chain->side[1]);
+    chain->motion.named =
+        motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const double level = (double)chain->side[element] * level_of_f64(&chain->plan->robot, element);
-        hopform_go_on_f64(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
+        go_on_f64(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
     }
 }
 
 /* The AED of a phase that lasts for t. */
 static inline double aed_in_phase_f64(const stance_chain_f64 *chain, double t) {
     const hopform_phase_f64 phase = phase_of_chain_f64(chain, HOPFORM_EVENT_NONE);
-    const hopform_ledger_f64 ledger =
-        hopform_ledger_in_phase_f64(chain->plan, &phase, current_of_chain_f64(chain), t);
-    return hopform_aed_of_ledger_f64(&ledger);
+    const hopform_ledger_f64 ledger = ledger_in_phase_f64(chain->plan, &phase, current_of_chain_f64(chain), t);
+    return aed_of_ledger_f64(&ledger);
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
@@ -657,21 +652,21 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
 /* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
-    const double contact = hopform_contact_of_f64(&chain->plan->robot, &chain->at.named);
+    const double contact = contact_of_f64(&chain->plan->robot, &chain->at.named);
     if (HOPFORM_FOOT_IS_FIXED) { return false; }
-    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && hopform_compression_rate_f64(&chain->at.named) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_f64(&chain->at.named) > 0.0;
     if (fabs_f64(contact) > 0.0 || rises) { return contact < 0.0; }
-    const hopform_numerators_f64 motion = numerators_f64(chain, chain->side);
-    const hopform_numerator_f64 h = hopform_contact_numerator_f64(&chain->plan->robot, &motion.named);
+    const numerators_f64 motion = numerators_of_chain_f64(chain, chain->side);
+    const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &motion.named);
     return first_derivative_f64(&h) < 0.0;
 }
 
 /* Show the phase that has come to its end to who follows the stance. */
-static inline void show_phase_f64(const stance_chain_f64 *chain, const hopform_state_by_axis_f64 *start, double length,
-                                   const hopform_basis_f64 *end, bool leaves) {
+static inline void show_phase_f64(const stance_chain_f64 *chain, const state_by_axis_f64 *start, double length,
+                                   const basis_f64 *end, bool leaves) {
     if (chain->follow != NULL) {
-        const hopform_passage_f64 passage = {&chain->motion, end,         length,       start,
-                                              &chain->at,     chain->side, chain->event, leaves};
+        const passage_f64 passage = {&chain->motion, end,         length,       start,
+                                      &chain->at,     chain->side, chain->event, leaves};
         chain->follow(chain->tally, &passage);
     }
 }
@@ -679,7 +674,7 @@ static inline void show_phase_f64(const stance_chain_f64 *chain, const hopform_s
 /* The same of a last phase in which no time passes. */
 static inline void show_ending_f64(stance_chain_f64 *chain) {
     if (chain->follow != NULL) {
-        const hopform_basis_f64 now = {1.0, 0.0, 0.0, 0.0, 0.0};
+        const basis_f64 now = {1.0, 0.0, 0.0, 0.0, 0.0};
         stance_begin_phase_f64(chain);
         show_phase_f64(chain, &chain->at, 0.0, &now, false);
     }
@@ -702,10 +697,10 @@ static inline int32_t ending_before_phase_f64(stance_chain_f64 *chain) {
 static inline int32_t stance_begin_f64(stance_chain_f64 *chain) {
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         double *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-        chain->side[element] = (int)hopform_goes_f64(*velocity, 0.0);
+        chain->side[element] = (int)goes_f64(*velocity, 0.0);
         if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
             && stance_blocked_f64(chain, element, chain->side[element])) {
-            chain->start_loss = hopform_loss_at_stop_f64(&chain->plan->robot, &chain->at.named);
+            chain->start_loss = loss_at_stop_f64(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0;
             chain->side[element] = 0;
         }
@@ -718,13 +713,13 @@ static inline int32_t stance_begin_f64(stance_chain_f64 *chain) {
 /* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
 static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance_search_f64 *end) {
     const double until = end_of_step_f64(chain);
-    const hopform_state_by_axis_f64 start = chain->at;
+    const state_by_axis_f64 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f64 && end->certified;
     const double length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
     stance_arrive_f64(chain, &end->in.high.basis);
     show_phase_f64(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f64);
-    chain->t = passes ? until : hopform_lesser_f64(chain->t + length, until); /* not behind it by rounding */
+    chain->t = passes ? until : lesser_f64(chain->t + length, until); /* not behind it by rounding */
     if (end->owner == CONTACT_f64) {
         double *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
         *compression = HOPFORM_CONTACT_IS_COMPRESSION || *compression < 0.0 ? 0.0 : *compression;
@@ -734,7 +729,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_f64(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
-        && hopform_contact_of_f64(&chain->plan->robot, &chain->at.named) < 0.0) {
+        && contact_of_f64(&chain->plan->robot, &chain->at.named) < 0.0) {
         show_ending_f64(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
@@ -744,7 +739,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
 /* ---- in and out ---- */
 
 static inline bool is_finite_state_f64(const hopform_state_f64 *state) {
-    hopform_state_by_axis_f64 at;
+    state_by_axis_f64 at;
     at.named = *state;
     double sum = 0.0;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
@@ -756,7 +751,7 @@ static inline bool is_finite_state_f64(const hopform_state_f64 *state) {
 /* Status of a stance that is to be solved, but for its current. */
 static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start, double horizon,
                                          int32_t max_phases) {
-    hopform_state_by_axis_f64 at;
+    state_by_axis_f64 at;
     at.named = *start;
     const double position = at.of[HOPFORM_POSITION_AXIS];
     bool fixed = true;
@@ -789,7 +784,7 @@ static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_
     chain->alone = NO_ELEMENT_f64;
     chain->free = 0.0;
     chain->start_loss = 0.0;
-    chain->adds_up = hopform_stores_much_f64(&plan->robot, start);
+    chain->adds_up = stores_much_f64(&plan->robot, start);
     chain->aed = 0.0;
     chain->max_phases = max_phases;
     chain->phases = phases;
@@ -808,20 +803,18 @@ static inline int32_t stance_report_f64(const stance_chain_f64 *chain, const hop
     const hopform_state_f64 *end = &chain->at.named;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_f64(robot, start, &chain->at.later);
+    stance->aed = chain->adds_up ? chain->aed : body_energy_gain_f64(robot, start, &chain->at.later);
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;
     stance->event_count = chain->event_count;
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0;
-    if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f64(robot) > 0.0) {
-        stance->apex = hopform_apex_after_f64(robot, end);
-    }
+    if (ending == HOPFORM_ENDING_TAKEOFF && fall_of_f64(robot) > 0.0) { stance->apex = apex_after_f64(robot, end); }
     const double others = fabs_f64(stance->duration) + fabs_f64(stance->apex) + fabs_f64(stance->aed);
     if (!is_finite_state_f64(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f64)) {
-        const hopform_memory_f64 written = hopform_array_f64(stance, 1, sizeof *stance);
-        return hopform_refuse_f64(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
+        const memory_f64 written = array_f64(stance, 1, sizeof *stance);
+        return refuse_f64(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

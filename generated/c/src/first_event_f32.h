@@ -64,7 +64,7 @@ typedef struct {
 /* A time since the start of the phase, and the propagator there. */
 typedef struct {
     float t;
-    hopform_basis_f32 basis;
+    basis_f32 basis;
     float W_third; /* W''' */
 } propagator_f32;
 
@@ -82,18 +82,17 @@ typedef struct {
     float third;
 } jet_f32;
 
-static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis) {
+static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const basis_f32 *basis) {
     return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
 }
 
-static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t,
-                                                 const hopform_basis_f32 *basis) {
+static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t, const basis_f32 *basis) {
     const propagator_f32 at = {t, *basis, third_of_basis_f32(poles, basis)};
     return at;
 }
 
 static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, float t) {
-    const hopform_basis_f32 basis = hopform_basis_at_f32(poles, t);
+    const basis_f32 basis = basis_at_f32(poles, t);
     return propagator_of_f32(poles, t, &basis);
 }
 
@@ -101,7 +100,7 @@ static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, f
 static inline float relaxing_f32(const event_function_f32 *g, float t, int n) {
     float value = 0.0f;
 #if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_f32(g->left) > 0.0f) { value = g->left * hopform_exp_f32(-g->relaxes * t); }
+    if (fabs_f32(g->left) > 0.0f) { value = g->left * exponential_f32(-g->relaxes * t); }
     for (int i = 0; i < n; i++) {
         value *= -g->relaxes;
     }
@@ -114,20 +113,20 @@ static inline float relaxing_f32(const event_function_f32 *g, float t, int n) {
 }
 
 static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
     return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f32(g, at->t, 0) : value;
 }
 
 static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
     return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f32(g, at->t, 1) : rate;
 }
 
 static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                  const propagator_f32 *at) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const float third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
     return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f32(g, at->t, 3) : third;
@@ -144,7 +143,7 @@ static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const eve
 
 /* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
     const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at),
                           HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_f32(g, at->t, 2) : curvature, 0.0f};
@@ -175,7 +174,7 @@ static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float
     const float start = above ? from->value : rise;
     const float slope = above ? rise : 0.5f * h * h * from->curvature;
     const float square = slope * slope + 4.0f * start * (start + slope - to->value);
-    const float below = sqrt_f32(hopform_greater_f32(square, 0.0f)) - slope;
+    const float below = sqrt_f32(greater_f32(square, 0.0f)) - slope;
     const float share = 2.0f * start / (below > 0.0f ? below : 1.0f);
     return ((start > 0.0f) & (share < 1.0f)) ? share : 0.75f;
 }
@@ -273,11 +272,10 @@ static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const 
 }
 
 /* The propagator's basis d later. */
-static inline hopform_basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *from,
-                                                    float d) {
+static inline basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const basis_f32 *from, float d) {
     const derivatives_f32 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
     const derivatives_f32 later = carried_f32(poles, &w, d);
-    const hopform_basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
+    const basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return basis;
 }
 
@@ -325,7 +323,7 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
             }
         }
         at->t = t;
-        at->basis = hopform_basis_at_f32(poles, t);
+        at->basis = basis_at_f32(poles, t);
         at->W_third = third_of_basis_f32(poles, &at->basis);
         const jet_f32 jet = jet_at_f32(poles, g, at);
         if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) { return; }
@@ -366,7 +364,7 @@ static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const
                        sum,
                        product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const hopform_pair_f32 pair = hopform_pair_at_f32(poles, at->t);
+        const pair_f32 pair = pair_at_f32(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
     }
@@ -394,7 +392,7 @@ static inline float deflated_derivative_f32(const event_set_f32 *set, const even
 
 /* Whether a rate is negative by more than rounding. */
 static inline bool falls_for_certain_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float terms = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
     return decided_f32(rate, terms) < 0.0f;
 }
@@ -412,7 +410,7 @@ static inline bool has_no_root_f32(const jet_f32 *from, float d, bool falls_then
  * more than that times h. 1 - lh stands for e^(-lh). */
 static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float bound) {
     const float left = from->value + bound;
-    return left > -h * from->rate && left * hopform_greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
+    return left > -h * from->rate && left * greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
 }
 
 /* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
@@ -421,7 +419,7 @@ static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const j
 static inline bool has_faded_f32(const event_set_f32 *set, const event_function_f32 *g, const propagator_f32 *start,
                                   const jet_f32 *from, float h, float bound) {
     const hopform_poles_f32 *poles = set->poles;
-    const hopform_basis_f32 *w = &start->basis;
+    const basis_f32 *w = &start->basis;
     const deflated_f32 deflated = deflated_at_f32(poles, set->node, g, start);
     const float mu = 0.5f * poles->p;
     const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
@@ -430,7 +428,7 @@ static inline bool has_faded_f32(const event_set_f32 *set, const event_function_
     const float amplitude = sqrt_f32(d * d + wY * wY / (poles->q - mu * mu));
     const float rounding =
         16.0f * HOPFORM_EPS_f32 * (fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W));
-    const float falls = rounding - hopform_lesser_f32(from->rate, 0.0f) + 1.001f * h * amplitude;
+    const float falls = rounding - lesser_f32(from->rate, 0.0f) + 1.001f * h * amplitude;
     return from->value + bound > h * falls;
 }
 
@@ -439,7 +437,7 @@ static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, c
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
     const float a = poles->a;
-    const float e = (g->H1 - a * (g->H2 - a * g->H3)) / hopform_residue_f32(poles);
+    const float e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_f32(poles);
     const float c = g->H3 - e;
     const float sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
     return poles->q * poles->q * sqrt_f32(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f32(e);
@@ -457,10 +455,10 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
     const float b2 = b1 + f * from->rate + tw * from->curvature;
     const float b4 = to->value - f * to->rate;
     const float b3 = b4 - f * to->rate + tw * to->curvature;
-    float low = hopform_lesser_f32(hopform_lesser_f32(b1, b2), hopform_lesser_f32(b3, b4));
-    const float at_start = hopform_lesser_f32(low, from->value);
+    float low = lesser_f32(lesser_f32(b1, b2), lesser_f32(b3, b4));
+    const float at_start = lesser_f32(low, from->value);
     low = from->value > 0.0f ? at_start : low;
-    const float at_end = hopform_lesser_f32(low, to->value);
+    const float at_end = lesser_f32(low, to->value);
     low = root_at_end ? low : at_end;
     const float hhh = h * h * h;
     return low > M6 * hhh * hhh / 4.32e4f + rounding;
@@ -468,7 +466,7 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
 
 /* Whether the curvature of an event function is more than what rounding may have left of it. */
 static inline bool bends_f32(const event_function_f32 *g, const propagator_f32 *at, float curvature) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float terms = fabs_f32(g->H3 * at->W_third) + fabs_f32(g->H2 * w->Wdd) + fabs_f32(g->H1 * w->Wd);
     return fabs_f32(curvature) > 64.0f * HOPFORM_EPS_f32 * terms;
 }
@@ -526,7 +524,7 @@ static inline float quiet_time_of_ringing_f32(const event_set_f32 *set, const ev
     const deflated_f32 deflated = deflated_at_f32(set->poles, set->node, g, start);
     const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const float D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
-    const float r = (poles->a * d - D) / hopform_residue_f32(poles);
+    const float r = (poles->a * d - D) / residue_f32(poles);
     const bool stiff = poles->a * poles->a > poles->q;
     const float X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
     const float x = at->rate - r;
@@ -550,9 +548,9 @@ static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const even
     if (!(product > 0.0f)) { return 0.0f; }
     const deflated_f32 d = deflated_at_f32(set->poles, set->node, g, start);
     const float slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
-    const float first = hopform_lesser_f32(at->rate, 0.0f);
-    const float second = hopform_lesser_f32(d.A * d.Rd + d.B * d.R, 0.0f);
-    const float third = hopform_lesser_f32(slowest * (d.Rd + l_2 * d.R), 0.0f);
+    const float first = lesser_f32(at->rate, 0.0f);
+    const float second = lesser_f32(d.A * d.Rd + d.B * d.R, 0.0f);
+    const float third = lesser_f32(slowest * (d.Rd + l_2 * d.R), 0.0f);
     const float left = at->value + first / l_1 + second / product - rounding;
     const float falls = third / product;
     if (!(left > 0.0f)) { return 0.0f; }
@@ -747,7 +745,7 @@ static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
         in->from[n] = jet_at_f32(set->poles, &set->function[n], &in->high);
-        in->from[n].value = hopform_greater_f32(in->from[n].value, 0.0f);
+        in->from[n].value = greater_f32(in->from[n].value, 0.0f);
     }
 }
 
@@ -757,8 +755,7 @@ static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
         const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(set->function[n].start) + set->function[n].cancels);
         if (set->function[n].shape != DISTANCE_f32) { /* one that is monotone is looked at where the interval ends */
-            quiet =
-                hopform_lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
+            quiet = lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
     return in->low.t + quiet;
@@ -783,7 +780,7 @@ static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 
 /* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
 static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, float omega, float v, float acc) {
     const float back = v > 0.0f ? -(acc + 0.5f * poles->p * v) / omega : 1.0f;
-    const float slowing = hopform_angle_f32(back, v) / omega;
+    const float slowing = angle_f32(back, v) / omega;
     const float at_once = acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
     const float from_rest = acc > 0.0f ? 3.1415927f / omega : at_once;
     return v > 0.0f ? slowing : from_rest;
@@ -807,20 +804,20 @@ static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, fl
     const float x = back > 0.0f ? 2.0f * half * (v / back) : 1.0f;
     if (!(x < 1.0f)) { return HOPFORM_NEVER_f32; }
     const float s = x / (2.0f - x);
-    if (s < 0.1716f) { return 2.0f * (v / back) * hopform_area_tangent_f32(s) / (2.0f - x); }
+    if (s < 0.1716f) { return 2.0f * (v / back) * area_tangent_f32(s) / (2.0f - x); }
     const float ratio = -(acc + (mean + half) * v) / back;
-    return ratio > 0.0f ? -hopform_log_f32(ratio) / (2.0f * half) : HOPFORM_NEVER_f32;
+    return ratio > 0.0f ? -logarithm_f32(ratio) / (2.0f * half) : HOPFORM_NEVER_f32;
 }
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
 static inline float steady_state_correction_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                float settled, const hopform_basis_f32 *basis, float t) {
+                                                float settled, const basis_f32 *basis, float t) {
     const float residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
     const float by_2 = residual * poles->s_2;
-    const hopform_numerator_f32 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const float value = settled - hopform_residual_to_steady_state_f32(poles, &fading, basis, residual);
+    const numerator_f32 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
+    const float value = settled - residual_to_steady_state_f32(poles, &fading, basis, residual);
     const float rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
     const float of_time = t * fabs_f32(rate);
     const float of_rise = fabs_f32(g->start) + fabs_f32(g->H3 * basis->Wd) + fabs_f32(g->H2 * basis->W)

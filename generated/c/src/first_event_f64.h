@@ -64,7 +64,7 @@ typedef struct {
 /* A time since the start of the phase, and the propagator there. */
 typedef struct {
     double t;
-    hopform_basis_f64 basis;
+    basis_f64 basis;
     double W_third; /* W''' */
 } propagator_f64;
 
@@ -82,18 +82,17 @@ typedef struct {
     double third;
 } jet_f64;
 
-static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *basis) {
+static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const basis_f64 *basis) {
     return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
 }
 
-static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t,
-                                                 const hopform_basis_f64 *basis) {
+static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t, const basis_f64 *basis) {
     const propagator_f64 at = {t, *basis, third_of_basis_f64(poles, basis)};
     return at;
 }
 
 static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, double t) {
-    const hopform_basis_f64 basis = hopform_basis_at_f64(poles, t);
+    const basis_f64 basis = basis_at_f64(poles, t);
     return propagator_of_f64(poles, t, &basis);
 }
 
@@ -101,7 +100,7 @@ static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, d
 static inline double relaxing_f64(const event_function_f64 *g, double t, int n) {
     double value = 0.0;
 #if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_f64(g->left) > 0.0) { value = g->left * hopform_exp_f64(-g->relaxes * t); }
+    if (fabs_f64(g->left) > 0.0) { value = g->left * exponential_f64(-g->relaxes * t); }
     for (int i = 0; i < n; i++) {
         value *= -g->relaxes;
     }
@@ -114,20 +113,20 @@ static inline double relaxing_f64(const event_function_f64 *g, double t, int n) 
 }
 
 static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
     return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f64(g, at->t, 0) : value;
 }
 
 static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
     return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f64(g, at->t, 1) : rate;
 }
 
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                  const propagator_f64 *at) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const double third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
     return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f64(g, at->t, 3) : third;
@@ -144,7 +143,7 @@ static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const eve
 
 /* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
     const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at),
                           HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_f64(g, at->t, 2) : curvature, 0.0};
@@ -175,7 +174,7 @@ static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, doub
     const double start = above ? from->value : rise;
     const double slope = above ? rise : 0.5 * h * h * from->curvature;
     const double square = slope * slope + 4.0 * start * (start + slope - to->value);
-    const double below = sqrt_f64(hopform_greater_f64(square, 0.0)) - slope;
+    const double below = sqrt_f64(greater_f64(square, 0.0)) - slope;
     const double share = 2.0 * start / (below > 0.0 ? below : 1.0);
     return ((start > 0.0) & (share < 1.0)) ? share : 0.75;
 }
@@ -273,11 +272,10 @@ static inline derivatives_f64 carried_f64(const hopform_poles_f64 *poles, const 
 }
 
 /* The propagator's basis d later. */
-static inline hopform_basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *from,
-                                                    double d) {
+static inline basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const basis_f64 *from, double d) {
     const derivatives_f64 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
     const derivatives_f64 later = carried_f64(poles, &w, d);
-    const hopform_basis_f64 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
+    const basis_f64 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return basis;
 }
 
@@ -325,7 +323,7 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
             }
         }
         at->t = t;
-        at->basis = hopform_basis_at_f64(poles, t);
+        at->basis = basis_at_f64(poles, t);
         at->W_third = third_of_basis_f64(poles, &at->basis);
         const jet_f64 jet = jet_at_f64(poles, g, at);
         if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) { return; }
@@ -366,7 +364,7 @@ static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const
                        sum,
                        product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const hopform_pair_f64 pair = hopform_pair_at_f64(poles, at->t);
+        const pair_f64 pair = pair_at_f64(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
     }
@@ -394,7 +392,7 @@ static inline double deflated_derivative_f64(const event_set_f64 *set, const eve
 
 /* Whether a rate is negative by more than rounding. */
 static inline bool falls_for_certain_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double terms = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
     return decided_f64(rate, terms) < 0.0;
 }
@@ -412,7 +410,7 @@ static inline bool has_no_root_f64(const jet_f64 *from, double d, bool falls_the
  * more than that times h. 1 - lh stands for e^(-lh). */
 static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double bound) {
     const double left = from->value + bound;
-    return left > -h * from->rate && left * hopform_greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
+    return left > -h * from->rate && left * greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
 }
 
 /* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
@@ -421,7 +419,7 @@ static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const 
 static inline bool has_faded_f64(const event_set_f64 *set, const event_function_f64 *g, const propagator_f64 *start,
                                   const jet_f64 *from, double h, double bound) {
     const hopform_poles_f64 *poles = set->poles;
-    const hopform_basis_f64 *w = &start->basis;
+    const basis_f64 *w = &start->basis;
     const deflated_f64 deflated = deflated_at_f64(poles, set->node, g, start);
     const double mu = 0.5 * poles->p;
     const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
@@ -430,7 +428,7 @@ static inline bool has_faded_f64(const event_set_f64 *set, const event_function_
     const double amplitude = sqrt_f64(d * d + wY * wY / (poles->q - mu * mu));
     const double rounding =
         16.0 * HOPFORM_EPS_f64 * (fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W));
-    const double falls = rounding - hopform_lesser_f64(from->rate, 0.0) + 1.001 * h * amplitude;
+    const double falls = rounding - lesser_f64(from->rate, 0.0) + 1.001 * h * amplitude;
     return from->value + bound > h * falls;
 }
 
@@ -439,7 +437,7 @@ static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, 
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
     const double a = poles->a;
-    const double e = (g->H1 - a * (g->H2 - a * g->H3)) / hopform_residue_f64(poles);
+    const double e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_f64(poles);
     const double c = g->H3 - e;
     const double sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
     return poles->q * poles->q * sqrt_f64(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f64(e);
@@ -457,10 +455,10 @@ static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, c
     const double b2 = b1 + f * from->rate + tw * from->curvature;
     const double b4 = to->value - f * to->rate;
     const double b3 = b4 - f * to->rate + tw * to->curvature;
-    double low = hopform_lesser_f64(hopform_lesser_f64(b1, b2), hopform_lesser_f64(b3, b4));
-    const double at_start = hopform_lesser_f64(low, from->value);
+    double low = lesser_f64(lesser_f64(b1, b2), lesser_f64(b3, b4));
+    const double at_start = lesser_f64(low, from->value);
     low = from->value > 0.0 ? at_start : low;
-    const double at_end = hopform_lesser_f64(low, to->value);
+    const double at_end = lesser_f64(low, to->value);
     low = root_at_end ? low : at_end;
     const double hhh = h * h * h;
     return low > M6 * hhh * hhh / 43200.0 + rounding;
@@ -468,7 +466,7 @@ static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, c
 
 /* Whether the curvature of an event function is more than what rounding may have left of it. */
 static inline bool bends_f64(const event_function_f64 *g, const propagator_f64 *at, double curvature) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double terms = fabs_f64(g->H3 * at->W_third) + fabs_f64(g->H2 * w->Wdd) + fabs_f64(g->H1 * w->Wd);
     return fabs_f64(curvature) > 64.0 * HOPFORM_EPS_f64 * terms;
 }
@@ -526,7 +524,7 @@ static inline double quiet_time_of_ringing_f64(const event_set_f64 *set, const e
     const deflated_f64 deflated = deflated_at_f64(set->poles, set->node, g, start);
     const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const double D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
-    const double r = (poles->a * d - D) / hopform_residue_f64(poles);
+    const double r = (poles->a * d - D) / residue_f64(poles);
     const bool stiff = poles->a * poles->a > poles->q;
     const double X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
     const double x = at->rate - r;
@@ -550,9 +548,9 @@ static inline double quiet_time_of_decay_f64(const event_set_f64 *set, const eve
     if (!(product > 0.0)) { return 0.0; }
     const deflated_f64 d = deflated_at_f64(set->poles, set->node, g, start);
     const double slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
-    const double first = hopform_lesser_f64(at->rate, 0.0);
-    const double second = hopform_lesser_f64(d.A * d.Rd + d.B * d.R, 0.0);
-    const double third = hopform_lesser_f64(slowest * (d.Rd + l_2 * d.R), 0.0);
+    const double first = lesser_f64(at->rate, 0.0);
+    const double second = lesser_f64(d.A * d.Rd + d.B * d.R, 0.0);
+    const double third = lesser_f64(slowest * (d.Rd + l_2 * d.R), 0.0);
     const double left = at->value + first / l_1 + second / product - rounding;
     const double falls = third / product;
     if (!(left > 0.0)) { return 0.0; }
@@ -747,7 +745,7 @@ static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
         in->from[n] = jet_at_f64(set->poles, &set->function[n], &in->high);
-        in->from[n].value = hopform_greater_f64(in->from[n].value, 0.0);
+        in->from[n].value = greater_f64(in->from[n].value, 0.0);
     }
 }
 
@@ -757,8 +755,7 @@ static inline double quiet_until_f64(const event_set_f64 *set, const interval_f6
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(set->function[n].start) + set->function[n].cancels);
         if (set->function[n].shape != DISTANCE_f64) { /* one that is monotone is looked at where the interval ends */
-            quiet =
-                hopform_lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
+            quiet = lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
     return in->low.t + quiet;
@@ -783,7 +780,7 @@ static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 
 /* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
 static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles, double omega, double v, double acc) {
     const double back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
-    const double slowing = hopform_angle_f64(back, v) / omega;
+    const double slowing = angle_f64(back, v) / omega;
     const double at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
     const double from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
     return v > 0.0 ? slowing : from_rest;
@@ -807,20 +804,20 @@ static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, 
     const double x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
     if (!(x < 1.0)) { return HOPFORM_NEVER_f64; }
     const double s = x / (2.0 - x);
-    if (s < 0.1716) { return 2.0 * (v / back) * hopform_area_tangent_f64(s) / (2.0 - x); }
+    if (s < 0.1716) { return 2.0 * (v / back) * area_tangent_f64(s) / (2.0 - x); }
     const double ratio = -(acc + (mean + half) * v) / back;
-    return ratio > 0.0 ? -hopform_log_f64(ratio) / (2.0 * half) : HOPFORM_NEVER_f64;
+    return ratio > 0.0 ? -logarithm_f64(ratio) / (2.0 * half) : HOPFORM_NEVER_f64;
 }
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
 static inline double steady_state_correction_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                double settled, const hopform_basis_f64 *basis, double t) {
+                                                double settled, const basis_f64 *basis, double t) {
     const double residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const double by_2 = residual * poles->s_2;
-    const hopform_numerator_f64 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const double value = settled - hopform_residual_to_steady_state_f64(poles, &fading, basis, residual);
+    const numerator_f64 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
+    const double value = settled - residual_to_steady_state_f64(poles, &fading, basis, residual);
     const double rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
     const double of_time = t * fabs_f64(rate);
     const double of_rise = fabs_f64(g->start) + fabs_f64(g->H3 * basis->Wd) + fabs_f64(g->H2 * basis->W)

@@ -34,7 +34,7 @@ static void mix_reals_f32(uint32_t *hash, const void *reals, size_t size) {
     float values[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS]; /* no array or struct is larger */
     (void)memcpy(values, reals, size);
     for (size_t n = 0; n < size / sizeof(float); n++) {
-        const uint64_t bits = hopform_bits_of_real_f32(values[n]);
+        const uint64_t bits = bits_of_real_f32(values[n]);
         mix_word_f32(hash, (uint32_t)bits);
         mix_word_f32(hash, (uint32_t)(bits >> 32));
     }
@@ -112,7 +112,7 @@ static void mix_derivatives_f32(uint32_t *hash, const hopform_plan_f32 *plan, co
 static void mix_flight_f32(uint32_t *hash, const hopform_plan_f32 *plan, const hopform_stance_f32 *stance) {
     hopform_flight_phase_f32 phases[FLIGHT_PHASES_f32];
     hopform_flight_f32 flight;
-    hopform_state_by_axis_f32 from;
+    state_by_axis_f32 from;
     hopform_state_f32 state;
     hopform_energy_f32 energy;
     hopform_flight_ledger_f32 ledger;
@@ -137,10 +137,10 @@ static void mix_flight_f32(uint32_t *hash, const hopform_plan_f32 *plan, const h
 
 /* ---- the cases ---- */
 
-static void mix_case_f32(uint32_t *hash, const hopform_selftest_case_f32 *one, hopform_phase_f32 *phases) {
+static void mix_case_f32(uint32_t *hash, const selftest_case_f32 *one, hopform_phase_f32 *phases) {
     hopform_plan_f32 plan;
     hopform_stance_f32 stance;
-    mix_int_f32(hash, hopform_plan_init_f32(&plan, &hopform_selftest_robots_f32[one->robot]));
+    mix_int_f32(hash, hopform_plan_init_f32(&plan, &selftest_robots_f32[one->robot]));
     mix_reals_f32(hash, &plan, offsetof(hopform_plan_f32, made));
     const int32_t status = hopform_solve_stance_f32(&plan, &one->start, one->steps, 2, one->horizon,
                                                      HOPFORM_SELFTEST_PHASES, phases, HOPFORM_SELFTEST_PHASES, &stance);
@@ -154,12 +154,12 @@ static void mix_case_f32(uint32_t *hash, const hopform_selftest_case_f32 *one, h
 }
 
 /* The controller from the state of a case, for hop heights within and beyond what the robot can do. */
-static void mix_search_f32(uint32_t *hash, const hopform_selftest_case_f32 *one, float h_des,
-                            hopform_search_f32 *search, hopform_phase_f32 *phases) {
+static void mix_search_f32(uint32_t *hash, const selftest_case_f32 *one, float h_des, hopform_search_f32 *search,
+                            hopform_phase_f32 *phases) {
     hopform_plan_f32 plan;
     hopform_command_f32 command;
     const hopform_target_f32 target = {h_des, 0.0f, 0.001f, 2.0f};
-    mix_int_f32(hash, hopform_plan_init_f32(&plan, &hopform_selftest_robots_f32[one->robot]));
+    mix_int_f32(hash, hopform_plan_init_f32(&plan, &selftest_robots_f32[one->robot]));
     mix_int_f32(hash, hopform_choose_current_f32(search, &plan, &one->start, &target, phases, HOPFORM_SELFTEST_PHASES,
                                                    &command));
     mix_reals_f32(hash, &command, offsetof(hopform_command_f32, status));
@@ -168,11 +168,11 @@ static void mix_search_f32(uint32_t *hash, const hopform_selftest_case_f32 *one,
 }
 
 /* What two currents do from the state of a case. */
-static void mix_trials_f32(uint32_t *hash, const hopform_selftest_case_f32 *one, hopform_phase_f32 *phases) {
+static void mix_trials_f32(uint32_t *hash, const selftest_case_f32 *one, hopform_phase_f32 *phases) {
     hopform_plan_f32 plan;
     hopform_trial_f32 trials[CURRENTS_f32];
     const float currents[CURRENTS_f32] = {one->steps[0].u, one->steps[1].u};
-    mix_int_f32(hash, hopform_plan_init_f32(&plan, &hopform_selftest_robots_f32[one->robot]));
+    mix_int_f32(hash, hopform_plan_init_f32(&plan, &selftest_robots_f32[one->robot]));
     const int32_t status = hopform_try_currents_f32(&plan, &one->start, 1, currents, CURRENTS_f32, one->horizon,
                                                      phases, HOPFORM_SELFTEST_PHASES, trials);
     mix_int_f32(hash, status);
@@ -199,14 +199,14 @@ static void mix_contact_f32(uint32_t *hash) {
 uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity) {
     if (search == NULL || phases == NULL || capacity < HOPFORM_SELFTEST_PHASES) { return 0; }
     uint32_t hash = 1;
-    for (size_t n = 0; n < sizeof hopform_selftest_cases_f32 / sizeof hopform_selftest_cases_f32[0]; n++) {
-        mix_case_f32(&hash, &hopform_selftest_cases_f32[n], phases);
+    for (size_t n = 0; n < sizeof selftest_cases_f32 / sizeof selftest_cases_f32[0]; n++) {
+        mix_case_f32(&hash, &selftest_cases_f32[n], phases);
     }
-    mix_search_f32(&hash, &hopform_selftest_cases_f32[0], 0.15f, search, phases);
-    mix_search_f32(&hash, &hopform_selftest_cases_f32[1], 0.02f, search, phases);
-    mix_search_f32(&hash, &hopform_selftest_cases_f32[3], 0.5f, search, phases);
-    mix_trials_f32(&hash, &hopform_selftest_cases_f32[0], phases);
-    mix_trials_f32(&hash, &hopform_selftest_cases_f32[8], phases);
+    mix_search_f32(&hash, &selftest_cases_f32[0], 0.15f, search, phases);
+    mix_search_f32(&hash, &selftest_cases_f32[1], 0.02f, search, phases);
+    mix_search_f32(&hash, &selftest_cases_f32[3], 0.5f, search, phases);
+    mix_trials_f32(&hash, &selftest_cases_f32[0], phases);
+    mix_trials_f32(&hash, &selftest_cases_f32[8], phases);
     mix_contact_f32(&hash);
     return hash == 0 ? 1 : hash;
 }

@@ -34,7 +34,7 @@ static void mix_reals_f64(uint32_t *hash, const void *reals, size_t size) {
     double values[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS]; /* no array or struct is larger */
     (void)memcpy(values, reals, size);
     for (size_t n = 0; n < size / sizeof(double); n++) {
-        const uint64_t bits = hopform_bits_of_real_f64(values[n]);
+        const uint64_t bits = bits_of_real_f64(values[n]);
         mix_word_f64(hash, (uint32_t)bits);
         mix_word_f64(hash, (uint32_t)(bits >> 32));
     }
@@ -112,7 +112,7 @@ static void mix_derivatives_f64(uint32_t *hash, const hopform_plan_f64 *plan, co
 static void mix_flight_f64(uint32_t *hash, const hopform_plan_f64 *plan, const hopform_stance_f64 *stance) {
     hopform_flight_phase_f64 phases[FLIGHT_PHASES_f64];
     hopform_flight_f64 flight;
-    hopform_state_by_axis_f64 from;
+    state_by_axis_f64 from;
     hopform_state_f64 state;
     hopform_energy_f64 energy;
     hopform_flight_ledger_f64 ledger;
@@ -137,10 +137,10 @@ static void mix_flight_f64(uint32_t *hash, const hopform_plan_f64 *plan, const h
 
 /* ---- the cases ---- */
 
-static void mix_case_f64(uint32_t *hash, const hopform_selftest_case_f64 *one, hopform_phase_f64 *phases) {
+static void mix_case_f64(uint32_t *hash, const selftest_case_f64 *one, hopform_phase_f64 *phases) {
     hopform_plan_f64 plan;
     hopform_stance_f64 stance;
-    mix_int_f64(hash, hopform_plan_init_f64(&plan, &hopform_selftest_robots_f64[one->robot]));
+    mix_int_f64(hash, hopform_plan_init_f64(&plan, &selftest_robots_f64[one->robot]));
     mix_reals_f64(hash, &plan, offsetof(hopform_plan_f64, made));
     const int32_t status = hopform_solve_stance_f64(&plan, &one->start, one->steps, 2, one->horizon,
                                                      HOPFORM_SELFTEST_PHASES, phases, HOPFORM_SELFTEST_PHASES, &stance);
@@ -154,12 +154,12 @@ static void mix_case_f64(uint32_t *hash, const hopform_selftest_case_f64 *one, h
 }
 
 /* The controller from the state of a case, for hop heights within and beyond what the robot can do. */
-static void mix_search_f64(uint32_t *hash, const hopform_selftest_case_f64 *one, double h_des,
-                            hopform_search_f64 *search, hopform_phase_f64 *phases) {
+static void mix_search_f64(uint32_t *hash, const selftest_case_f64 *one, double h_des, hopform_search_f64 *search,
+                            hopform_phase_f64 *phases) {
     hopform_plan_f64 plan;
     hopform_command_f64 command;
     const hopform_target_f64 target = {h_des, 0.0, 0.001, 2.0};
-    mix_int_f64(hash, hopform_plan_init_f64(&plan, &hopform_selftest_robots_f64[one->robot]));
+    mix_int_f64(hash, hopform_plan_init_f64(&plan, &selftest_robots_f64[one->robot]));
     mix_int_f64(hash, hopform_choose_current_f64(search, &plan, &one->start, &target, phases, HOPFORM_SELFTEST_PHASES,
                                                    &command));
     mix_reals_f64(hash, &command, offsetof(hopform_command_f64, status));
@@ -168,11 +168,11 @@ static void mix_search_f64(uint32_t *hash, const hopform_selftest_case_f64 *one,
 }
 
 /* What two currents do from the state of a case. */
-static void mix_trials_f64(uint32_t *hash, const hopform_selftest_case_f64 *one, hopform_phase_f64 *phases) {
+static void mix_trials_f64(uint32_t *hash, const selftest_case_f64 *one, hopform_phase_f64 *phases) {
     hopform_plan_f64 plan;
     hopform_trial_f64 trials[CURRENTS_f64];
     const double currents[CURRENTS_f64] = {one->steps[0].u, one->steps[1].u};
-    mix_int_f64(hash, hopform_plan_init_f64(&plan, &hopform_selftest_robots_f64[one->robot]));
+    mix_int_f64(hash, hopform_plan_init_f64(&plan, &selftest_robots_f64[one->robot]));
     const int32_t status = hopform_try_currents_f64(&plan, &one->start, 1, currents, CURRENTS_f64, one->horizon,
                                                      phases, HOPFORM_SELFTEST_PHASES, trials);
     mix_int_f64(hash, status);
@@ -199,14 +199,14 @@ static void mix_contact_f64(uint32_t *hash) {
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity) {
     if (search == NULL || phases == NULL || capacity < HOPFORM_SELFTEST_PHASES) { return 0; }
     uint32_t hash = 1;
-    for (size_t n = 0; n < sizeof hopform_selftest_cases_f64 / sizeof hopform_selftest_cases_f64[0]; n++) {
-        mix_case_f64(&hash, &hopform_selftest_cases_f64[n], phases);
+    for (size_t n = 0; n < sizeof selftest_cases_f64 / sizeof selftest_cases_f64[0]; n++) {
+        mix_case_f64(&hash, &selftest_cases_f64[n], phases);
     }
-    mix_search_f64(&hash, &hopform_selftest_cases_f64[0], 0.15, search, phases);
-    mix_search_f64(&hash, &hopform_selftest_cases_f64[1], 0.02, search, phases);
-    mix_search_f64(&hash, &hopform_selftest_cases_f64[3], 0.5, search, phases);
-    mix_trials_f64(&hash, &hopform_selftest_cases_f64[0], phases);
-    mix_trials_f64(&hash, &hopform_selftest_cases_f64[8], phases);
+    mix_search_f64(&hash, &selftest_cases_f64[0], 0.15, search, phases);
+    mix_search_f64(&hash, &selftest_cases_f64[1], 0.02, search, phases);
+    mix_search_f64(&hash, &selftest_cases_f64[3], 0.5, search, phases);
+    mix_trials_f64(&hash, &selftest_cases_f64[0], phases);
+    mix_trials_f64(&hash, &selftest_cases_f64[8], phases);
     mix_contact_f64(&hash);
     return hash == 0 ? 1 : hash;
 }

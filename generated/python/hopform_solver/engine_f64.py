@@ -2571,7 +2571,7 @@ def angle(x: Real, y: Real) -> Real:
     return guess + e * (1.0 - ee * (1.0 / 3.0 - ee * (0.2 - ee / 7.0)))
 
 
-def log(x: Real) -> Real:
+def logarithm(x: Real) -> Real:
     """ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1))."""
     bits = bits_of_real(x)
     n = (bits >> FRACTION_BITS) - EXPONENT_BIAS
@@ -2609,7 +2609,7 @@ def cube_root(x: Real) -> Real:
     return y * TINY_DOWN if tiny else y
 
 
-def exp(x: Real) -> Real:
+def exponential(x: Real) -> Real:
     return fade_by(x).left
 
 
@@ -2657,7 +2657,7 @@ def decay_at(a: Real, t: Real) -> Decay:
         tail = tail * z + -0.041666666666666664
         tail = tail * z + 0.16666666666666666
         return decay_of_tail(a, t, tail)
-    return decay_of_exp(a, t, exp(-z))
+    return decay_of_exp(a, t, exponential(-z))
 
 
 def short_pair(poles: Poles, t: Real) -> Pair:
@@ -2732,7 +2732,7 @@ def pair_at(poles: Poles, t: Real) -> Pair:
         if half * t >= 0.5:
             return distinct_pair(slow, fast, t)
         spread = decay_at(-2.0 * half, t)
-        envelope = exp(-fast * t)
+        envelope = exponential(-fast * t)
         core.R = envelope * spread.e1
         core.Rd = envelope - slow * core.R
         core.turned = 1.0 - core.Rd - poles.p * core.R
@@ -2816,7 +2816,7 @@ def close_basis(poles: Poles, t: Real) -> Basis:
     shifted = shift(poles)
     around = Poles(0.0, 0.0, 0.0, 0.0, shifted.Q_s, shifted.T_s)
     near = short_basis(around, t)
-    series = ShiftedSeries(near.Wdd, near.Wd, near.W, exp(-shifted.sigma * t))
+    series = ShiftedSeries(near.Wdd, near.Wd, near.W, exponential(-shifted.sigma * t))
     response = unshift(shifted.sigma, series)
     integrals = integrals_by_recursion(poles, response, t)
     basis = Basis(response.Wdd, response.Wd, response.W, integrals.W1, integrals.W2)
@@ -3399,7 +3399,7 @@ def axis_of_event(event: int) -> int:
     return axis_of_event[event]
 
 
-def cross(change: Any, before: Any, after: Any, axis: int, wanted: Real, late: Real) -> None:
+def pass_event_at_axis(change: Any, before: Any, after: Any, axis: int, wanted: Real, late: Real) -> None:
     """The change of z right after an event of `axis`, in place of that before it. The event comes `late`r, which adds
     (z' before - z' after) late; the value changes by `wanted`, that of a velocity by 0. A stop takes the velocity at
     once, and all that it acts on jumps. At rest the acceleration of the element jumps alone.
@@ -4418,7 +4418,7 @@ def time_to_rest(poles: Poles, v: Real, acc: Real) -> Real:
     if s < 0.1716:
         return div(2.0 * div(v, back) * area_tangent(s), 2.0 - x)
     ratio = div(-(acc + (mean + half) * v), back)
-    return div(-log(ratio), 2.0 * half) if ratio > 0.0 else NEVER
+    return div(-logarithm(ratio), 2.0 * half) if ratio > 0.0 else NEVER
 
 
 def steady_state_correction(poles: Poles, g: EventFunction, settled: Real, basis: Basis, t: Real) -> Real:
@@ -4441,7 +4441,7 @@ def steady_state_correction(poles: Poles, g: EventFunction, settled: Real, basis
     return later if better & counts else 0.0
 
 
-class Least:
+class Minima:
     """The least of `count` minima, and the propagator there."""
     __slots__ = ("value", "basis", "count",)
     SIZE = 56
@@ -4452,16 +4452,16 @@ class Least:
         self.basis = Basis() if basis is None else basis
         self.count = count
 
-    def copy(self) -> "Least":
-        return Least(self.value, self.basis.copy(), self.count)
+    def copy(self) -> "Minima":
+        return Minima(self.value, self.basis.copy(), self.count)
 
-    def put(self, other: "Least") -> None:
+    def put(self, other: "Minima") -> None:
         self.value = other.value
         self.basis.put(other.basis)
         self.count = other.count
 
 
-def find_minimum(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real, least: Least) -> None:
+def find_minimum(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real, least: Minima) -> None:
     """The minimum between two times, between which the rate becomes positive."""
     at = minimum_between(poles, g, from_, low, to, high)
     value = value_at(g, at)
@@ -4495,7 +4495,7 @@ def most_turns(from_: Jet, d: Real, to: Jet, d_then: Real) -> int:
     return variations - variations_then + (1 if d * d_then < 0.0 else 0) if decided else 3
 
 
-def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Propagator, most: Real) -> Least:
+def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Propagator, most: Real) -> Minima:
     """The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
     Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a
     period of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero
@@ -4505,7 +4505,7 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
     g = function
     from_ = jet_at_start(poles, g)
     to = jet_at(poles, g, end)
-    least = Least()
+    least = Minima()
     turns = from_.rate < 0.0 and to.rate > 0.0
     odd = 1 if turns or from_.rate > 0.0 and to.rate < 0.0 else 0
     start = propagator_at_start(poles)
@@ -4653,7 +4653,7 @@ def pass_event(tally: Tally, now: Passage) -> None:
         if axis == 0 and before[axis] > 0.0:
             met = change_at_event(change, before, late)
             note_hit(tally, met)
-        cross(change, before, after, axis, 0.0, late)
+        pass_event_at_axis(change, before, after, axis, 0.0, late)
     note_largest(tally.trial, now.start.x1, change.x1)
     if turns_up(tally, now, contact_slope(robot, after)):
         met = change_at_event(change, after, late)
@@ -5229,7 +5229,7 @@ def drive_of_chain(chain: StanceChain, side: Any) -> DriveByElement:
     return drive
 
 
-def numerators(chain: StanceChain, side: Any) -> Numerators:
+def numerators_of_chain(chain: StanceChain, side: Any) -> Numerators:
     drive = drive_of_chain(chain, side)
     made = Numerators()
     made.put(motion_under(chain.plan.rates, drive, chain.at, side[0], side[1]))
@@ -5245,7 +5245,7 @@ def first_derivative(h: Numerator) -> Real:
 def drift_of_free(chain: StanceChain, element: int) -> Real:
     """First non-zero derivative of the free acceleration of an element that is held."""
     side = (0 if element == 0 else chain.side[0], 0 if element == 1 else chain.side[1])
-    motion = numerators(chain, side)
+    motion = numerators_of_chain(chain, side)
     free = free_numerator(chain.plan.rates, element, motion)
     return first_derivative(free)
 
@@ -5844,7 +5844,7 @@ def leaves_at_once(chain: StanceChain) -> bool:
     rises = compression_rate(chain.at) > 0.0
     if abs(contact) > 0.0 or rises:
         return contact < 0.0
-    motion = numerators(chain, chain.side)
+    motion = numerators_of_chain(chain, chain.side)
     h = contact_numerator(chain.plan.robot, motion)
     return first_derivative(h) < 0.0
 
@@ -6924,7 +6924,7 @@ def rate_of_height(chain: FlightChain, sign: Real) -> EventFunction:
     return rate
 
 
-def fall_of_in_flight(chain: FlightChain, g: EventFunction, is_rate: bool, sign: Real) -> Fall:
+def fall_search(chain: FlightChain, g: EventFunction, is_rate: bool, sign: Real) -> Fall:
     """The search for a root of one of the two, of the height itself or of its rate, with a sign: three derivatives of
     the height remove what falls freely, (D + l) what fades.
     """
@@ -7179,7 +7179,7 @@ def end_at_touchdown(chain: FlightChain, end: int) -> int:
     sign = -1.0 if begins_to_fall(first) else 1.0
     while not chain.airborne and low.t < chain.last.t:
         onward = rate_of_height(chain, sign)
-        fall = fall_of_in_flight(chain, onward, True, sign)
+        fall = fall_search(chain, onward, True, sign)
         turn = chain.last.copy()
         has_root_in_flight(chain, fall.set, fall, low, turn)
         low = turn.copy()
@@ -7187,7 +7187,7 @@ def end_at_touchdown(chain: FlightChain, end: int) -> int:
         look_at_foot(chain, low)
     if not chain.airborne:
         return end
-    fall = fall_of_in_flight(chain, chain.height, False, 1.0)
+    fall = fall_search(chain, chain.height, False, 1.0)
     return FLIGHT_TOUCHDOWN_HERE if has_root_in_flight(chain, fall.set, fall, low, chain.last) else end
 
 
@@ -7328,7 +7328,7 @@ def gains_are_sound(gains: Gains) -> bool:
 
 def gains_for(robot: Robot, start: State) -> Gains:
     """Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least."""
-    time = time_of_fall(robot, start.v2, start.x1) - 0.05
+    time = time_of_fall(robot, start.v2, start.x1) - 0.05  # NaN where it does not rise that high
     return critical_gains(robot, greater(time, 0.02))
 
 
@@ -7429,7 +7429,7 @@ def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real,
     return PHASES_NOT_KEPT if flight.phases_kept < flight.phase_count else OK
 
 
-def reading_status_in_flight(plan: Any, phases: Any, flight: Any, times: Any, count: int, in_order: bool, arrays: Any,
+def flight_reading_status(plan: Any, phases: Any, flight: Any, times: Any, count: int, in_order: bool, arrays: Any,
         array_count: int) -> int:
     """Status of a call that reads a solved flight, at times, into arrays: OK if it can; else the arrays are zeros, but
     for those that lie in an input.
@@ -7472,7 +7472,7 @@ def rates_of_flight(plan: Plan, flight: Flight) -> FlightRates:
 
 def flight_at(plan: Plan, phases: Any, flight: Flight, times: Any, count: int, states: Any) -> int:
     array_ = array(states, count, State.SIZE)
-    status = reading_status_in_flight(plan, phases, flight, times, count, False, [array_], 1)
+    status = flight_reading_status(plan, phases, flight, times, count, False, [array_], 1)
     if status < 0:
         return status
     rates = rates_of_flight(plan, flight)
@@ -7532,7 +7532,7 @@ def flight_energy(plan: Plan, phases: Any, flight: Flight, times: Any, count: in
         stop_losses: Any) -> int:
     arrays = [array(energies, count, Energy.SIZE), array(ledgers, count, FlightLedger.SIZE),
         array(stop_losses, count, REAL_SIZE)]
-    status = reading_status_in_flight(plan, phases, flight, times, count, True, arrays, 3)
+    status = flight_reading_status(plan, phases, flight, times, count, True, arrays, 3)
     if status < 0:
         return status
     rates = rates_of_flight(plan, flight)
@@ -7886,7 +7886,7 @@ def responses(mode: Mode, z: Any, h: Real, W: Any, response: Any) -> None:
                 response[mass][c][i] = applied(powers, applied_ if i > 0 else applied_[1:]) if moves else 0.0
 
 
-def robot_change(column: int) -> RobotChange:
+def robot_change_of_column(column: int) -> RobotChange:
     """The change of each parameter of the robot that a column stands for."""
     change = RobotChangeByField()
     if column >= ROBOT:
@@ -7909,7 +7909,7 @@ def travel(way: Variation, t: Real) -> None:
     responses(mode, way.at, h, response, answer)
     phi = transition(mode, response)
     for column in range(20):
-        robot = robot_change(column)
+        robot = robot_change_of_column(column)
         current_ = 1.0 if column == 4 else 0.0
         slopes = SlopesByShare()
         first = float(mode.side[0])
@@ -7928,7 +7928,7 @@ def travel(way: Variation, t: Real) -> None:
     way.at.put(state_in_phase(plan, phase, u, t - phase.t))
 
 
-def cross_in_sensitivity(way: Variation) -> None:
+def cross(way: Variation) -> None:
     """Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
     belongs to it; nothing jumps where a mass slips or the current steps.
     """
@@ -7960,7 +7960,7 @@ def cross_in_sensitivity(way: Variation) -> None:
         change = way.change[column]
         wanted = 1.0 if column == bound else 0.0
         late = div(wanted - change[axis], before[axis])
-        cross(change, before, after, axis, wanted, late)
+        pass_event_at_axis(change, before, after, axis, wanted, late)
 
 
 def variation_of(plan: Plan, steps: Any, phases: Any, stance: Stance) -> Variation:
@@ -7981,7 +7981,7 @@ def follow_to(way: Variation, last: int, t: Real) -> None:
     """Follow a stance up to a time; `last` is the index of its last phase."""
     while way.index < last and way.phases[way.index + 1].t <= t:
         travel(way, way.phases[way.index + 1].t)
-        cross_in_sensitivity(way)
+        cross(way)
     travel(way, t)
 
 
@@ -8000,7 +8000,7 @@ def finish(way: Variation, end: State, matrix: Any) -> bool:
     for column in range(20):
         change = way.change[column]
         unit = StateByAxis()
-        by = robot_change(column)
+        by = robot_change_of_column(column)
         late = div(-contact_change(robot, end, by, change), contact_rate)
         for i in range(4):
             unit[i] = 1.0 if column == COLUMN_OF_AXIS[i] else 0.0

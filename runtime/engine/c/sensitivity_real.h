@@ -35,8 +35,8 @@ typedef struct {
     const hopform_phase_real *phases;
     int32_t index; /* of the phase that it is in */
     real t;        /* since touchdown */
-    hopform_state_by_axis_real at;
-    hopform_state_by_axis_real change[COLUMNS_real];
+    state_by_axis_real at;
+    state_by_axis_real change[COLUMNS_real];
     bool exists; /* the time of each event so far moves in proportion */
 } variation_real;
 
@@ -49,15 +49,15 @@ static real current_real(const variation_real *way, const hopform_phase_real *ph
 /* Over a short time, by Gauss's rule, whose places are their own mirror: each is W with n primes times W with as many
  * or one less. */
 static void short_echoes_real(const hopform_poles_real *poles, real h, real echo[ECHOES_real]) {
-    hopform_basis_by_order_real W[HOPFORM_NODES_real];
+    basis_by_order_real W[HOPFORM_NODES_real];
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
-        W[node].named = hopform_basis_at_real(poles, hopform_place_real[node] * h);
+        W[node].named = basis_at_real(poles, place_real[node] * h);
     }
     for (int n = 0; n < ECHOES_real; n++) {
         echo[n] = 0.0;
         for (int node = 0; node < HOPFORM_NODES_real; node++) {
-            const hopform_basis_by_order_real *mirrored = &W[HOPFORM_NODES_real - 1 - node];
-            echo[n] += hopform_weight_real[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
+            const basis_by_order_real *mirrored = &W[HOPFORM_NODES_real - 1 - node];
+            echo[n] += weight_real[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
         }
     }
 }
@@ -78,8 +78,8 @@ static void double_echoes_real(const hopform_poles_real *poles, const real W[ORD
         for (int half = 0; half < 2; half++) {
             const int i = order[half];
             const int j = order[1 - half];
-            doubled[n] += i < POWERS_real ? hopform_applied_real(later[i], echo + j)
-                                          : hopform_applied_real(later[2], echo + j + 1) + W[3] * W[j + 1];
+            doubled[n] += i < POWERS_real ? applied_real(later[i], echo + j)
+                                          : applied_real(later[2], echo + j + 1) + W[3] * W[j + 1];
         }
     }
     (void)memcpy(echo, doubled, sizeof doubled);
@@ -88,14 +88,14 @@ static void double_echoes_real(const hopform_poles_real *poles, const real W[ORD
 /* ---- within a phase ---- */
 
 /* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
-static void responses_real(const hopform_mode_real *mode, const real z[HOPFORM_AXES], real h, const real *W,
+static void responses_real(const mode_real *mode, const real z[HOPFORM_AXES], real h, const real *W,
                            real response[HOPFORM_ELEMENTS][SHARES_real][HOPFORM_AXES]) {
     real short_time = h;
     real echo[ECHOES_real];
-    const int doublings = hopform_halve_real(mode->poles, &short_time);
+    const int doublings = halve_real(mode->poles, &short_time);
     short_echoes_real(mode->poles, short_time, echo);
     for (int n = 0; n < doublings; n++) {
-        const hopform_basis_by_order_real at = hopform_response_in_mode_real(mode, short_time);
+        const basis_by_order_real at = response_in_mode_real(mode, short_time);
         double_echoes_real(mode->poles, at.of, echo);
         short_time *= 2.0;
     }
@@ -111,22 +111,22 @@ static void responses_real(const hopform_mode_real *mode, const real z[HOPFORM_A
                 K[n + 1] += mode->transfer.at[c][CORE_real][n];
             }
             for (int n = 0; n <= POWERS_real; n++) {
-                applied[n] = hopform_applied_real(K, echo + n) + K[3] * echo[n + 3];
+                applied[n] = applied_real(K, echo + n) + K[3] * echo[n + 3];
             }
         }
         for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
             const bool moves = mode->side[mass] != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
                 const real *powers = mode->transfer.at[i > 0 ? i - 1 : 0][mass];
-                response[mass][c][i] = moves ? hopform_applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
+                response[mass][c][i] = moves ? applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
             }
         }
     }
 }
 
 /* The change of each parameter of the robot that a column stands for. */
-static hopform_robot_change_real robot_change_real(int column) {
-    hopform_robot_change_by_field_real change = {{0}};
+static robot_change_real robot_change_of_column_real(int column) {
+    robot_change_by_field_real change = {{0}};
     if (column >= ROBOT_real) { change.of[column - ROBOT_real] = 1.0; }
     return change.named;
 }
@@ -136,22 +136,22 @@ static void travel_real(variation_real *way, real t) {
     const hopform_plan_real *plan = way->plan;
     const hopform_phase_real *phase = &way->phases[way->index];
     const real u = current_real(way, phase);
-    const hopform_mode_real mode = hopform_mode_of_real(plan, phase, u);
+    const mode_real mode = mode_of_real(plan, phase, u);
     const real h = t - way->t;
     way->t = t;
-    if (!(h > 0.0) || hopform_rests_real(&mode)) { return; }
+    if (!(h > 0.0) || rests_real(&mode)) { return; }
     real answer[HOPFORM_ELEMENTS][SHARES_real][HOPFORM_AXES];
-    const hopform_basis_by_order_real response = hopform_response_in_mode_real(&mode, h);
+    const basis_by_order_real response = response_in_mode_real(&mode, h);
     responses_real(&mode, way->at.of, h, response.of, answer);
-    const hopform_matrix_real phi = hopform_transition_real(&mode, response.of);
+    const matrix_real phi = transition_real(&mode, response.of);
     for (int column = 0; column < COLUMNS_real; column++) {
-        const hopform_robot_change_real robot = robot_change_real(column);
+        const robot_change_real robot = robot_change_of_column_real(column);
         const real current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
-        hopform_slopes_by_share_real slopes;
+        slopes_by_share_real slopes;
         const real first = (real)mode.side[0];
         const real second = (real)mode.side[1];
-        slopes.named = hopform_slopes_of_real(&plan->robot, u, first, second, &robot, current);
-        hopform_state_by_axis_real end = {{0.0, 0.0, 0.0, 0.0}};
+        slopes.named = slopes_of_real(&plan->robot, u, first, second, &robot, current);
+        state_by_axis_real end = {{0.0, 0.0, 0.0, 0.0}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
                 end.of[i] += phi.at[i][j] * way->change[column].of[j];
@@ -164,7 +164,7 @@ static void travel_real(variation_real *way, real t) {
         }
         way->change[column] = end;
     }
-    way->at.named = hopform_state_in_phase_real(plan, phase, u, t - phase->t);
+    way->at.named = state_in_phase_real(plan, phase, u, t - phase->t);
 }
 
 /* ---- through the events ---- */
@@ -175,18 +175,18 @@ static void cross_real(variation_real *way) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_real *old = &way->phases[way->index];
     const hopform_phase_real *now = old + 1;
-    const hopform_mode_real left = hopform_mode_of_real(way->plan, old, current_real(way, old));
-    const hopform_mode_real entered = hopform_mode_of_real(way->plan, now, current_real(way, now));
-    const int axis = hopform_axis_of_event_real(now->event);
+    const mode_real left = mode_of_real(way->plan, old, current_real(way, old));
+    const mode_real entered = mode_of_real(way->plan, now, current_real(way, now));
+    const int axis = axis_of_event_real(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
     const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_real;
-    hopform_state_by_axis_real arrives;
-    arrives.named = hopform_start_of_phase_real(now);
-    const hopform_state_by_axis_real after = hopform_speeds_in_mode_real(way->plan, &entered, &arrives.named);
-    const hopform_state_by_axis_real start = arrives;
+    state_by_axis_real arrives;
+    arrives.named = start_of_phase_real(now);
+    const state_by_axis_real after = speeds_in_mode_real(way->plan, &entered, &arrives.named);
+    const state_by_axis_real start = arrives;
     arrives.of[velocity] = stops ? way->at.of[velocity] : arrives.of[velocity];
-    const hopform_state_by_axis_real before = hopform_speeds_in_mode_real(way->plan, &left, &arrives.named);
+    const state_by_axis_real before = speeds_in_mode_real(way->plan, &left, &arrives.named);
     way->index++;
     way->t = now->t;
     way->at = start;
@@ -197,7 +197,7 @@ static void cross_real(variation_real *way) {
         real *change = way->change[column].of;
         const real wanted = column == bound ? 1.0 : 0.0;
         const real late = (wanted - change[axis]) / before.of[axis];
-        hopform_cross_real(change, before.of, after.of, axis, wanted, late);
+        pass_event_at_axis_real(change, before.of, after.of, axis, wanted, late);
     }
 }
 
@@ -205,8 +205,8 @@ static void cross_real(variation_real *way) {
 static variation_real variation_of_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                         const hopform_phase_real *phases, const hopform_stance_real *stance) {
     variation_real way = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, true};
-    const hopform_mode_real mode = hopform_mode_of_real(plan, phases, current_real(&way, phases));
-    way.at.named = hopform_start_of_phase_real(phases);
+    const mode_real mode = mode_of_real(plan, phases, current_real(&way, phases));
+    way.at.named = start_of_phase_real(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
         way.change[column_of_axis_real[i]].of[i] = 1.0;
     }
@@ -232,32 +232,32 @@ static void follow_to_real(variation_real *way, int32_t last, real t) {
 static bool finish_real(variation_real *way, const hopform_state_real *end, real *matrix) {
     const hopform_robot_real *robot = &way->plan->robot;
     const hopform_phase_real *phase = &way->phases[way->index];
-    const hopform_mode_real mode = hopform_mode_of_real(way->plan, phase, current_real(way, phase));
-    const hopform_state_real start = hopform_start_of_phase_real(way->phases);
-    const hopform_state_by_axis_real speed = hopform_speeds_in_mode_real(way->plan, &mode, end);
-    const real contact_rate = hopform_contact_slope_real(robot, &speed.named);
-    const real fall = hopform_fall_of_real(robot);
+    const mode_real mode = mode_of_real(way->plan, phase, current_real(way, phase));
+    const hopform_state_real start = start_of_phase_real(way->phases);
+    const state_by_axis_real speed = speeds_in_mode_real(way->plan, &mode, end);
+    const real contact_rate = contact_slope_real(robot, &speed.named);
+    const real fall = fall_of_real(robot);
     const bool underflows = fall > 0.0 && !(fall * fall > 0.0); /* by which the apex's derivative divides */
     if (!(fabs_real(contact_rate) > 0.0) || underflows) { return false; }
     for (int column = 0; column < COLUMNS_real; column++) {
-        hopform_state_by_axis_real *change = &way->change[column];
-        hopform_state_by_axis_real unit;
-        const hopform_robot_change_real by = robot_change_real(column);
-        const real late = -hopform_contact_change_real(robot, end, &by, &change->change) / contact_rate;
+        state_by_axis_real *change = &way->change[column];
+        state_by_axis_real unit;
+        const robot_change_real by = robot_change_of_column_real(column);
+        const real late = -contact_change_real(robot, end, &by, &change->change) / contact_rate;
         for (int i = 0; i < HOPFORM_AXES; i++) {
             unit.of[i] = column == column_of_axis_real[i] ? 1.0 : 0.0;
             change->of[i] += speed.of[i] * late;
         }
         if (HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0; /* at take-off */ }
-        const real rows[HOPFORM_SENSITIVITY_ROWS] = {
-            late,
-            change->of[0],
-            change->of[1],
-            hopform_height_change_real(robot, &by, &change->change),
-            change->of[2],
-            fall > 0.0 ? hopform_apex_change_real(robot, end, &by, &change->change) : 0.0,
-            hopform_body_energy_change_real(robot, end, &by, &change->change)
-                - hopform_body_energy_change_real(robot, &start, &by, &unit.change)};
+        const real rows[HOPFORM_SENSITIVITY_ROWS] = {late,
+                                                     change->of[0],
+                                                     change->of[1],
+                                                     height_change_real(robot, &by, &change->change),
+                                                     change->of[2],
+                                                     fall > 0.0 ? apex_change_real(robot, end, &by, &change->change)
+                                                                : 0.0,
+                                                     body_energy_change_real(robot, end, &by, &change->change)
+                                                         - body_energy_change_real(robot, &start, &by, &unit.change)};
         for (int row = 0; row < HOPFORM_SENSITIVITY_ROWS; row++) {
             matrix[row * COLUMNS_real + column] = rows[row];
         }
@@ -269,8 +269,8 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
                                           const hopform_phase_real *phases, const hopform_stance_real *stance,
                                           real *matrix) {
     const int32_t count = HOPFORM_SENSITIVITY_ROWS * COLUMNS_real;
-    const hopform_memory_real array = hopform_array_real(matrix, count, sizeof *matrix);
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
+    const memory_real array = array_real(matrix, count, sizeof *matrix);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
     bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
     if (exists) {
@@ -281,22 +281,22 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
     for (int32_t n = 0; exists && n < count; n++) {
         exists = matrix[n] >= -HOPFORM_NEVER_real && matrix[n] <= HOPFORM_NEVER_real;
     }
-    return exists ? HOPFORM_OK : hopform_refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
+    return exists ? HOPFORM_OK : refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 
 int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                      const hopform_phase_real *phases, const hopform_stance_real *stance,
                                      const real *times, int32_t count, hopform_state_real *states, real *tangents) {
-    const hopform_memory_real arrays[] = {
-        hopform_array_real(states, count, sizeof *states),
-        hopform_array_real(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_real * sizeof *tangents),
+    const memory_real arrays[] = {
+        array_real(states, count, sizeof *states),
+        array_real(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_real * sizeof *tangents),
     };
-    const hopform_times_real when = {times, count, true};
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &when, arrays, 2);
+    const times_real when = {times, count, true};
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, arrays, 2);
     if (status < 0) { return status; }
     variation_real way = variation_of_real(plan, steps, phases, stance);
     for (int32_t i = 0; i < count; i++) {
-        follow_to_real(&way, stance->phases_kept - 1, hopform_lesser_real(times[i], stance->duration));
+        follow_to_real(&way, stance->phases_kept - 1, lesser_real(times[i], stance->duration));
         states[i] = way.at.named;
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_real; column++) {
