@@ -10,8 +10,7 @@
 #include "ledger_f32.h"
 #include "overlap_f32.h"
 
-/* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
- * the order in which they win a tie. */
+/* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_f32 = -1, CONTACT_f32 = 0, ELEMENT_f32 = 1, NO_ELEMENT_f32 = -1 };
 
 /* The chain while it grows. */
@@ -27,8 +26,8 @@ typedef struct {
     float from_upper;
     int side[HOPFORM_ELEMENTS];
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
-    int alone; /* the element that has just come to rest, and whose free acceleration is known from the motion */
-    float free; /* this acceleration, from before the state lost its digits */
+    int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
+    float carried_acceleration; /* this acceleration, from before the state lost its digits */
     float start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     float aed;
@@ -40,8 +39,8 @@ typedef struct {
     int event;                   /* with which the phase began */
     drive_by_element_f32 drive; /* of the phase, as its numerators */
     numerators_f32 motion;
-    follow_f32 *follow;
-    tally_f32 *tally;
+    observer_f32 *observer;
+    current_variation_f32 *variation;
 } stance_chain_f32;
 
 static inline float current_of_chain_f32(const stance_chain_f32 *chain) {
@@ -121,9 +120,9 @@ typedef struct {
 } direction_f32;
 
 static inline direction_f32 direction_from_rest_f32(const stance_chain_f32 *chain, int element) {
-    const bool known = chain->alone == element;
+    const bool known = chain->came_to_rest == element;
     const free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
-    const float acceleration = known ? chain->free : free.of[element];
+    const float acceleration = known ? chain->carried_acceleration : free.of[element];
     const float friction = level_of_f32(&chain->plan->robot, element);
     const float rounding = known ? 0.0f : 16.0f * HOPFORM_EPS_f32 * terms_of_free_f32(chain, element);
     const bool on_threshold = fabs_f32(fabs_f32(acceleration) - friction) <= rounding;
@@ -287,12 +286,13 @@ static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float
     }
 }
 
-/* Whether so much of a phase has passed that what the compression tends to may say more of a take-off. */
+/* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
 static inline bool is_late_f32(const basis_f32 *basis) {
     return fabs_f32(basis->Wdd) < 0.25f;
 }
 
-/* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
+/* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
+ * no more accurate. */
 static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
                                       const event_function_f32 *contact, const basis_f32 *basis, float t) {
     if (!is_late_f32(basis)) { return 0.0f; }
@@ -336,8 +336,8 @@ static inline float first_end_f32(const event_set_f32 *set, float limit) {
     return lesser_f32(lesser_f32(set->node->t, half), limit);
 }
 
-/* Reach it, by what is known there. */
-static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
+/* The first interval, by what is known at its end. */
+static inline void end_first_interval_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
     const hopform_node_f32 *node = set->node;
     if (node->t < limit) {
         const basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -421,7 +421,7 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
 /* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
 static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, float limit, float *end) {
     begin_interval_f32(set, in);
-    const float until = quiet_until_f32(set, in);
+    const float until = root_free_until_f32(set, in);
     const bool quiet = until > in->low.t + 2.0f * set->node->t;
     *end = quiet ? lesser_f32(until, limit) : far_end_f32(set, in->low.t, limit);
     return quiet;
@@ -486,7 +486,7 @@ static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_sea
         return;
     }
     stance_begin_search_f32(chain, search);
-    if (search->open) { reach_ahead_f32(&search->events.set, &search->in, search->limit); }
+    if (search->open) { end_first_interval_f32(&search->events.set, &search->in, search->limit); }
     stance_end_search_f32(chain, search);
 }
 
@@ -554,7 +554,7 @@ static inline void next_step_f32(stance_chain_f32 *chain) {
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
+static inline void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f32 *rates = &chain->plan->rates;
     if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) { return; }
@@ -568,22 +568,23 @@ static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const ba
     const float terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const float rate = terms[0] + terms[1] + terms[2];
     if (fabs_f32(rate) > 16.0f * HOPFORM_EPS_f32 * (fabs_f32(terms[0]) + fabs_f32(terms[1]) + fabs_f32(terms[2]))) {
-        chain->alone = element;
-        chain->free = rate;
+        chain->came_to_rest = element;
+        chain->carried_acceleration = rate;
     }
 }
 
 /* What is known of the free acceleration of an element that comes to rest from its motion. */
 static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const int element = end->owner - ELEMENT_f32;
-    chain->alone = NO_ELEMENT_f32;
+    chain->came_to_rest = NO_ELEMENT_f32;
     if (element < 0 || chain->side[element] == 0) { return; }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        chain->alone = element;
-        chain->free = free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
-                                             &chain->motion.of.velocity[element], &end->in.high.basis);
+        chain->came_to_rest = element;
+        chain->carried_acceleration =
+            free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
+                                   &chain->motion.of.velocity[element], &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
-        keep_faint_acceleration_f32(chain, &end->in.high.basis);
+        keep_small_acceleration_f32(chain, &end->in.high.basis);
     }
 }
 
@@ -594,10 +595,10 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const basis_f32 *b
     const float before = *position;
     *position = 0.0f;
     chain->at.named = arrive_f32(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
-    const float way = *position;
-    *position = before + way;
-    chain->from_lower += way;
-    chain->from_upper += way;
+    const float moved = *position;
+    *position = before + moved;
+    chain->from_lower += moved;
+    chain->from_upper += moved;
 }
 
 /* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
@@ -615,14 +616,15 @@ static inline void start_on_threshold_f32(stance_chain_f32 *chain) {
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
-    const int element = chain->alone;
+    const int element = chain->came_to_rest;
     chain->drive = drive_of_chain_f32(chain, chain->side);
     start_on_threshold_f32(chain);
     chain->motion.named =
         motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const float level = (float)chain->side[element] * level_of_f32(&chain->plan->robot, element);
-        go_on_f32(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
+        set_acceleration_from_rest_f32(&chain->motion, element, chain->side[1 - element] == 0,
+                                        chain->carried_acceleration - level);
     }
 }
 
@@ -661,22 +663,22 @@ static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
     return first_derivative_f32(&h) < 0.0f;
 }
 
-/* Show the phase that has come to its end to who follows the stance. */
-static inline void show_phase_f32(const stance_chain_f32 *chain, const state_by_axis_f32 *start, float length,
-                                   const basis_f32 *end, bool leaves) {
-    if (chain->follow != NULL) {
-        const passage_f32 passage = {&chain->motion, end,         length,       start,
-                                      &chain->at,     chain->side, chain->event, leaves};
-        chain->follow(chain->tally, &passage);
+/* Pass the finished phase to the observer, if there is one. */
+static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis_f32 *start, float length,
+                               const basis_f32 *end, bool leaves) {
+    if (chain->observer != NULL) {
+        const solved_phase_f32 phase = {&chain->motion, end,         length,       start,
+                                         &chain->at,     chain->side, chain->event, leaves};
+        chain->observer(chain->variation, &phase);
     }
 }
 
-/* The same of a last phase in which no time passes. */
-static inline void show_ending_f32(stance_chain_f32 *chain) {
-    if (chain->follow != NULL) {
+/* The same of a last phase of no duration. */
+static inline void notify_ending_f32(stance_chain_f32 *chain) {
+    if (chain->observer != NULL) {
         const basis_f32 now = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
         stance_begin_phase_f32(chain);
-        show_phase_f32(chain, &chain->at, 0.0f, &now, false);
+        notify_f32(chain, &chain->at, 0.0f, &now, false);
     }
 }
 
@@ -687,7 +689,7 @@ static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain) {
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
     if (chain->side[0] == 0 && chain->side[1] == 0 && chain->step + 1 >= chain->step_count) {
-        show_ending_f32(chain);
+        notify_ending_f32(chain);
         return HOPFORM_ENDING_REST;
     }
     return 0;
@@ -710,7 +712,7 @@ static inline int32_t stance_begin_f32(stance_chain_f32 *chain) {
     return leaves_at_once_f32(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_f32(chain);
 }
 
-/* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
+/* Carry the chain to the end of a phase and through its event; the ending, 0 if another phase follows. */
 static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const float until = end_of_step_f32(chain);
     const state_by_axis_f32 start = chain->at;
@@ -718,7 +720,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     const float length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
     stance_arrive_f32(chain, &end->in.high.basis);
-    show_phase_f32(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f32);
+    notify_f32(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f32);
     chain->t = passes ? until : lesser_f32(chain->t + length, until); /* not behind it by rounding */
     if (end->owner == CONTACT_f32) {
         float *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
@@ -730,7 +732,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     stance_pass_f32(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
         && contact_of_f32(&chain->plan->robot, &chain->at.named) < 0.0f) {
-        show_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */
+        notify_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
     return ending_before_phase_f32(chain);
@@ -781,8 +783,8 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
     chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
     chain->just_switched = NO_ELEMENT_f32;
-    chain->alone = NO_ELEMENT_f32;
-    chain->free = 0.0f;
+    chain->came_to_rest = NO_ELEMENT_f32;
+    chain->carried_acceleration = 0.0f;
     chain->start_loss = 0.0f;
     chain->adds_up = stores_much_f32(&plan->robot, start);
     chain->aed = 0.0f;
@@ -792,8 +794,8 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->count = 0;
     chain->event_count = 0;
     chain->event = HOPFORM_EVENT_NONE;
-    chain->follow = NULL;
-    chain->tally = NULL;
+    chain->observer = NULL;
+    chain->variation = NULL;
 }
 
 /* Put a stance that has come to its ending into its record. */

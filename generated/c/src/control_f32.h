@@ -21,18 +21,18 @@
 
 /* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, where
  * not, and where neither takes off. */
-#define CONTROL_WIDE_f32 0.5f
-#define COARSE_f32 0.42f
-#define DOWN_f32 0.0625f
+#define WIDEST_ALIKE_f32 0.5f
+#define WIDEST_UNLIKE_f32 0.42f
+#define WIDEST_DOWN_f32 0.0625f
 
 /* How far a function may be off the cubic in the middle of an interval, as shares of what its slopes differ by from the
  * chord's: of their sum, and of each; where the events change, of each alone. */
-#define LEAN_f32 0.75f
-#define BEND_f32 0.03125f
-#define KINK_f32 1.5f
+#define MARGIN_CUBIC_f32 0.75f
+#define MARGIN_EACH_f32 0.03125f
+#define MARGIN_KINK_f32 1.5f
 
 /* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
-#define STEP_f32 0.00390625f
+#define NARROW_JUMP_f32 0.00390625f
 
 /* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
  * smooth in between. */
@@ -51,7 +51,8 @@ static void put_coefficients_f32(const curve_f32 *c, float row[COEFFICIENTS_f32]
     const float first = c->from_rise - (c->to - c->from);
     const float last = c->to_rise - (c->to - c->from);
     const float spread = fabs_f32(first) + fabs_f32(last);
-    const float off = c->smooth ? LEAN_f32 * fabs_f32(first + last) + BEND_f32 * spread : KINK_f32 * spread;
+    const float off =
+        c->smooth ? MARGIN_CUBIC_f32 * fabs_f32(first + last) + MARGIN_EACH_f32 * spread : MARGIN_KINK_f32 * spread;
     row[0] = c->from;
     row[1] = c->from + 0.25f * c->from_rise;
     row[2] = 0.5f * (c->from + c->to) + (c->from_rise - c->to_rise) / 6.0f - off;
@@ -84,11 +85,11 @@ static float least_of_halves_f32(const curve_f32 *c) {
 /* Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in it. */
 static float share_of_minimum_f32(const curve_f32 *c) {
     const float chord = c->to - c->from;
-    const float lean = c->from_rise + c->to_rise - 2.0f * chord;
-    const float half = c->from_rise + lean - chord;
-    const float root = sqrt_f32(greater_f32(half * half - 3.0f * lean * c->from_rise, 0.0f));
+    const float cubic = c->from_rise + c->to_rise - 2.0f * chord;
+    const float half = c->from_rise + cubic - chord;
+    const float root = sqrt_f32(greater_f32(half * half - 3.0f * cubic * c->from_rise, 0.0f));
     const float above = half < 0.0f ? -c->from_rise : half + root;
-    const float below = half < 0.0f ? root - half : 3.0f * lean;
+    const float below = half < 0.0f ? root - half : 3.0f * cubic;
     if (!(above > 0.0f && above < below)) { return 0.5f; }
     return greater_f32(lesser_f32(above / below, 0.96875f), 0.03125f);
 }
@@ -150,16 +151,16 @@ static control_interval_f32 interval_of_f32(const hopform_search_f32 *search, in
 }
 
 /* Whether the least contact force keeps its sign in an interval, by its value and slope at one end. */
-static bool keeps_sign_f32(float value, float rise) {
+static bool sign_is_constant_f32(float value, float rise) {
     return value > 0.0f ? value > fabs_f32(rise) : value + rise < 0.0f;
 }
 
 /* No rebound in the interval takes off that does not do so at its ends, and none stays that takes off there. */
-static bool contact_keeps_sign_f32(const control_interval_f32 *c) {
+static bool contact_sign_is_constant_f32(const control_interval_f32 *c) {
     const curve_f32 *contact = &c->contact;
-    return c->from->minima > 0 && c->to->minima > 0
-               ? least_f32(contact) > 0.0f
-               : keeps_sign_f32(contact->from, contact->from_rise) && keeps_sign_f32(contact->to, -contact->to_rise);
+    return c->from->minima > 0 && c->to->minima > 0 ? least_f32(contact) > 0.0f
+                                                    : sign_is_constant_f32(contact->from, contact->from_rise)
+                                                          && sign_is_constant_f32(contact->to, -contact->to_rise);
 }
 
 static bool is_admissible_f32(const hopform_search_f32 *search, const hopform_trial_f32 *trial) {
@@ -211,10 +212,10 @@ static float lower_bound_of_f32(const hopform_search_f32 *search, const control_
     if ((c->from->held && c->to->held) || c->width <= 2.0f * HOPFORM_EPS_f32 * fabs_f32(c->to->u)) {
         return HOPFORM_NEVER_f32;
     }
-    const float widest = none ? DOWN_f32 : (c->gap.smooth ? CONTROL_WIDE_f32 : COARSE_f32);
+    const float widest = none ? WIDEST_DOWN_f32 : (c->gap.smooth ? WIDEST_ALIKE_f32 : WIDEST_UNLIKE_f32);
     if (c->width > widest * range) { return unknown; }
-    if (!alike || !contact_keeps_sign_f32(c)) {
-        const float narrow = none ? HOPFORM_ROOT_EPS_f32 : STEP_f32;
+    if (!alike || !contact_sign_is_constant_f32(c)) {
+        const float narrow = none ? HOPFORM_ROOT_EPS_f32 : NARROW_JUMP_f32;
         return c->width <= narrow * range ? bound_at_jump_f32(c) : unknown;
     }
     if (none || (c->peak.from >= 0.0f && c->peak.to >= 0.0f && least_f32(&c->peak) >= 0.0f)) {
@@ -252,7 +253,7 @@ static float share_to_try_f32(const hopform_search_f32 *search, const control_in
     const bool leaves = c->from->takes_off;
     if (slow || leaves != c->to->takes_off) { return 0.5f; }
     if (leaves && c->gap.to < 0.0f) { return share_of_apex_f32(search, c); }
-    if (c->width > CONTROL_WIDE_f32 * search->plan->robot.u_max) { return 0.5f; }
+    if (c->width > WIDEST_ALIKE_f32 * search->plan->robot.u_max) { return 0.5f; }
     if (!leaves) { return c->from->minima > 0 && c->to->minima > 0 ? share_of_minimum_f32(&c->contact) : 0.5f; }
     const bool starts = is_admissible_f32(search, c->from);
     if (starts != is_admissible_f32(search, c->to)) { /* just inside the limit of the position */
@@ -446,12 +447,12 @@ static int32_t evaluate_candidate_f32(const hopform_plan_f32 *plan, const hopfor
     trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_f32;
     trial->smooth = true;
-    tally_f32 tally = {plan, trial, none, none, none, {0, 0}, false};
+    current_variation_f32 variation = {plan, trial, none, none, none, {0, 0}, false};
     hopform_stance_f32 stance;
-    const int32_t status =
-        solve_followed_f32(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance, tally_up_f32, &tally);
+    const int32_t status = solve_observed_f32(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
+                                               carry_variation_f32, &variation);
     if (status < 0) { return status; }
-    close_trial_f32(&tally, phases, &stance);
+    close_trial_f32(&variation, phases, &stance);
     return stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 

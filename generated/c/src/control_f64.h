@@ -21,18 +21,18 @@
 
 /* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, where
  * not, and where neither takes off. */
-#define CONTROL_WIDE_f64 0.5
-#define COARSE_f64 0.42
-#define DOWN_f64 0.0625
+#define WIDEST_ALIKE_f64 0.5
+#define WIDEST_UNLIKE_f64 0.42
+#define WIDEST_DOWN_f64 0.0625
 
 /* How far a function may be off the cubic in the middle of an interval, as shares of what its slopes differ by from the
  * chord's: of their sum, and of each; where the events change, of each alone. */
-#define LEAN_f64 0.75
-#define BEND_f64 0.03125
-#define KINK_f64 1.5
+#define MARGIN_CUBIC_f64 0.75
+#define MARGIN_EACH_f64 0.03125
+#define MARGIN_KINK_f64 1.5
 
 /* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
-#define STEP_f64 0.00390625
+#define NARROW_JUMP_f64 0.00390625
 
 /* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
  * smooth in between. */
@@ -51,7 +51,8 @@ static void put_coefficients_f64(const curve_f64 *c, double row[COEFFICIENTS_f64
     const double first = c->from_rise - (c->to - c->from);
     const double last = c->to_rise - (c->to - c->from);
     const double spread = fabs_f64(first) + fabs_f64(last);
-    const double off = c->smooth ? LEAN_f64 * fabs_f64(first + last) + BEND_f64 * spread : KINK_f64 * spread;
+    const double off =
+        c->smooth ? MARGIN_CUBIC_f64 * fabs_f64(first + last) + MARGIN_EACH_f64 * spread : MARGIN_KINK_f64 * spread;
     row[0] = c->from;
     row[1] = c->from + 0.25 * c->from_rise;
     row[2] = 0.5 * (c->from + c->to) + (c->from_rise - c->to_rise) / 6.0 - off;
@@ -84,11 +85,11 @@ static double least_of_halves_f64(const curve_f64 *c) {
 /* Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in it. */
 static double share_of_minimum_f64(const curve_f64 *c) {
     const double chord = c->to - c->from;
-    const double lean = c->from_rise + c->to_rise - 2.0 * chord;
-    const double half = c->from_rise + lean - chord;
-    const double root = sqrt_f64(greater_f64(half * half - 3.0 * lean * c->from_rise, 0.0));
+    const double cubic = c->from_rise + c->to_rise - 2.0 * chord;
+    const double half = c->from_rise + cubic - chord;
+    const double root = sqrt_f64(greater_f64(half * half - 3.0 * cubic * c->from_rise, 0.0));
     const double above = half < 0.0 ? -c->from_rise : half + root;
-    const double below = half < 0.0 ? root - half : 3.0 * lean;
+    const double below = half < 0.0 ? root - half : 3.0 * cubic;
     if (!(above > 0.0 && above < below)) { return 0.5; }
     return greater_f64(lesser_f64(above / below, 0.96875), 0.03125);
 }
@@ -150,16 +151,16 @@ static control_interval_f64 interval_of_f64(const hopform_search_f64 *search, in
 }
 
 /* Whether the least contact force keeps its sign in an interval, by its value and slope at one end. */
-static bool keeps_sign_f64(double value, double rise) {
+static bool sign_is_constant_f64(double value, double rise) {
     return value > 0.0 ? value > fabs_f64(rise) : value + rise < 0.0;
 }
 
 /* No rebound in the interval takes off that does not do so at its ends, and none stays that takes off there. */
-static bool contact_keeps_sign_f64(const control_interval_f64 *c) {
+static bool contact_sign_is_constant_f64(const control_interval_f64 *c) {
     const curve_f64 *contact = &c->contact;
-    return c->from->minima > 0 && c->to->minima > 0
-               ? least_f64(contact) > 0.0
-               : keeps_sign_f64(contact->from, contact->from_rise) && keeps_sign_f64(contact->to, -contact->to_rise);
+    return c->from->minima > 0 && c->to->minima > 0 ? least_f64(contact) > 0.0
+                                                    : sign_is_constant_f64(contact->from, contact->from_rise)
+                                                          && sign_is_constant_f64(contact->to, -contact->to_rise);
 }
 
 static bool is_admissible_f64(const hopform_search_f64 *search, const hopform_trial_f64 *trial) {
@@ -211,10 +212,10 @@ static double lower_bound_of_f64(const hopform_search_f64 *search, const control
     if ((c->from->held && c->to->held) || c->width <= 2.0 * HOPFORM_EPS_f64 * fabs_f64(c->to->u)) {
         return HOPFORM_NEVER_f64;
     }
-    const double widest = none ? DOWN_f64 : (c->gap.smooth ? CONTROL_WIDE_f64 : COARSE_f64);
+    const double widest = none ? WIDEST_DOWN_f64 : (c->gap.smooth ? WIDEST_ALIKE_f64 : WIDEST_UNLIKE_f64);
     if (c->width > widest * range) { return unknown; }
-    if (!alike || !contact_keeps_sign_f64(c)) {
-        const double narrow = none ? HOPFORM_ROOT_EPS_f64 : STEP_f64;
+    if (!alike || !contact_sign_is_constant_f64(c)) {
+        const double narrow = none ? HOPFORM_ROOT_EPS_f64 : NARROW_JUMP_f64;
         return c->width <= narrow * range ? bound_at_jump_f64(c) : unknown;
     }
     if (none || (c->peak.from >= 0.0 && c->peak.to >= 0.0 && least_f64(&c->peak) >= 0.0)) {
@@ -252,7 +253,7 @@ static double share_to_try_f64(const hopform_search_f64 *search, const control_i
     const bool leaves = c->from->takes_off;
     if (slow || leaves != c->to->takes_off) { return 0.5; }
     if (leaves && c->gap.to < 0.0) { return share_of_apex_f64(search, c); }
-    if (c->width > CONTROL_WIDE_f64 * search->plan->robot.u_max) { return 0.5; }
+    if (c->width > WIDEST_ALIKE_f64 * search->plan->robot.u_max) { return 0.5; }
     if (!leaves) { return c->from->minima > 0 && c->to->minima > 0 ? share_of_minimum_f64(&c->contact) : 0.5; }
     const bool starts = is_admissible_f64(search, c->from);
     if (starts != is_admissible_f64(search, c->to)) { /* just inside the limit of the position */
@@ -446,12 +447,12 @@ static int32_t evaluate_candidate_f64(const hopform_plan_f64 *plan, const hopfor
     trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_f64;
     trial->smooth = true;
-    tally_f64 tally = {plan, trial, none, none, none, {0, 0}, false};
+    current_variation_f64 variation = {plan, trial, none, none, none, {0, 0}, false};
     hopform_stance_f64 stance;
-    const int32_t status =
-        solve_followed_f64(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance, tally_up_f64, &tally);
+    const int32_t status = solve_observed_f64(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
+                                               carry_variation_f64, &variation);
     if (status < 0) { return status; }
-    close_trial_f64(&tally, phases, &stance);
+    close_trial_f64(&variation, phases, &stance);
     return stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 

@@ -53,7 +53,7 @@ typedef struct {
 #endif
 } event_function_f32;
 
-/* The active event functions of a phase, in the order in which they win a tie. */
+/* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
     const hopform_poles_f32 *poles;
     const hopform_node_f32 *node;
@@ -408,7 +408,7 @@ static inline bool has_no_root_f32(const jet_f32 *from, float d, bool falls_then
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float bound) {
+static inline bool stays_positive_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float bound) {
     const float left = from->value + bound;
     return left > -h * from->rate && left * greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
 }
@@ -445,9 +445,9 @@ static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, c
 
 /* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
-static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                const jet_f32 *from, const jet_f32 *to, float h, bool root_at_end,
-                                                float rounding) {
+static inline bool stays_positive_by_bernstein_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                                    const jet_f32 *from, const jet_f32 *to, float h, bool root_at_end,
+                                                    float rounding) {
     const float M6 = sixth_derivative_bound_f32(poles, g);
     const float f = 0.2f * h;
     const float tw = 0.05f * h * h;
@@ -684,10 +684,10 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
     if (has_no_root_f32(from, d, falls_for_certain_f32(g, &in->high, to->rate), d_then)) { return true; }
     const float h = in->high.t - in->low.t;
     const float rounding = rounding_of_f32(g, &in->high, to->rate);
-    return (!(d < 0.0f) && is_held_up_by_slope_f32(set->node->pole, from, to, h, rounding))
+    return (!(d < 0.0f) && stays_positive_by_slope_f32(set->node->pole, from, to, h, rounding))
            || quiet_time_f32(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f32
-               && (is_held_up_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding)
+               && (stays_positive_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding)
                    || has_faded_f32(set, g, &in->low, from, h, rounding)));
 }
 
@@ -721,9 +721,11 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
         if (g->shape != MAY_TURN_f32) { continue; }
         /* what is cheap of rule 2 comes first */
         const float d = deflated_derivative_f32(set, g, &in->low, 1.0f);
-        const bool soon = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
-                                  : (d > 0.0f) & !(in->from[n].rate < 0.0f);
-        if (!soon && !is_certified_f32(set, in, n, d) && !is_certified_inside_f32(set, in, n, d)) { return false; }
+        const bool no_root_by_signs = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
+                                              : (d > 0.0f) & !(in->from[n].rate < 0.0f);
+        if (!no_root_by_signs && !is_certified_f32(set, in, n, d) && !is_certified_inside_f32(set, in, n, d)) {
+            return false;
+        }
     }
     if (in->found > 0) { settle_ties_f32(set, in); }
     return true;
@@ -750,7 +752,7 @@ static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in
 }
 
 /* Rule 5: until when no function has a root, for certain. */
-static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32 *in) {
+static inline float root_free_until_f32(const event_set_f32 *set, const interval_f32 *in) {
     float quiet = HOPFORM_NEVER_f32;
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
         const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(set->function[n].start) + set->function[n].cancels);
@@ -777,7 +779,7 @@ static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 
 
 /* ---- closed forms, contacts ---- */
 
-/* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
+/* Rule 3 of a pair that rings with omega. From rest a mass moves for half a period. */
 static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, float omega, float v, float acc) {
     const float back = v > 0.0f ? -(acc + 0.5f * poles->p * v) / omega : 1.0f;
     const float slowing = angle_f32(back, v) / omega;

@@ -53,7 +53,7 @@ typedef struct {
 #endif
 } event_function_f64;
 
-/* The active event functions of a phase, in the order in which they win a tie. */
+/* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
     const hopform_poles_f64 *poles;
     const hopform_node_f64 *node;
@@ -408,7 +408,7 @@ static inline bool has_no_root_f64(const jet_f64 *from, double d, bool falls_the
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double bound) {
+static inline bool stays_positive_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double bound) {
     const double left = from->value + bound;
     return left > -h * from->rate && left * greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
 }
@@ -445,9 +445,9 @@ static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, 
 
 /* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
-static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                const jet_f64 *from, const jet_f64 *to, double h, bool root_at_end,
-                                                double rounding) {
+static inline bool stays_positive_by_bernstein_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                                    const jet_f64 *from, const jet_f64 *to, double h, bool root_at_end,
+                                                    double rounding) {
     const double M6 = sixth_derivative_bound_f64(poles, g);
     const double f = 0.2 * h;
     const double tw = 0.05 * h * h;
@@ -684,10 +684,10 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
     if (has_no_root_f64(from, d, falls_for_certain_f64(g, &in->high, to->rate), d_then)) { return true; }
     const double h = in->high.t - in->low.t;
     const double rounding = rounding_of_f64(g, &in->high, to->rate);
-    return (!(d < 0.0) && is_held_up_by_slope_f64(set->node->pole, from, to, h, rounding))
+    return (!(d < 0.0) && stays_positive_by_slope_f64(set->node->pole, from, to, h, rounding))
            || quiet_time_f64(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f64
-               && (is_held_up_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding)
+               && (stays_positive_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding)
                    || has_faded_f64(set, g, &in->low, from, h, rounding)));
 }
 
@@ -721,9 +721,11 @@ static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
         if (g->shape != MAY_TURN_f64) { continue; }
         /* what is cheap of rule 2 comes first */
         const double d = deflated_derivative_f64(set, g, &in->low, 1.0);
-        const bool soon = d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high))
-                                  : (d > 0.0) & !(in->from[n].rate < 0.0);
-        if (!soon && !is_certified_f64(set, in, n, d) && !is_certified_inside_f64(set, in, n, d)) { return false; }
+        const bool no_root_by_signs = d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high))
+                                              : (d > 0.0) & !(in->from[n].rate < 0.0);
+        if (!no_root_by_signs && !is_certified_f64(set, in, n, d) && !is_certified_inside_f64(set, in, n, d)) {
+            return false;
+        }
     }
     if (in->found > 0) { settle_ties_f64(set, in); }
     return true;
@@ -750,7 +752,7 @@ static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in
 }
 
 /* Rule 5: until when no function has a root, for certain. */
-static inline double quiet_until_f64(const event_set_f64 *set, const interval_f64 *in) {
+static inline double root_free_until_f64(const event_set_f64 *set, const interval_f64 *in) {
     double quiet = HOPFORM_NEVER_f64;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(set->function[n].start) + set->function[n].cancels);
@@ -777,7 +779,7 @@ static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 
 
 /* ---- closed forms, contacts ---- */
 
-/* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
+/* Rule 3 of a pair that rings with omega. From rest a mass moves for half a period. */
 static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles, double omega, double v, double acc) {
     const double back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
     const double slowing = angle_f64(back, v) / omega;

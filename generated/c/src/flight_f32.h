@@ -5,8 +5,8 @@
  *
  * Its phases are phases of the engine (first_event_f32.h) whose real pole is 0. The distance to a stop and the pull of
  * the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
- * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a turn of the
- * pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
+ * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a period of
+ * the pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
  * compression is in the height, too, and fades as exp(-l t).
  */
 #ifndef HOPFORM_FLIGHT_H_f32
@@ -69,26 +69,26 @@ static hopform_poles_f32 poles_in_flight_f32(const flight_rates_f32 *rates, int 
 }
 
 /* How far the element has moved since a phase began, its velocity and its acceleration. */
-static jet_f32 way_in_flight_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase,
-                                   const propagator_f32 *at) {
+static jet_f32 displacement_in_flight_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase,
+                                            const propagator_f32 *at) {
     const jet_f32 rest = {0.0f, 0.0f, 0.0f, 0.0f};
-    const numerator_f32 h = way_numerator_f32(phase->v1, phase->acc1, poles);
-    const event_function_f32 way = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
-    return phase->side != 0 ? short_jet_at_f32(&way, at) : rest;
+    const numerator_f32 h = displacement_numerator_f32(phase->v1, phase->acc1, poles);
+    const event_function_f32 displacement = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
+    return phase->side != 0 ? short_jet_at_f32(&displacement, at) : rest;
 }
 
 /* The state at a time of a phase; rounding or underflow may have put the position a last digit beyond a stop. */
 static hopform_state_f32 state_in_flight_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start,
-                                               const hopform_flight_phase_f32 *phase, const jet_f32 *way,
+                                               const hopform_flight_phase_f32 *phase, const jet_f32 *displacement,
                                                float after) {
     const float g = fall_of_f32(robot);
     const float t = phase->t + after;
     const float rise = (start->v2 - 0.5f * g * t) * t;
-    const float moved = (phase->x1 - start->x1) + way->value;
-    const float position = lesser_f32(robot->x1_max, phase->x1 + way->value);
+    const float moved = (phase->x1 - start->x1) + displacement->value;
+    const float position = lesser_f32(robot->x1_max, phase->x1 + displacement->value);
     hopform_state_f32 state;
     state.x1 = greater_f32(robot->x1_min, position);
-    state.v1 = way->rate;
+    state.v1 = displacement->rate;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
     return state;
@@ -113,9 +113,9 @@ static event_function_f32 height_in_flight_f32(const flight_chain_f32 *chain) {
     const float g = chain->fall;
     const float rate = start->v2 - g * now->t;
     const float rise = (start->v2 - 0.5f * g * now->t) * now->t;
-    const numerator_f32 way = way_numerator_f32(now->v1, now->acc1, poles);
-    event_function_f32 height = {rate - way.H3,
-                                  poles->p * rate - g - way.H2,
+    const numerator_f32 displacement = displacement_numerator_f32(now->v1, now->acc1, poles);
+    event_function_f32 height = {rate - displacement.H3,
+                                  poles->p * rate - g - displacement.H2,
                                   poles->q * rate - poles->p * g,
                                   -poles->q * g,
                                   (start->x1 - now->x1) + rise - start->y,
@@ -155,12 +155,14 @@ static fall_f32 fall_search_f32(const flight_chain_f32 *chain, const event_funct
                                   float sign) {
     const hopform_poles_f32 *poles = &chain->poles;
     const float l = chain->relaxes;
-    float way[6] = {0.0f, chain->now.v1, chain->now.acc1};
+    float displacement[6] = {0.0f, chain->now.v1, chain->now.acc1};
     for (int i = 3; i < 6; i++) {
-        way[i] = -poles->p * way[i - 1] - poles->q * way[i - 2];
+        displacement[i] = -poles->p * displacement[i - 1] - poles->q * displacement[i - 2];
     }
-    const float value = -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? way[4] + l * way[3] : way[3]);
-    const float rate = -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? way[5] + l * way[4] : way[4]);
+    const float value =
+        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? displacement[4] + l * displacement[3] : displacement[3]);
+    const float rate =
+        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_f32 fall;
     fall.set.poles = poles;
     fall.set.node = NULL;
@@ -206,9 +208,9 @@ static bool is_certified_in_fall_f32(const fall_f32 *fall, interval_f32 *in) {
         <= variations_in_fall_f32(fall, &to, after)) {
         return true;
     }
-    const bool dips = begins_to_fall_f32(from) && !(to.rate < 0.0f); /* a rate may have faded */
+    const bool has_minimum = begins_to_fall_f32(from) && !(to.rate < 0.0f); /* a rate may have faded */
     const float inside =
-        dips ? cut_between_f32(from->rate, to.rate, h) : cut_between_f32(from->curvature, to.curvature, h);
+        has_minimum ? cut_between_f32(from->rate, to.rate, h) : cut_between_f32(from->curvature, to.curvature, h);
     const float cut = before != after ? fall->turn : in->low.t + inside;
     float m = lesser_f32(lesser_f32(from->curvature, to.curvature), 0.0f);
     if (HOPFORM_LEG_HAS_DAMPER && fall->relaxes > 0.0f && from->third < 0.0f && to.third > 0.0f) {
@@ -279,10 +281,10 @@ static float gap_in_flight_f32(const flight_chain_f32 *chain) {
 }
 
 /* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
- * of the stop, and of the way between. */
+ * of the stop, and of the displacement between. */
 static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 end) {
     const hopform_flight_phase_f32 *now = &chain->now;
-    const numerator_f32 way = way_numerator_f32(now->v1, now->acc1, &chain->poles);
+    const numerator_f32 displacement = displacement_numerator_f32(now->v1, now->acc1, &chain->poles);
     const propagator_f32 first = propagator_at_start_f32(&chain->poles);
     const float away = -(float)now->side;
     const float gap = gap_in_flight_f32(chain);
@@ -291,7 +293,7 @@ static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 en
     set.poles = &chain->poles;
     set.count = 0;
     const event_function_f32 *stop =
-        add_event_function_f32(&set, &way, away * gap, away, ELEMENT_f32, DISTANCE_f32);
+        add_event_function_f32(&set, &displacement, away * gap, away, ELEMENT_f32, DISTANCE_f32);
     const float left = value_at_f32(stop, &chain->last);
     const float position = now->x1;
     const float size = fabs_f32(position) + fabs_f32(position - away * gap) + fabs_f32(gap - left);
@@ -327,19 +329,19 @@ static flight_end_f32 end_at_pull_f32(flight_chain_f32 *chain, flight_end_f32 en
 }
 
 /* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
-static void put_ending_f32(const flight_chain_f32 *chain, const jet_f32 *way, float t) {
+static void put_ending_f32(const flight_chain_f32 *chain, const jet_f32 *displacement, float t) {
     chain->flight->duration = lesser_f32(chain->now.t + t, chain->horizon);
-    chain->flight->end = state_in_flight_f32(chain->robot, &chain->start, &chain->now, way, t);
+    chain->flight->end = state_in_flight_f32(chain->robot, &chain->start, &chain->now, displacement, t);
 }
 
 /* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
 static void look_at_foot_f32(flight_chain_f32 *chain, const propagator_f32 *at) {
     const float height = value_at_f32(&chain->height, at);
     if (!chain->airborne && height > chain->highest) {
-        const jet_f32 way = way_in_flight_f32(&chain->poles, &chain->now, at);
+        const jet_f32 displacement = displacement_in_flight_f32(&chain->poles, &chain->now, at);
         chain->airborne = height > rounding_of_f32(&chain->height, at, 0.0f);
         chain->highest = height;
-        put_ending_f32(chain, &way, at->t);
+        put_ending_f32(chain, &displacement, at->t);
         chain->at_highest = *chain->flight;
     }
 }
@@ -449,7 +451,7 @@ static void record_in_flight_f32(flight_chain_f32 *chain, int event) {
     flight->phase_count++;
 }
 
-/* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
+/* Whether the motor is at its limit: where its pull is there exactly, the sign of its rate decides. */
 static void choose_limit_f32(flight_chain_f32 *chain) {
     const hopform_flight_phase_f32 *now = &chain->now;
     const float pull = chain->gains.Kp * now->x1 + chain->gains.Kd * now->v1;
@@ -536,8 +538,8 @@ static int32_t run_flight_f32(flight_chain_f32 *chain) {
             flight->phase_count = 0; /* report_flight refuses it */
             return HOPFORM_FLIGHT_HORIZON;
         }
-        const jet_f32 way = way_in_flight_f32(&chain->poles, &chain->now, &chain->last);
-        put_ending_f32(chain, &way, chain->last.t);
+        const jet_f32 displacement = displacement_in_flight_f32(&chain->poles, &chain->now, &chain->last);
+        put_ending_f32(chain, &displacement, chain->last.t);
         chain->now.t = flight->duration;
         if (end == FLIGHT_TOUCHDOWN_f32) {
             flight->end.y = left_in_leg_f32(chain, flight->duration);
@@ -550,12 +552,12 @@ static int32_t run_flight_f32(flight_chain_f32 *chain) {
         }
         chain->now.x1 = flight->end.x1;
         chain->now.v1 = flight->end.v1;
-        chain->now.acc1 = way.curvature;
+        chain->now.acc1 = displacement.curvature;
         if (end == FLIGHT_PULL_f32) {
             /* Through the law the acceleration would have the rounding of the position times Kp. */
             const float limit = (float)(side != 0 ? side : chain->now.limit);
             const float goes = (float)chain->now.side;
-            chain->now.acc1 = acceleration_at_limit_f32(chain->robot, &chain->rates, way.rate, goes, limit);
+            chain->now.acc1 = acceleration_at_limit_f32(chain->robot, &chain->rates, displacement.rate, goes, limit);
             chain->now.limit = (int8_t)side;
             record_in_flight_f32(chain,
                                   side == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
@@ -579,8 +581,7 @@ static hopform_gains_f32 gains_for_f32(const hopform_robot_f32 *robot, const hop
     return critical_gains_f32(robot, greater_f32(time, 0.02f));
 }
 
-/* What follows from the ending. Numbers out of range leave no phase, or show here; so does a search without end, which
- * only they are known to cause. */
+/* Fill in what depends on the ending. False if a number left the range of the type, or the search met its cap. */
 static bool report_flight_f32(const flight_chain_f32 *chain, hopform_flight_f32 *flight) {
     const hopform_state_f32 *start = &chain->start;
     const hopform_state_f32 *end = &flight->end;
@@ -720,9 +721,9 @@ static hopform_state_f32 state_of_flight_f32(const hopform_plan_f32 *plan, const
     hopform_state_f32 start = flight->start;
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
     const propagator_f32 at = propagator_at_f32(&poles, t - phase->t);
-    const jet_f32 way = way_in_flight_f32(&poles, phase, &at);
+    const jet_f32 displacement = displacement_in_flight_f32(&poles, phase, &at);
     start.y += flight->ground;
-    return state_in_flight_f32(&plan->robot, &start, phase, &way, at.t);
+    return state_in_flight_f32(&plan->robot, &start, phase, &displacement, at.t);
 }
 
 static flight_rates_f32 rates_of_flight_f32(const hopform_plan_f32 *plan, const hopform_flight_f32 *flight) {
@@ -756,8 +757,8 @@ static float square_of_velocity_f32(const hopform_poles_f32 *poles, const hopfor
     float squares[] = {0.0f, 0.0f, 0.0f}; /* of v v, v a, a a */
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
         const propagator_f32 at = propagator_at_f32(poles, place_f32[node] * h);
-        const jet_f32 way = way_in_flight_f32(poles, phase, &at);
-        const float motion[] = {way.rate, way.curvature};
+        const jet_f32 displacement = displacement_in_flight_f32(poles, phase, &at);
+        const float motion[] = {displacement.rate, displacement.curvature};
         for (int n = 0; n < 3; n++) {
             squares[n] += weight_f32[node] * h * motion[n / 2] * motion[(n + 1) / 2];
         }
@@ -785,11 +786,11 @@ static void add_work_f32(hopform_flight_ledger_f32 *ledger, const hopform_plan_f
     const hopform_robot_f32 *robot = &plan->robot;
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
     const propagator_f32 at = propagator_at_f32(&poles, t);
-    const jet_f32 moved = way_in_flight_f32(&poles, phase, &at);
+    const jet_f32 displacement = displacement_in_flight_f32(&poles, phase, &at);
     const float rise = (flight->start.v2 - fall_of_f32(robot) * (phase->t + 0.5f * t)) * t;
-    const way_f32 way = {moved.value, square_of_velocity_f32(&poles, phase, t), rise};
+    const flight_integrals_f32 integrals = {displacement.value, square_of_velocity_f32(&poles, phase, t), rise};
     const hopform_flight_ledger_f32 part = flight_ledger_of_f32(
-        robot, &flight->gains, largest_force_f32(robot), phase->x1, (float)phase->side, (float)phase->limit, &way);
+        robot, &flight->gains, largest_force_f32(robot), phase->x1, (float)phase->side, (float)phase->limit, &integrals);
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY

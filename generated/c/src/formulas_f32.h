@@ -286,7 +286,7 @@ typedef struct {
     float moved;     /* [m] how far the actuator has moved since the phase began */
     float int_v1v1;  /* [m^2/s] integral of v_1^2 */
     float rise;      /* [m] of the body */
-} way_f32;
+} flight_integrals_f32;
 
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f32 rates_of_f32(const hopform_robot_f32 *robot)
@@ -1142,7 +1142,7 @@ static inline float acceleration_at_limit_f32(const hopform_robot_f32 *robot,
 }
 
 /* Numerator of how far the actuator has moved since a phase of the flight began. */
-static inline numerator_f32 way_numerator_f32(float v1, float acc1, const hopform_poles_f32 *poles)
+static inline numerator_f32 displacement_numerator_f32(float v1, float acc1, const hopform_poles_f32 *poles)
 {
     const float p = poles->p;
     const float H3 = v1;           /* (3) in flight */
@@ -1233,12 +1233,12 @@ static inline hopform_flight_ledger_f32 flight_ledger_of_f32(const hopform_robot
     float x1,
     float side_1,
     float limit,
-    const way_f32 *way)
+    const flight_integrals_f32 *flight_integrals)
 {
     const float m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
     const float f1 = robot->f1;
     const float Kp = gains->Kp, Kd = gains->Kd;
-    const float moved = way->moved, int_v1v1 = way->int_v1v1;
+    const float moved = flight_integrals->moved, int_v1v1 = flight_integrals->int_v1v1;
     const float motor_work = (Kd*int_v1v1 + Kp*moved*(0.5f*moved + x1))*(limit*limit - 1.0f) - largest*limit*moved;  /* law, or limit */
     const float offset_work = c*k*moved;                                                                           /* constant forces */
     const float viscous_1 = -b1*int_v1v1;                                                                          /* ledger */

@@ -286,7 +286,7 @@ typedef struct {
     double moved;     /* [m] how far the actuator has moved since the phase began */
     double int_v1v1;  /* [m^2/s] integral of v_1^2 */
     double rise;      /* [m] of the body */
-} way_f64;
+} flight_integrals_f64;
 
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f64 rates_of_f64(const hopform_robot_f64 *robot)
@@ -1142,7 +1142,7 @@ static inline double acceleration_at_limit_f64(const hopform_robot_f64 *robot,
 }
 
 /* Numerator of how far the actuator has moved since a phase of the flight began. */
-static inline numerator_f64 way_numerator_f64(double v1, double acc1, const hopform_poles_f64 *poles)
+static inline numerator_f64 displacement_numerator_f64(double v1, double acc1, const hopform_poles_f64 *poles)
 {
     const double p = poles->p;
     const double H3 = v1;           /* (3) in flight */
@@ -1233,12 +1233,12 @@ static inline hopform_flight_ledger_f64 flight_ledger_of_f64(const hopform_robot
     double x1,
     double side_1,
     double limit,
-    const way_f64 *way)
+    const flight_integrals_f64 *flight_integrals)
 {
     const double m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
     const double f1 = robot->f1;
     const double Kp = gains->Kp, Kd = gains->Kd;
-    const double moved = way->moved, int_v1v1 = way->int_v1v1;
+    const double moved = flight_integrals->moved, int_v1v1 = flight_integrals->int_v1v1;
     const double motor_work = (Kd*int_v1v1 + Kp*moved*(0.5*moved + x1))*(limit*limit - 1.0) - largest*limit*moved;  /* law, or limit */
     const double offset_work = c*k*moved;                                                                           /* constant forces */
     const double viscous_1 = -b1*int_v1v1;                                                                          /* ledger */

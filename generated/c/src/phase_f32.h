@@ -44,8 +44,7 @@ static inline motion_f32 motion_of_f32(const hopform_plan_f32 *plan, const hopfo
     return motion_under_f32(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* What a function of time with this numerator tends to in a mode, less its start; NEVER where nothing that is left of k
- * draws it. */
+/* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
 static inline float settled_f32(const hopform_poles_f32 *poles, const numerator_f32 *h) {
     const bool slow = poles->s_3 > 0.0f;
     const float draws = slow ? poles->s_3 : poles->s_2;
@@ -71,7 +70,8 @@ static inline float free_after_motion_f32(float side, float friction, const nume
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
  * follows it. */
-static inline void go_on_f32(numerators_f32 *motion, int element, bool alone, float acceleration) {
+static inline void set_acceleration_from_rest_f32(numerators_f32 *motion, int element, bool alone,
+                                                   float acceleration) {
     motion->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { motion->of.position.H3 = acceleration; /* its velocity is 0 */ }
     if (alone) { motion->of.compression.H2 = (float)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
@@ -188,9 +188,9 @@ typedef struct {
     const int *side; /* of each element */
     int event;       /* with which it began */
     bool leaves;     /* it ends as the contact is lost */
-} passage_f32;
+} solved_phase_f32;
 
-typedef struct tally_f32 tally_f32;
-typedef void follow_f32(tally_f32 *tally, const passage_f32 *passage);
+typedef struct current_variation_f32 current_variation_f32;
+typedef void observer_f32(current_variation_f32 *variation, const solved_phase_f32 *phase);
 
 #endif

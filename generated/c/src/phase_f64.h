@@ -44,8 +44,7 @@ static inline motion_f64 motion_of_f64(const hopform_plan_f64 *plan, const hopfo
     return motion_under_f64(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* What a function of time with this numerator tends to in a mode, less its start; NEVER where nothing that is left of k
- * draws it. */
+/* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
 static inline double settled_f64(const hopform_poles_f64 *poles, const numerator_f64 *h) {
     const bool slow = poles->s_3 > 0.0;
     const double draws = slow ? poles->s_3 : poles->s_2;
@@ -71,7 +70,8 @@ static inline double free_after_motion_f64(double side, double friction, const n
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
  * follows it. */
-static inline void go_on_f64(numerators_f64 *motion, int element, bool alone, double acceleration) {
+static inline void set_acceleration_from_rest_f64(numerators_f64 *motion, int element, bool alone,
+                                                   double acceleration) {
     motion->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { motion->of.position.H3 = acceleration; /* its velocity is 0 */ }
     if (alone) { motion->of.compression.H2 = (double)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
@@ -188,9 +188,9 @@ typedef struct {
     const int *side; /* of each element */
     int event;       /* with which it began */
     bool leaves;     /* it ends as the contact is lost */
-} passage_f64;
+} solved_phase_f64;
 
-typedef struct tally_f64 tally_f64;
-typedef void follow_f64(tally_f64 *tally, const passage_f64 *passage);
+typedef struct current_variation_f64 current_variation_f64;
+typedef void observer_f64(current_variation_f64 *variation, const solved_phase_f64 *phase);
 
 #endif

@@ -22,7 +22,7 @@
 enum {
     COLUMNS_f32 = HOPFORM_SENSITIVITY_COLUMNS,
     ROBOT_f32 = HOPFORM_COLUMN_OF_ROBOT,
-    ECHOES_f32 = 7,
+    CONVOLUTIONS_f32 = 7,
     SHARES_f32 = CORE_f32 + 1
 };
 
@@ -40,24 +40,25 @@ typedef struct {
     bool exists; /* the time of each event so far moves in proportion */
 } variation_f32;
 
-static float current_f32(const variation_f32 *way, const hopform_phase_f32 *phase) {
-    return way->steps[phase->step].u;
+static float current_f32(const variation_f32 *variation, const hopform_phase_f32 *phase) {
+    return variation->steps[phase->step].u;
 }
 
 /* ---- W * W: its derivatives from the fourth down, itself, and two integrals ---- */
 
 /* Over a short time, by Gauss's rule, whose places are their own mirror: each is W with n primes times W with as many
  * or one less. */
-static void short_echoes_f32(const hopform_poles_f32 *poles, float h, float echo[ECHOES_f32]) {
+static void short_self_convolution_f32(const hopform_poles_f32 *poles, float h,
+                                        float self_convolution[CONVOLUTIONS_f32]) {
     basis_by_order_f32 W[HOPFORM_NODES_f32];
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
         W[node].named = basis_at_f32(poles, place_f32[node] * h);
     }
-    for (int n = 0; n < ECHOES_f32; n++) {
-        echo[n] = 0.0f;
+    for (int n = 0; n < CONVOLUTIONS_f32; n++) {
+        self_convolution[n] = 0.0f;
         for (int node = 0; node < HOPFORM_NODES_f32; node++) {
             const basis_by_order_f32 *mirrored = &W[HOPFORM_NODES_f32 - 1 - node];
-            echo[n] += weight_f32[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
+            self_convolution[n] += weight_f32[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
         }
     }
 }
@@ -65,24 +66,25 @@ static void short_echoes_f32(const hopform_poles_f32 *poles, float h, float echo
 /* Over twice the time h at which W is: integrals over one half of it each. For i up to 2, the (2 - i)-th derivative of
  * W at h + s is row i of `later` times (W'', W', W) at s, in which nothing cancels; its integral, that of W at h and
  * row 2 times (W', W, its integral). */
-static void double_echoes_f32(const hopform_poles_f32 *poles, const float W[ORDERS_f32], float echo[ECHOES_f32]) {
+static void double_self_convolution_f32(const hopform_poles_f32 *poles, const float W[ORDERS_f32],
+                                         float self_convolution[CONVOLUTIONS_f32]) {
     const float later[POWERS_f32][POWERS_f32] = {
         {W[0], -poles->s_2 * W[1] - poles->s_3 * W[2], -poles->s_3 * W[1]},
         {W[1], W[0] + poles->s_1 * W[1], -poles->s_3 * W[2]},
         {W[2], W[1] + poles->s_1 * W[2], W[0] + poles->s_1 * W[1] + poles->s_2 * W[2]},
     };
-    float doubled[ECHOES_f32];
-    for (int n = 0; n < ECHOES_f32; n++) {
+    float doubled[CONVOLUTIONS_f32];
+    for (int n = 0; n < CONVOLUTIONS_f32; n++) {
         const int order[2] = {n / 2, (n + 1) / 2};
         doubled[n] = 0.0f;
         for (int half = 0; half < 2; half++) {
             const int i = order[half];
             const int j = order[1 - half];
-            doubled[n] += i < POWERS_f32 ? applied_f32(later[i], echo + j)
-                                          : applied_f32(later[2], echo + j + 1) + W[3] * W[j + 1];
+            doubled[n] += i < POWERS_f32 ? applied_f32(later[i], self_convolution + j)
+                                          : applied_f32(later[2], self_convolution + j + 1) + W[3] * W[j + 1];
         }
     }
-    (void)memcpy(echo, doubled, sizeof doubled);
+    (void)memcpy(self_convolution, doubled, sizeof doubled);
 }
 
 /* ---- within a phase ---- */
@@ -91,12 +93,12 @@ static void double_echoes_f32(const hopform_poles_f32 *poles, const float W[ORDE
 static void responses_f32(const mode_f32 *mode, const float z[HOPFORM_AXES], float h, const float *W,
                            float response[HOPFORM_ELEMENTS][SHARES_f32][HOPFORM_AXES]) {
     float short_time = h;
-    float echo[ECHOES_f32];
+    float self_convolution[CONVOLUTIONS_f32];
     const int doublings = halve_f32(mode->poles, &short_time);
-    short_echoes_f32(mode->poles, short_time, echo);
+    short_self_convolution_f32(mode->poles, short_time, self_convolution);
     for (int n = 0; n < doublings; n++) {
         const basis_by_order_f32 at = response_in_mode_f32(mode, short_time);
-        double_echoes_f32(mode->poles, at.of, echo);
+        double_self_convolution_f32(mode->poles, at.of, self_convolution);
         short_time *= 2.0f;
     }
     for (int c = 0; c < SHARES_f32; c++) {
@@ -111,7 +113,7 @@ static void responses_f32(const mode_f32 *mode, const float z[HOPFORM_AXES], flo
                 K[n + 1] += mode->transfer.at[c][CORE_f32][n];
             }
             for (int n = 0; n <= POWERS_f32; n++) {
-                applied[n] = applied_f32(K, echo + n) + K[3] * echo[n + 3];
+                applied[n] = applied_f32(K, self_convolution + n) + K[3] * self_convolution[n + 3];
             }
         }
         for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
@@ -132,17 +134,17 @@ static robot_change_f32 robot_change_of_column_f32(int column) {
 }
 
 /* Follow the changes within a phase, up to a time of the stance. */
-static void travel_f32(variation_f32 *way, float t) {
-    const hopform_plan_f32 *plan = way->plan;
-    const hopform_phase_f32 *phase = &way->phases[way->index];
-    const float u = current_f32(way, phase);
+static void travel_f32(variation_f32 *variation, float t) {
+    const hopform_plan_f32 *plan = variation->plan;
+    const hopform_phase_f32 *phase = &variation->phases[variation->index];
+    const float u = current_f32(variation, phase);
     const mode_f32 mode = mode_of_f32(plan, phase, u);
-    const float h = t - way->t;
-    way->t = t;
+    const float h = t - variation->t;
+    variation->t = t;
     if (!(h > 0.0f) || rests_f32(&mode)) { return; }
     float answer[HOPFORM_ELEMENTS][SHARES_f32][HOPFORM_AXES];
     const basis_by_order_f32 response = response_in_mode_f32(&mode, h);
-    responses_f32(&mode, way->at.of, h, response.of, answer);
+    responses_f32(&mode, variation->at.of, h, response.of, answer);
     const matrix_f32 phi = transition_f32(&mode, response.of);
     for (int column = 0; column < COLUMNS_f32; column++) {
         const robot_change_f32 robot = robot_change_of_column_f32(column);
@@ -154,7 +156,7 @@ static void travel_f32(variation_f32 *way, float t) {
         state_by_axis_f32 end = {{0.0f, 0.0f, 0.0f, 0.0f}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
-                end.of[i] += phi.at[i][j] * way->change[column].of[j];
+                end.of[i] += phi.at[i][j] * variation->change[column].of[j];
             }
         }
         for (int n = 0; n < HOPFORM_ELEMENTS * SHARES_f32; n++) {
@@ -162,39 +164,39 @@ static void travel_f32(variation_f32 *way, float t) {
                 end.of[i] += answer[n / SHARES_f32][n % SHARES_f32][i] * slopes.of[n];
             }
         }
-        way->change[column] = end;
+        variation->change[column] = end;
     }
-    way->at.named = state_in_phase_f32(plan, phase, u, t - phase->t);
+    variation->at.named = state_in_phase_f32(plan, phase, u, t - phase->t);
 }
 
 /* ---- through the events ---- */
 
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
  * belongs to it; nothing jumps where a mass slips or the current steps. */
-static void cross_f32(variation_f32 *way) {
+static void cross_f32(variation_f32 *variation) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
-    const hopform_phase_f32 *old = &way->phases[way->index];
+    const hopform_phase_f32 *old = &variation->phases[variation->index];
     const hopform_phase_f32 *now = old + 1;
-    const mode_f32 left = mode_of_f32(way->plan, old, current_f32(way, old));
-    const mode_f32 entered = mode_of_f32(way->plan, now, current_f32(way, now));
+    const mode_f32 left = mode_of_f32(variation->plan, old, current_f32(variation, old));
+    const mode_f32 entered = mode_of_f32(variation->plan, now, current_f32(variation, now));
     const int axis = axis_of_event_f32(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
     const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_f32;
     state_by_axis_f32 arrives;
     arrives.named = start_of_phase_f32(now);
-    const state_by_axis_f32 after = speeds_in_mode_f32(way->plan, &entered, &arrives.named);
+    const state_by_axis_f32 after = speeds_in_mode_f32(variation->plan, &entered, &arrives.named);
     const state_by_axis_f32 start = arrives;
-    arrives.of[velocity] = stops ? way->at.of[velocity] : arrives.of[velocity];
-    const state_by_axis_f32 before = speeds_in_mode_f32(way->plan, &left, &arrives.named);
-    way->index++;
-    way->t = now->t;
-    way->at = start;
+    arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
+    const state_by_axis_f32 before = speeds_in_mode_f32(variation->plan, &left, &arrives.named);
+    variation->index++;
+    variation->t = now->t;
+    variation->at = start;
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_f32(before.of[axis] - after.of[axis]) > 0.0f))) { return; }
-    way->exists = way->exists && fabs_f32(before.of[axis]) > 0.0f;
-    for (int column = 0; column < COLUMNS_f32 && way->exists; column++) {
-        float *change = way->change[column].of;
+    variation->exists = variation->exists && fabs_f32(before.of[axis]) > 0.0f;
+    for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
+        float *change = variation->change[column].of;
         const float wanted = column == bound ? 1.0f : 0.0f;
         const float late = (wanted - change[axis]) / before.of[axis];
         pass_event_at_axis_f32(change, before.of, after.of, axis, wanted, late);
@@ -204,43 +206,43 @@ static void cross_f32(variation_f32 *way) {
 /* A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once. */
 static variation_f32 variation_of_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                         const hopform_phase_f32 *phases, const hopform_stance_f32 *stance) {
-    variation_f32 way = {plan, steps, phases, 0, 0.0f, {{0.0f, 0.0f, 0.0f, 0.0f}}, {{{0.0f, 0.0f, 0.0f, 0.0f}}}, true};
-    const mode_f32 mode = mode_of_f32(plan, phases, current_f32(&way, phases));
-    way.at.named = start_of_phase_f32(phases);
+    variation_f32 variation = {plan, steps, phases, 0, 0.0f, {{0.0f, 0.0f, 0.0f, 0.0f}}, {{{0.0f, 0.0f, 0.0f, 0.0f}}}, true};
+    const mode_f32 mode = mode_of_f32(plan, phases, current_f32(&variation, phases));
+    variation.at.named = start_of_phase_f32(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
-        way.change[column_of_axis_f32[i]].of[i] = 1.0f;
+        variation.change[column_of_axis_f32[i]].of[i] = 1.0f;
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
         if (mode.side[element] == 0 || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0f)) {
-            way.change[column_of_axis_f32[axis]].of[axis] = 0.0f;
+            variation.change[column_of_axis_f32[axis]].of[axis] = 0.0f;
         }
     }
-    return way;
+    return variation;
 }
 
 /* Follow a stance up to a time; `last` is the index of its last phase. */
-static void follow_to_f32(variation_f32 *way, int32_t last, float t) {
-    while (way->index < last && way->phases[way->index + 1].t <= t) {
-        travel_f32(way, way->phases[way->index + 1].t);
-        cross_f32(way);
+static void follow_to_f32(variation_f32 *variation, int32_t last, float t) {
+    while (variation->index < last && variation->phases[variation->index + 1].t <= t) {
+        travel_f32(variation, variation->phases[variation->index + 1].t);
+        cross_f32(variation);
     }
-    travel_f32(way, t);
+    travel_f32(variation, t);
 }
 
 /* The rows of the matrix from the changes at take-off, F = 0. */
-static bool finish_f32(variation_f32 *way, const hopform_state_f32 *end, float *matrix) {
-    const hopform_robot_f32 *robot = &way->plan->robot;
-    const hopform_phase_f32 *phase = &way->phases[way->index];
-    const mode_f32 mode = mode_of_f32(way->plan, phase, current_f32(way, phase));
-    const hopform_state_f32 start = start_of_phase_f32(way->phases);
-    const state_by_axis_f32 speed = speeds_in_mode_f32(way->plan, &mode, end);
+static bool finish_f32(variation_f32 *variation, const hopform_state_f32 *end, float *matrix) {
+    const hopform_robot_f32 *robot = &variation->plan->robot;
+    const hopform_phase_f32 *phase = &variation->phases[variation->index];
+    const mode_f32 mode = mode_of_f32(variation->plan, phase, current_f32(variation, phase));
+    const hopform_state_f32 start = start_of_phase_f32(variation->phases);
+    const state_by_axis_f32 speed = speeds_in_mode_f32(variation->plan, &mode, end);
     const float contact_rate = contact_slope_f32(robot, &speed.named);
     const float fall = fall_of_f32(robot);
     const bool underflows = fall > 0.0f && !(fall * fall > 0.0f); /* by which the apex's derivative divides */
     if (!(fabs_f32(contact_rate) > 0.0f) || underflows) { return false; }
     for (int column = 0; column < COLUMNS_f32; column++) {
-        state_by_axis_f32 *change = &way->change[column];
+        state_by_axis_f32 *change = &variation->change[column];
         state_by_axis_f32 unit;
         const robot_change_f32 by = robot_change_of_column_f32(column);
         const float late = -contact_change_f32(robot, end, &by, &change->change) / contact_rate;
@@ -274,9 +276,9 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
     if (status < 0) { return status; }
     bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
     if (exists) {
-        variation_f32 way = variation_of_f32(plan, steps, phases, stance);
-        follow_to_f32(&way, stance->phases_kept - 1, stance->duration);
-        exists = way.exists && finish_f32(&way, &stance->end, matrix);
+        variation_f32 variation = variation_of_f32(plan, steps, phases, stance);
+        follow_to_f32(&variation, stance->phases_kept - 1, stance->duration);
+        exists = variation.exists && finish_f32(&variation, &stance->end, matrix);
     }
     for (int32_t n = 0; exists && n < count; n++) {
         exists = matrix[n] >= -HOPFORM_NEVER_f32 && matrix[n] <= HOPFORM_NEVER_f32;
@@ -294,17 +296,17 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
     const times_f32 when = {times, count, true};
     const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, arrays, 2);
     if (status < 0) { return status; }
-    variation_f32 way = variation_of_f32(plan, steps, phases, stance);
+    variation_f32 variation = variation_of_f32(plan, steps, phases, stance);
     for (int32_t i = 0; i < count; i++) {
-        follow_to_f32(&way, stance->phases_kept - 1, lesser_f32(times[i], stance->duration));
-        states[i] = way.at.named;
+        follow_to_f32(&variation, stance->phases_kept - 1, lesser_f32(times[i], stance->duration));
+        states[i] = variation.at.named;
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_f32; column++) {
-                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_f32 + column] = way.change[column].of[row];
+                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_f32 + column] = variation.change[column].of[row];
             }
         }
     }
-    return way.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
+    return variation.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }
 
 #endif

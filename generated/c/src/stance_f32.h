@@ -60,11 +60,11 @@ static int32_t call_status_f32(const hopform_plan_f32 *plan, const hopform_state
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `follow`; NULL for none. */
-static int32_t solve_followed_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                    const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                    hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance,
-                                   follow_f32 *follow, tally_f32 *tally) {
+                                   observer_f32 *observer, current_variation_f32 *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
     const memory_f32 read[] = {
         array_f32(plan, 1, sizeof *plan),
@@ -77,7 +77,7 @@ static int32_t solve_followed_f32(const hopform_plan_f32 *plan, const hopform_st
     const hopform_state_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f};
     const hopform_state_f32 from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
     int32_t status = HOPFORM_ERROR_NULL;
-    if (follow == NULL && overlap_f32(written, 2, read, 2)) { /* who follows has looked */
+    if (observer == NULL && overlap_f32(written, 2, read, 2)) { /* who follows has looked */
         status = HOPFORM_ERROR_OVERLAP;
     } else if (start != NULL) {
         status = call_status_f32(plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
@@ -85,8 +85,8 @@ static int32_t solve_followed_f32(const hopform_plan_f32 *plan, const hopform_st
     if (status < 0) { return refuse_f32(status, written, 1, read, 2); }
     stance_chain_f32 chain;
     stance_start_f32(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
-    chain.follow = follow;
-    chain.tally = tally;
+    chain.observer = observer;
+    chain.variation = variation;
     stance_search_f32 search;
     stance_search_nothing_f32(&plan->both, &search);
     int32_t ending = stance_begin_f32(&chain);
@@ -101,7 +101,7 @@ static int32_t solve_followed_f32(const hopform_plan_f32 *plan, const hopform_st
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                   hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance) {
-    return solve_followed_f32(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
+    return solve_observed_f32(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
                                NULL);
 }
 

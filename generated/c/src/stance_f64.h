@@ -60,11 +60,11 @@ static int32_t call_status_f64(const hopform_plan_f64 *plan, const hopform_state
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `follow`; NULL for none. */
-static int32_t solve_followed_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+static int32_t solve_observed_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                    const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
                                    hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance,
-                                   follow_f64 *follow, tally_f64 *tally) {
+                                   observer_f64 *observer, current_variation_f64 *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
     const memory_f64 read[] = {
         array_f64(plan, 1, sizeof *plan),
@@ -77,7 +77,7 @@ static int32_t solve_followed_f64(const hopform_plan_f64 *plan, const hopform_st
     const hopform_state_f64 nothing = {0.0, 0.0, 0.0, 0.0};
     const hopform_state_f64 from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
     int32_t status = HOPFORM_ERROR_NULL;
-    if (follow == NULL && overlap_f64(written, 2, read, 2)) { /* who follows has looked */
+    if (observer == NULL && overlap_f64(written, 2, read, 2)) { /* who follows has looked */
         status = HOPFORM_ERROR_OVERLAP;
     } else if (start != NULL) {
         status = call_status_f64(plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
@@ -85,8 +85,8 @@ static int32_t solve_followed_f64(const hopform_plan_f64 *plan, const hopform_st
     if (status < 0) { return refuse_f64(status, written, 1, read, 2); }
     stance_chain_f64 chain;
     stance_start_f64(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
-    chain.follow = follow;
-    chain.tally = tally;
+    chain.observer = observer;
+    chain.variation = variation;
     stance_search_f64 search;
     stance_search_nothing_f64(&plan->both, &search);
     int32_t ending = stance_begin_f64(&chain);
@@ -101,7 +101,7 @@ static int32_t solve_followed_f64(const hopform_plan_f64 *plan, const hopform_st
 int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                   const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
                                   hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance) {
-    return solve_followed_f64(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
+    return solve_observed_f64(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
                                NULL);
 }
 

@@ -10,8 +10,7 @@
 #include "ledger_real.h"
 #include "overlap_real.h"
 
-/* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
- * the order in which they win a tie. */
+/* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_real = -1, CONTACT_real = 0, ELEMENT_real = 1, NO_ELEMENT_real = -1 };
 
 /* The chain while it grows. */
@@ -27,8 +26,8 @@ typedef struct {
     real from_upper;
     int side[HOPFORM_ELEMENTS];
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
-    int alone; /* the element that has just come to rest, and whose free acceleration is known from the motion */
-    real free; /* this acceleration, from before the state lost its digits */
+    int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
+    real carried_acceleration; /* this acceleration, from before the state lost its digits */
     real start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     real aed;
@@ -40,8 +39,8 @@ typedef struct {
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_real motion;
-    follow_real *follow;
-    tally_real *tally;
+    observer_real *observer;
+    current_variation_real *variation;
 } stance_chain_real;
 
 static inline real current_of_chain_real(const stance_chain_real *chain) {
@@ -121,9 +120,9 @@ typedef struct {
 } direction_real;
 
 static inline direction_real direction_from_rest_real(const stance_chain_real *chain, int element) {
-    const bool known = chain->alone == element;
+    const bool known = chain->came_to_rest == element;
     const free_by_element_real free = free_of_real(chain, &chain->at.named);
-    const real acceleration = known ? chain->free : free.of[element];
+    const real acceleration = known ? chain->carried_acceleration : free.of[element];
     const real friction = level_of_real(&chain->plan->robot, element);
     const real rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_real * terms_of_free_real(chain, element);
     const bool on_threshold = fabs_real(fabs_real(acceleration) - friction) <= rounding;
@@ -287,12 +286,13 @@ static inline void cross_at_the_limit_real(const stance_events_real *events, rea
     }
 }
 
-/* Whether so much of a phase has passed that what the compression tends to may say more of a take-off. */
+/* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
 static inline bool is_late_real(const basis_real *basis) {
     return fabs_real(basis->Wdd) < 0.25;
 }
 
-/* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
+/* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
+ * no more accurate. */
 static inline real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
                                       const event_function_real *contact, const basis_real *basis, real t) {
     if (!is_late_real(basis)) { return 0.0; }
@@ -336,8 +336,8 @@ static inline real first_end_real(const event_set_real *set, real limit) {
     return lesser_real(lesser_real(set->node->t, half), limit);
 }
 
-/* Reach it, by what is known there. */
-static inline void reach_ahead_real(const event_set_real *set, interval_real *in, real limit) {
+/* The first interval, by what is known at its end. */
+static inline void end_first_interval_real(const event_set_real *set, interval_real *in, real limit) {
     const hopform_node_real *node = set->node;
     if (node->t < limit) {
         const basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -421,7 +421,7 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
 /* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
 static inline bool next_end_real(const event_set_real *set, interval_real *in, real limit, real *end) {
     begin_interval_real(set, in);
-    const real until = quiet_until_real(set, in);
+    const real until = root_free_until_real(set, in);
     const bool quiet = until > in->low.t + 2.0 * set->node->t;
     *end = quiet ? lesser_real(until, limit) : far_end_real(set, in->low.t, limit);
     return quiet;
@@ -486,7 +486,7 @@ static inline void stance_find_end_real(const stance_chain_real *chain, stance_s
         return;
     }
     stance_begin_search_real(chain, search);
-    if (search->open) { reach_ahead_real(&search->events.set, &search->in, search->limit); }
+    if (search->open) { end_first_interval_real(&search->events.set, &search->in, search->limit); }
     stance_end_search_real(chain, search);
 }
 
@@ -554,7 +554,7 @@ static inline void next_step_real(stance_chain_real *chain) {
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_faint_acceleration_real(stance_chain_real *chain, const basis_real *basis) {
+static inline void keep_small_acceleration_real(stance_chain_real *chain, const basis_real *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = &chain->plan->rates;
     if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->a1_v1) > 0.0) { return; }
@@ -568,22 +568,23 @@ static inline void keep_faint_acceleration_real(stance_chain_real *chain, const 
     const real terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const real rate = terms[0] + terms[1] + terms[2];
     if (fabs_real(rate) > 16.0 * HOPFORM_EPS_real * (fabs_real(terms[0]) + fabs_real(terms[1]) + fabs_real(terms[2]))) {
-        chain->alone = element;
-        chain->free = rate;
+        chain->came_to_rest = element;
+        chain->carried_acceleration = rate;
     }
 }
 
 /* What is known of the free acceleration of an element that comes to rest from its motion. */
 static inline void keep_free_acceleration_real(stance_chain_real *chain, const stance_search_real *end) {
     const int element = end->owner - ELEMENT_real;
-    chain->alone = NO_ELEMENT_real;
+    chain->came_to_rest = NO_ELEMENT_real;
     if (element < 0 || chain->side[element] == 0) { return; }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        chain->alone = element;
-        chain->free = free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
-                                             &chain->motion.of.velocity[element], &end->in.high.basis);
+        chain->came_to_rest = element;
+        chain->carried_acceleration =
+            free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
+                                   &chain->motion.of.velocity[element], &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
-        keep_faint_acceleration_real(chain, &end->in.high.basis);
+        keep_small_acceleration_real(chain, &end->in.high.basis);
     }
 }
 
@@ -594,10 +595,10 @@ static inline void stance_arrive_real(stance_chain_real *chain, const basis_real
     const real before = *position;
     *position = 0.0;
     chain->at.named = arrive_real(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
-    const real way = *position;
-    *position = before + way;
-    chain->from_lower += way;
-    chain->from_upper += way;
+    const real moved = *position;
+    *position = before + moved;
+    chain->from_lower += moved;
+    chain->from_upper += moved;
 }
 
 /* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
@@ -615,14 +616,15 @@ static inline void start_on_threshold_real(stance_chain_real *chain) {
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_real(stance_chain_real *chain) {
-    const int element = chain->alone;
+    const int element = chain->came_to_rest;
     chain->drive = drive_of_chain_real(chain, chain->side);
     start_on_threshold_real(chain);
     chain->motion.named =
         motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
-        go_on_real(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
+        set_acceleration_from_rest_real(&chain->motion, element, chain->side[1 - element] == 0,
+                                        chain->carried_acceleration - level);
     }
 }
 
@@ -661,22 +663,22 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain) {
     return first_derivative_real(&h) < 0.0;
 }
 
-/* Show the phase that has come to its end to who follows the stance. */
-static inline void show_phase_real(const stance_chain_real *chain, const state_by_axis_real *start, real length,
-                                   const basis_real *end, bool leaves) {
-    if (chain->follow != NULL) {
-        const passage_real passage = {&chain->motion, end,         length,       start,
-                                      &chain->at,     chain->side, chain->event, leaves};
-        chain->follow(chain->tally, &passage);
+/* Pass the finished phase to the observer, if there is one. */
+static inline void notify_real(const stance_chain_real *chain, const state_by_axis_real *start, real length,
+                               const basis_real *end, bool leaves) {
+    if (chain->observer != NULL) {
+        const solved_phase_real phase = {&chain->motion, end,         length,       start,
+                                         &chain->at,     chain->side, chain->event, leaves};
+        chain->observer(chain->variation, &phase);
     }
 }
 
-/* The same of a last phase in which no time passes. */
-static inline void show_ending_real(stance_chain_real *chain) {
-    if (chain->follow != NULL) {
+/* The same of a last phase of no duration. */
+static inline void notify_ending_real(stance_chain_real *chain) {
+    if (chain->observer != NULL) {
         const basis_real now = {1.0, 0.0, 0.0, 0.0, 0.0};
         stance_begin_phase_real(chain);
-        show_phase_real(chain, &chain->at, 0.0, &now, false);
+        notify_real(chain, &chain->at, 0.0, &now, false);
     }
 }
 
@@ -687,7 +689,7 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
     if (chain->side[0] == 0 && chain->side[1] == 0 && chain->step + 1 >= chain->step_count) {
-        show_ending_real(chain);
+        notify_ending_real(chain);
         return HOPFORM_ENDING_REST;
     }
     return 0;
@@ -710,7 +712,7 @@ static inline int32_t stance_begin_real(stance_chain_real *chain) {
     return leaves_at_once_real(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_real(chain);
 }
 
-/* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
+/* Carry the chain to the end of a phase and through its event; the ending, 0 if another phase follows. */
 static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stance_search_real *end) {
     const real until = end_of_step_real(chain);
     const state_by_axis_real start = chain->at;
@@ -718,7 +720,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     const real length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
     stance_arrive_real(chain, &end->in.high.basis);
-    show_phase_real(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_real);
+    notify_real(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_real);
     chain->t = passes ? until : lesser_real(chain->t + length, until); /* not behind it by rounding */
     if (end->owner == CONTACT_real) {
         real *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
@@ -730,7 +732,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     stance_pass_real(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
         && contact_of_real(&chain->plan->robot, &chain->at.named) < 0.0) {
-        show_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
+        notify_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
     return ending_before_phase_real(chain);
@@ -781,8 +783,8 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
     chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
     chain->just_switched = NO_ELEMENT_real;
-    chain->alone = NO_ELEMENT_real;
-    chain->free = 0.0;
+    chain->came_to_rest = NO_ELEMENT_real;
+    chain->carried_acceleration = 0.0;
     chain->start_loss = 0.0;
     chain->adds_up = stores_much_real(&plan->robot, start);
     chain->aed = 0.0;
@@ -792,8 +794,8 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->count = 0;
     chain->event_count = 0;
     chain->event = HOPFORM_EVENT_NONE;
-    chain->follow = NULL;
-    chain->tally = NULL;
+    chain->observer = NULL;
+    chain->variation = NULL;
 }
 
 /* Put a stance that has come to its ending into its record. */

@@ -21,18 +21,18 @@
 
 /* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, where
  * not, and where neither takes off. */
-#define CONTROL_WIDE_real 0.5
-#define COARSE_real 0.42
-#define DOWN_real 0.0625
+#define WIDEST_ALIKE_real 0.5
+#define WIDEST_UNLIKE_real 0.42
+#define WIDEST_DOWN_real 0.0625
 
 /* How far a function may be off the cubic in the middle of an interval, as shares of what its slopes differ by from the
  * chord's: of their sum, and of each; where the events change, of each alone. */
-#define LEAN_real 0.75
-#define BEND_real 0.03125
-#define KINK_real 1.5
+#define MARGIN_CUBIC_real 0.75
+#define MARGIN_EACH_real 0.03125
+#define MARGIN_KINK_real 1.5
 
 /* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
-#define STEP_real 0.00390625
+#define NARROW_JUMP_real 0.00390625
 
 /* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
  * smooth in between. */
@@ -51,7 +51,8 @@ static void put_coefficients_real(const curve_real *c, real row[COEFFICIENTS_rea
     const real first = c->from_rise - (c->to - c->from);
     const real last = c->to_rise - (c->to - c->from);
     const real spread = fabs_real(first) + fabs_real(last);
-    const real off = c->smooth ? LEAN_real * fabs_real(first + last) + BEND_real * spread : KINK_real * spread;
+    const real off =
+        c->smooth ? MARGIN_CUBIC_real * fabs_real(first + last) + MARGIN_EACH_real * spread : MARGIN_KINK_real * spread;
     row[0] = c->from;
     row[1] = c->from + 0.25 * c->from_rise;
     row[2] = 0.5 * (c->from + c->to) + (c->from_rise - c->to_rise) / 6.0 - off;
@@ -84,11 +85,11 @@ static real least_of_halves_real(const curve_real *c) {
 /* Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in it. */
 static real share_of_minimum_real(const curve_real *c) {
     const real chord = c->to - c->from;
-    const real lean = c->from_rise + c->to_rise - 2.0 * chord;
-    const real half = c->from_rise + lean - chord;
-    const real root = sqrt_real(greater_real(half * half - 3.0 * lean * c->from_rise, 0.0));
+    const real cubic = c->from_rise + c->to_rise - 2.0 * chord;
+    const real half = c->from_rise + cubic - chord;
+    const real root = sqrt_real(greater_real(half * half - 3.0 * cubic * c->from_rise, 0.0));
     const real above = half < 0.0 ? -c->from_rise : half + root;
-    const real below = half < 0.0 ? root - half : 3.0 * lean;
+    const real below = half < 0.0 ? root - half : 3.0 * cubic;
     if (!(above > 0.0 && above < below)) { return 0.5; }
     return greater_real(lesser_real(above / below, 0.96875), 0.03125);
 }
@@ -150,16 +151,16 @@ static control_interval_real interval_of_real(const hopform_search_real *search,
 }
 
 /* Whether the least contact force keeps its sign in an interval, by its value and slope at one end. */
-static bool keeps_sign_real(real value, real rise) {
+static bool sign_is_constant_real(real value, real rise) {
     return value > 0.0 ? value > fabs_real(rise) : value + rise < 0.0;
 }
 
 /* No rebound in the interval takes off that does not do so at its ends, and none stays that takes off there. */
-static bool contact_keeps_sign_real(const control_interval_real *c) {
+static bool contact_sign_is_constant_real(const control_interval_real *c) {
     const curve_real *contact = &c->contact;
-    return c->from->minima > 0 && c->to->minima > 0
-               ? least_real(contact) > 0.0
-               : keeps_sign_real(contact->from, contact->from_rise) && keeps_sign_real(contact->to, -contact->to_rise);
+    return c->from->minima > 0 && c->to->minima > 0 ? least_real(contact) > 0.0
+                                                    : sign_is_constant_real(contact->from, contact->from_rise)
+                                                          && sign_is_constant_real(contact->to, -contact->to_rise);
 }
 
 static bool is_admissible_real(const hopform_search_real *search, const hopform_trial_real *trial) {
@@ -211,10 +212,10 @@ static real lower_bound_of_real(const hopform_search_real *search, const control
     if ((c->from->held && c->to->held) || c->width <= 2.0 * HOPFORM_EPS_real * fabs_real(c->to->u)) {
         return HOPFORM_NEVER_real;
     }
-    const real widest = none ? DOWN_real : (c->gap.smooth ? CONTROL_WIDE_real : COARSE_real);
+    const real widest = none ? WIDEST_DOWN_real : (c->gap.smooth ? WIDEST_ALIKE_real : WIDEST_UNLIKE_real);
     if (c->width > widest * range) { return unknown; }
-    if (!alike || !contact_keeps_sign_real(c)) {
-        const real narrow = none ? HOPFORM_ROOT_EPS_real : STEP_real;
+    if (!alike || !contact_sign_is_constant_real(c)) {
+        const real narrow = none ? HOPFORM_ROOT_EPS_real : NARROW_JUMP_real;
         return c->width <= narrow * range ? bound_at_jump_real(c) : unknown;
     }
     if (none || (c->peak.from >= 0.0 && c->peak.to >= 0.0 && least_real(&c->peak) >= 0.0)) {
@@ -252,7 +253,7 @@ static real share_to_try_real(const hopform_search_real *search, const control_i
     const bool leaves = c->from->takes_off;
     if (slow || leaves != c->to->takes_off) { return 0.5; }
     if (leaves && c->gap.to < 0.0) { return share_of_apex_real(search, c); }
-    if (c->width > CONTROL_WIDE_real * search->plan->robot.u_max) { return 0.5; }
+    if (c->width > WIDEST_ALIKE_real * search->plan->robot.u_max) { return 0.5; }
     if (!leaves) { return c->from->minima > 0 && c->to->minima > 0 ? share_of_minimum_real(&c->contact) : 0.5; }
     const bool starts = is_admissible_real(search, c->from);
     if (starts != is_admissible_real(search, c->to)) { /* just inside the limit of the position */
@@ -446,12 +447,12 @@ static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopf
     trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_real;
     trial->smooth = true;
-    tally_real tally = {plan, trial, none, none, none, {0, 0}, false};
+    current_variation_real variation = {plan, trial, none, none, none, {0, 0}, false};
     hopform_stance_real stance;
-    const int32_t status =
-        solve_followed_real(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance, tally_up_real, &tally);
+    const int32_t status = solve_observed_real(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
+                                               carry_variation_real, &variation);
     if (status < 0) { return status; }
-    close_trial_real(&tally, phases, &stance);
+    close_trial_real(&variation, phases, &stance);
     return stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 

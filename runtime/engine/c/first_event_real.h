@@ -53,7 +53,7 @@ typedef struct {
 #endif
 } event_function_real;
 
-/* The active event functions of a phase, in the order in which they win a tie. */
+/* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
     const hopform_poles_real *poles;
     const hopform_node_real *node;
@@ -408,7 +408,7 @@ static inline bool has_no_root_real(const jet_real *from, real d, bool falls_the
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_real(real l, const jet_real *from, const jet_real *to, real h, real bound) {
+static inline bool stays_positive_by_slope_real(real l, const jet_real *from, const jet_real *to, real h, real bound) {
     const real left = from->value + bound;
     return left > -h * from->rate && left * greater_real(1.0 - l * h, 0.0) > -h * to->rate;
 }
@@ -445,9 +445,9 @@ static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, 
 
 /* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
-static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                const jet_real *from, const jet_real *to, real h, bool root_at_end,
-                                                real rounding) {
+static inline bool stays_positive_by_bernstein_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                    const jet_real *from, const jet_real *to, real h, bool root_at_end,
+                                                    real rounding) {
     const real M6 = sixth_derivative_bound_real(poles, g);
     const real f = 0.2 * h;
     const real tw = 0.05 * h * h;
@@ -684,10 +684,10 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
     if (has_no_root_real(from, d, falls_for_certain_real(g, &in->high, to->rate), d_then)) { return true; }
     const real h = in->high.t - in->low.t;
     const real rounding = rounding_of_real(g, &in->high, to->rate);
-    return (!(d < 0.0) && is_held_up_by_slope_real(set->node->pole, from, to, h, rounding))
+    return (!(d < 0.0) && stays_positive_by_slope_real(set->node->pole, from, to, h, rounding))
            || quiet_time_real(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_real
-               && (is_held_up_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding)
+               && (stays_positive_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding)
                    || has_faded_real(set, g, &in->low, from, h, rounding)));
 }
 
@@ -721,9 +721,11 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
         if (g->shape != MAY_TURN_real) { continue; }
         /* what is cheap of rule 2 comes first */
         const real d = deflated_derivative_real(set, g, &in->low, 1.0);
-        const bool soon = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
-                                  : (d > 0.0) & !(in->from[n].rate < 0.0);
-        if (!soon && !is_certified_real(set, in, n, d) && !is_certified_inside_real(set, in, n, d)) { return false; }
+        const bool no_root_by_signs = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
+                                              : (d > 0.0) & !(in->from[n].rate < 0.0);
+        if (!no_root_by_signs && !is_certified_real(set, in, n, d) && !is_certified_inside_real(set, in, n, d)) {
+            return false;
+        }
     }
     if (in->found > 0) { settle_ties_real(set, in); }
     return true;
@@ -750,7 +752,7 @@ static inline void begin_interval_real(const event_set_real *set, interval_real 
 }
 
 /* Rule 5: until when no function has a root, for certain. */
-static inline real quiet_until_real(const event_set_real *set, const interval_real *in) {
+static inline real root_free_until_real(const event_set_real *set, const interval_real *in) {
     real quiet = HOPFORM_NEVER_real;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(set->function[n].start) + set->function[n].cancels);
@@ -777,7 +779,7 @@ static inline int32_t begin_at_start_real(const event_set_real *set, interval_re
 
 /* ---- closed forms, contacts ---- */
 
-/* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
+/* Rule 3 of a pair that rings with omega. From rest a mass moves for half a period. */
 static inline real time_to_rest_of_ringing_real(const hopform_poles_real *poles, real omega, real v, real acc) {
     const real back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
     const real slowing = angle_real(back, v) / omega;

@@ -5,8 +5,8 @@
  *
  * Its phases are phases of the engine (first_event_real.h) whose real pole is 0. The distance to a stop and the pull of
  * the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
- * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a turn of the
- * pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
+ * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a period of
+ * the pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
  * compression is in the height, too, and fades as exp(-l t).
  */
 #ifndef HOPFORM_FLIGHT_H_real
@@ -69,26 +69,26 @@ static hopform_poles_real poles_in_flight_real(const flight_rates_real *rates, i
 }
 
 /* How far the element has moved since a phase began, its velocity and its acceleration. */
-static jet_real way_in_flight_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase,
-                                   const propagator_real *at) {
+static jet_real displacement_in_flight_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase,
+                                            const propagator_real *at) {
     const jet_real rest = {0.0, 0.0, 0.0, 0.0};
-    const numerator_real h = way_numerator_real(phase->v1, phase->acc1, poles);
-    const event_function_real way = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_real};
-    return phase->side != 0 ? short_jet_at_real(&way, at) : rest;
+    const numerator_real h = displacement_numerator_real(phase->v1, phase->acc1, poles);
+    const event_function_real displacement = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_real};
+    return phase->side != 0 ? short_jet_at_real(&displacement, at) : rest;
 }
 
 /* The state at a time of a phase; rounding or underflow may have put the position a last digit beyond a stop. */
 static hopform_state_real state_in_flight_real(const hopform_robot_real *robot, const hopform_state_real *start,
-                                               const hopform_flight_phase_real *phase, const jet_real *way,
+                                               const hopform_flight_phase_real *phase, const jet_real *displacement,
                                                real after) {
     const real g = fall_of_real(robot);
     const real t = phase->t + after;
     const real rise = (start->v2 - 0.5 * g * t) * t;
-    const real moved = (phase->x1 - start->x1) + way->value;
-    const real position = lesser_real(robot->x1_max, phase->x1 + way->value);
+    const real moved = (phase->x1 - start->x1) + displacement->value;
+    const real position = lesser_real(robot->x1_max, phase->x1 + displacement->value);
     hopform_state_real state;
     state.x1 = greater_real(robot->x1_min, position);
-    state.v1 = way->rate;
+    state.v1 = displacement->rate;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
     return state;
@@ -113,9 +113,9 @@ static event_function_real height_in_flight_real(const flight_chain_real *chain)
     const real g = chain->fall;
     const real rate = start->v2 - g * now->t;
     const real rise = (start->v2 - 0.5 * g * now->t) * now->t;
-    const numerator_real way = way_numerator_real(now->v1, now->acc1, poles);
-    event_function_real height = {rate - way.H3,
-                                  poles->p * rate - g - way.H2,
+    const numerator_real displacement = displacement_numerator_real(now->v1, now->acc1, poles);
+    event_function_real height = {rate - displacement.H3,
+                                  poles->p * rate - g - displacement.H2,
                                   poles->q * rate - poles->p * g,
                                   -poles->q * g,
                                   (start->x1 - now->x1) + rise - start->y,
@@ -155,12 +155,14 @@ static fall_real fall_search_real(const flight_chain_real *chain, const event_fu
                                   real sign) {
     const hopform_poles_real *poles = &chain->poles;
     const real l = chain->relaxes;
-    real way[6] = {0.0, chain->now.v1, chain->now.acc1};
+    real displacement[6] = {0.0, chain->now.v1, chain->now.acc1};
     for (int i = 3; i < 6; i++) {
-        way[i] = -poles->p * way[i - 1] - poles->q * way[i - 2];
+        displacement[i] = -poles->p * displacement[i - 1] - poles->q * displacement[i - 2];
     }
-    const real value = -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? way[4] + l * way[3] : way[3]);
-    const real rate = -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? way[5] + l * way[4] : way[4]);
+    const real value =
+        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? displacement[4] + l * displacement[3] : displacement[3]);
+    const real rate =
+        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_real fall;
     fall.set.poles = poles;
     fall.set.node = NULL;
@@ -206,9 +208,9 @@ static bool is_certified_in_fall_real(const fall_real *fall, interval_real *in) 
         <= variations_in_fall_real(fall, &to, after)) {
         return true;
     }
-    const bool dips = begins_to_fall_real(from) && !(to.rate < 0.0); /* a rate may have faded */
+    const bool has_minimum = begins_to_fall_real(from) && !(to.rate < 0.0); /* a rate may have faded */
     const real inside =
-        dips ? cut_between_real(from->rate, to.rate, h) : cut_between_real(from->curvature, to.curvature, h);
+        has_minimum ? cut_between_real(from->rate, to.rate, h) : cut_between_real(from->curvature, to.curvature, h);
     const real cut = before != after ? fall->turn : in->low.t + inside;
     real m = lesser_real(lesser_real(from->curvature, to.curvature), 0.0);
     if (HOPFORM_LEG_HAS_DAMPER && fall->relaxes > 0.0 && from->third < 0.0 && to.third > 0.0) {
@@ -279,10 +281,10 @@ static real gap_in_flight_real(const flight_chain_real *chain) {
 }
 
 /* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
- * of the stop, and of the way between. */
+ * of the stop, and of the displacement between. */
 static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_real end) {
     const hopform_flight_phase_real *now = &chain->now;
-    const numerator_real way = way_numerator_real(now->v1, now->acc1, &chain->poles);
+    const numerator_real displacement = displacement_numerator_real(now->v1, now->acc1, &chain->poles);
     const propagator_real first = propagator_at_start_real(&chain->poles);
     const real away = -(real)now->side;
     const real gap = gap_in_flight_real(chain);
@@ -291,7 +293,7 @@ static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_rea
     set.poles = &chain->poles;
     set.count = 0;
     const event_function_real *stop =
-        add_event_function_real(&set, &way, away * gap, away, ELEMENT_real, DISTANCE_real);
+        add_event_function_real(&set, &displacement, away * gap, away, ELEMENT_real, DISTANCE_real);
     const real left = value_at_real(stop, &chain->last);
     const real position = now->x1;
     const real size = fabs_real(position) + fabs_real(position - away * gap) + fabs_real(gap - left);
@@ -327,19 +329,19 @@ static flight_end_real end_at_pull_real(flight_chain_real *chain, flight_end_rea
 }
 
 /* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
-static void put_ending_real(const flight_chain_real *chain, const jet_real *way, real t) {
+static void put_ending_real(const flight_chain_real *chain, const jet_real *displacement, real t) {
     chain->flight->duration = lesser_real(chain->now.t + t, chain->horizon);
-    chain->flight->end = state_in_flight_real(chain->robot, &chain->start, &chain->now, way, t);
+    chain->flight->end = state_in_flight_real(chain->robot, &chain->start, &chain->now, displacement, t);
 }
 
 /* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
 static void look_at_foot_real(flight_chain_real *chain, const propagator_real *at) {
     const real height = value_at_real(&chain->height, at);
     if (!chain->airborne && height > chain->highest) {
-        const jet_real way = way_in_flight_real(&chain->poles, &chain->now, at);
+        const jet_real displacement = displacement_in_flight_real(&chain->poles, &chain->now, at);
         chain->airborne = height > rounding_of_real(&chain->height, at, 0.0);
         chain->highest = height;
-        put_ending_real(chain, &way, at->t);
+        put_ending_real(chain, &displacement, at->t);
         chain->at_highest = *chain->flight;
     }
 }
@@ -449,7 +451,7 @@ static void record_in_flight_real(flight_chain_real *chain, int event) {
     flight->phase_count++;
 }
 
-/* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
+/* Whether the motor is at its limit: where its pull is there exactly, the sign of its rate decides. */
 static void choose_limit_real(flight_chain_real *chain) {
     const hopform_flight_phase_real *now = &chain->now;
     const real pull = chain->gains.Kp * now->x1 + chain->gains.Kd * now->v1;
@@ -536,8 +538,8 @@ static int32_t run_flight_real(flight_chain_real *chain) {
             flight->phase_count = 0; /* report_flight refuses it */
             return HOPFORM_FLIGHT_HORIZON;
         }
-        const jet_real way = way_in_flight_real(&chain->poles, &chain->now, &chain->last);
-        put_ending_real(chain, &way, chain->last.t);
+        const jet_real displacement = displacement_in_flight_real(&chain->poles, &chain->now, &chain->last);
+        put_ending_real(chain, &displacement, chain->last.t);
         chain->now.t = flight->duration;
         if (end == FLIGHT_TOUCHDOWN_real) {
             flight->end.y = left_in_leg_real(chain, flight->duration);
@@ -550,12 +552,12 @@ static int32_t run_flight_real(flight_chain_real *chain) {
         }
         chain->now.x1 = flight->end.x1;
         chain->now.v1 = flight->end.v1;
-        chain->now.acc1 = way.curvature;
+        chain->now.acc1 = displacement.curvature;
         if (end == FLIGHT_PULL_real) {
             /* Through the law the acceleration would have the rounding of the position times Kp. */
             const real limit = (real)(side != 0 ? side : chain->now.limit);
             const real goes = (real)chain->now.side;
-            chain->now.acc1 = acceleration_at_limit_real(chain->robot, &chain->rates, way.rate, goes, limit);
+            chain->now.acc1 = acceleration_at_limit_real(chain->robot, &chain->rates, displacement.rate, goes, limit);
             chain->now.limit = (int8_t)side;
             record_in_flight_real(chain,
                                   side == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
@@ -579,8 +581,7 @@ static hopform_gains_real gains_for_real(const hopform_robot_real *robot, const 
     return critical_gains_real(robot, greater_real(time, 0.02));
 }
 
-/* What follows from the ending. Numbers out of range leave no phase, or show here; so does a search without end, which
- * only they are known to cause. */
+/* Fill in what depends on the ending. False if a number left the range of the type, or the search met its cap. */
 static bool report_flight_real(const flight_chain_real *chain, hopform_flight_real *flight) {
     const hopform_state_real *start = &chain->start;
     const hopform_state_real *end = &flight->end;
@@ -720,9 +721,9 @@ static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, co
     hopform_state_real start = flight->start;
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
     const propagator_real at = propagator_at_real(&poles, t - phase->t);
-    const jet_real way = way_in_flight_real(&poles, phase, &at);
+    const jet_real displacement = displacement_in_flight_real(&poles, phase, &at);
     start.y += flight->ground;
-    return state_in_flight_real(&plan->robot, &start, phase, &way, at.t);
+    return state_in_flight_real(&plan->robot, &start, phase, &displacement, at.t);
 }
 
 static flight_rates_real rates_of_flight_real(const hopform_plan_real *plan, const hopform_flight_real *flight) {
@@ -756,8 +757,8 @@ static real square_of_velocity_real(const hopform_poles_real *poles, const hopfo
     real squares[] = {0.0, 0.0, 0.0}; /* of v v, v a, a a */
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
         const propagator_real at = propagator_at_real(poles, place_real[node] * h);
-        const jet_real way = way_in_flight_real(poles, phase, &at);
-        const real motion[] = {way.rate, way.curvature};
+        const jet_real displacement = displacement_in_flight_real(poles, phase, &at);
+        const real motion[] = {displacement.rate, displacement.curvature};
         for (int n = 0; n < 3; n++) {
             squares[n] += weight_real[node] * h * motion[n / 2] * motion[(n + 1) / 2];
         }
@@ -785,11 +786,11 @@ static void add_work_real(hopform_flight_ledger_real *ledger, const hopform_plan
     const hopform_robot_real *robot = &plan->robot;
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
     const propagator_real at = propagator_at_real(&poles, t);
-    const jet_real moved = way_in_flight_real(&poles, phase, &at);
+    const jet_real displacement = displacement_in_flight_real(&poles, phase, &at);
     const real rise = (flight->start.v2 - fall_of_real(robot) * (phase->t + 0.5 * t)) * t;
-    const way_real way = {moved.value, square_of_velocity_real(&poles, phase, t), rise};
+    const flight_integrals_real integrals = {displacement.value, square_of_velocity_real(&poles, phase, t), rise};
     const hopform_flight_ledger_real part = flight_ledger_of_real(
-        robot, &flight->gains, largest_force_real(robot), phase->x1, (real)phase->side, (real)phase->limit, &way);
+        robot, &flight->gains, largest_force_real(robot), phase->x1, (real)phase->side, (real)phase->limit, &integrals);
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY

@@ -44,8 +44,7 @@ static inline motion_real motion_of_real(const hopform_plan_real *plan, const ho
     return motion_under_real(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* What a function of time with this numerator tends to in a mode, less its start; NEVER where nothing that is left of k
- * draws it. */
+/* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
 static inline real settled_real(const hopform_poles_real *poles, const numerator_real *h) {
     const bool slow = poles->s_3 > 0.0;
     const real draws = slow ? poles->s_3 : poles->s_2;
@@ -71,7 +70,8 @@ static inline real free_after_motion_real(real side, real friction, const numera
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
  * follows it. */
-static inline void go_on_real(numerators_real *motion, int element, bool alone, real acceleration) {
+static inline void set_acceleration_from_rest_real(numerators_real *motion, int element, bool alone,
+                                                   real acceleration) {
     motion->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { motion->of.position.H3 = acceleration; /* its velocity is 0 */ }
     if (alone) { motion->of.compression.H2 = (real)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
@@ -188,9 +188,9 @@ typedef struct {
     const int *side; /* of each element */
     int event;       /* with which it began */
     bool leaves;     /* it ends as the contact is lost */
-} passage_real;
+} solved_phase_real;
 
-typedef struct tally_real tally_real;
-typedef void follow_real(tally_real *tally, const passage_real *passage);
+typedef struct current_variation_real current_variation_real;
+typedef void observer_real(current_variation_real *variation, const solved_phase_real *phase);
 
 #endif

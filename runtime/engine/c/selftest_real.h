@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT-0
  *
  * Fixed stances, flights and searches that together visit every mode, kind of event, ending and branch of the kernels,
- * and a hash of all bits of what comes out: one word to compare between boards, compilers and the computer on the desk.
+ * and a hash of all bits of what comes out: one word to compare between boards, compilers and a computer.
  */
 #ifndef HOPFORM_SELFTEST_H_real
 #define HOPFORM_SELFTEST_H_real

@@ -60,11 +60,11 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `follow`; NULL for none. */
-static int32_t solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                    const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                    hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance,
-                                   follow_real *follow, tally_real *tally) {
+                                   observer_real *observer, current_variation_real *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
     const memory_real read[] = {
         array_real(plan, 1, sizeof *plan),
@@ -77,7 +77,7 @@ static int32_t solve_followed_real(const hopform_plan_real *plan, const hopform_
     const hopform_state_real nothing = {0.0, 0.0, 0.0, 0.0};
     const hopform_state_real from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
     int32_t status = HOPFORM_ERROR_NULL;
-    if (follow == NULL && overlap_real(written, 2, read, 2)) { /* who follows has looked */
+    if (observer == NULL && overlap_real(written, 2, read, 2)) { /* who follows has looked */
         status = HOPFORM_ERROR_OVERLAP;
     } else if (start != NULL) {
         status = call_status_real(plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
@@ -85,8 +85,8 @@ static int32_t solve_followed_real(const hopform_plan_real *plan, const hopform_
     if (status < 0) { return refuse_real(status, written, 1, read, 2); }
     stance_chain_real chain;
     stance_start_real(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
-    chain.follow = follow;
-    chain.tally = tally;
+    chain.observer = observer;
+    chain.variation = variation;
     stance_search_real search;
     stance_search_nothing_real(&plan->both, &search);
     int32_t ending = stance_begin_real(&chain);
@@ -101,7 +101,7 @@ static int32_t solve_followed_real(const hopform_plan_real *plan, const hopform_
 int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                   const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                   hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance) {
-    return solve_followed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
+    return solve_observed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
                                NULL);
 }
 

@@ -16,7 +16,7 @@
 #include "extrema_real.h"
 
 /* What is gathered along the phases of a stance. */
-struct tally_real {
+struct current_variation_real {
     const hopform_plan_real *plan;
     hopform_trial_real *trial;
     state_by_axis_real change;  /* of the state at a fixed time, per A */
@@ -57,38 +57,39 @@ static inline state_by_axis_real change_at_event_real(const state_by_axis_real *
  * where the take-off comes before, the contact force being zero: the lesser of that and of the height from which a mass
  * falls as fast; smooth, as the position at rest is. `met` is the change of the state at the event, whose time moves.
  */
-static inline void note_hit_real(const tally_real *tally, const state_by_axis_real *met) {
-    const hopform_robot_real *robot = &tally->plan->robot;
-    const real *at = tally->arrived.of;
+static inline void note_hit_real(const current_variation_real *variation, const state_by_axis_real *met) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const real *at = variation->arrived.of;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
     const real height = 0.5 * at[velocity] * at[velocity] / fall_of_real(robot);
-    const real contact = contact_of_real(robot, &tally->arrived.named);
+    const real contact = contact_of_real(robot, &variation->arrived.named);
     const bool slow = height < contact;
     const real change =
         slow ? at[velocity] * met->of[velocity] / fall_of_real(robot) : contact_slope_real(robot, &met->named);
-    note_largest_real(tally->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
+    note_largest_real(variation->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
 }
 
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
  * moves at the event, the sides before and after decide, and not what rounding leaves of the velocities. */
-static inline bool turns_up_real(const tally_real *tally, const passage_real *now, real rate_after) {
-    const real rate = contact_slope_real(&tally->plan->robot, &tally->speed.named);
+static inline bool turns_up_real(const current_variation_real *variation, const solved_phase_real *now,
+                                 real rate_after) {
+    const real rate = contact_slope_real(&variation->plan->robot, &variation->speed.named);
     const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP;
     bool moves = !HOPFORM_CONTACT_IS_COMPRESSION;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves = moves || fabs_real(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0;
     }
     if (moves) { return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0); }
-    return HOPFORM_CONTACT_UNLOADS(tally->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
+    return HOPFORM_CONTACT_UNLOADS(variation->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
  * proportion to u where the rate that vanishes is 0. */
-static inline void pass_event_real(tally_real *tally, const passage_real *now) {
-    const hopform_robot_real *robot = &tally->plan->robot;
-    const state_by_axis_real *before = &tally->speed;
+static inline void pass_event_real(current_variation_real *variation, const solved_phase_real *now) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const state_by_axis_real *before = &variation->speed;
     state_by_axis_real after; /* z' right after it, where W'' is 1, and W', W are 0 */
-    state_by_axis_real *change = &tally->change;
+    state_by_axis_real *change = &variation->change;
     const int axis = axis_of_event_real(now->event);
     real late = 0.0;
     after.of[HOPFORM_POSITION_AXIS] = now->start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
@@ -99,18 +100,18 @@ static inline void pass_event_real(tally_real *tally, const passage_real *now) {
         if (fabs_real(before->of[axis]) > 0.0) {
             late = -change->of[axis] / before->of[axis];
         } else {
-            tally->trial->smooth = false;
+            variation->trial->smooth = false;
         }
         if (axis == HOPFORM_POSITION_AXIS && before->of[axis] > 0.0) {
             const state_by_axis_real met = change_at_event_real(change, before, late);
-            note_hit_real(tally, &met);
+            note_hit_real(variation, &met);
         }
         pass_event_at_axis_real(change->of, before->of, after.of, axis, 0.0, late);
     }
-    note_largest_real(tally->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
-    if (turns_up_real(tally, now, contact_slope_real(robot, &after.named))) {
+    note_largest_real(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
+    if (turns_up_real(variation, now, contact_slope_real(robot, &after.named))) {
         const state_by_axis_real met = change_at_event_real(change, &after, late);
-        note_minimum_real(tally->trial, contact_of_real(robot, &now->start->named),
+        note_minimum_real(variation->trial, contact_of_real(robot, &now->start->named),
                           contact_slope_real(robot, &met.named), 1);
     }
 }
@@ -118,26 +119,27 @@ static inline void pass_event_real(tally_real *tally, const passage_real *now) {
 /* The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind it, by
  * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
  * the stance goes on for another rebound. */
-static inline void look_for_minimum_real(tally_real *tally, const passage_real *passage, const motion_real *by_u,
-                                         bool turns) {
-    const hopform_robot_real *robot = &tally->plan->robot;
-    const int *side = passage->side;
-    const hopform_poles_real *poles = poles_of_real(tally->plan, side[0], side[1]);
-    const numerator_real h = contact_numerator_real(robot, &passage->motion->named);
-    const propagator_real end = propagator_of_real(poles, passage->length, passage->end);
+static inline void look_for_minimum_real(current_variation_real *variation, const solved_phase_real *phase,
+                                         const motion_real *by_u, bool turns) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const int *side = phase->side;
+    const hopform_poles_real *poles = poles_of_real(variation->plan, side[0], side[1]);
+    const numerator_real h = contact_numerator_real(robot, &phase->motion->named);
+    const propagator_real end = propagator_of_real(poles, phase->length, phase->end);
     if (turns) {
-        const minima_real least = least_minimum_real(poles, node_of_real(tally->plan, side[0], side[1]), &h,
-                                                     contact_of_real(robot, &passage->start->named), &end, 64.0);
+        const minima_real least = least_minimum_real(poles, node_of_real(variation->plan, side[0], side[1]), &h,
+                                                     contact_of_real(robot, &phase->start->named), &end, 64.0);
         if (least.count > 0) {
-            const hopform_state_real there = arrive_real(&tally->change.named, by_u, &least.basis, side[0], side[1]);
-            note_minimum_real(tally->trial, least.value, contact_slope_real(robot, &there), least.count);
+            const hopform_state_real there =
+                arrive_real(&variation->change.named, by_u, &least.basis, side[0], side[1]);
+            note_minimum_real(variation->trial, least.value, contact_slope_real(robot, &there), least.count);
         }
     }
-    if (!passage->leaves || tally->trial->minima > 0) { return; }
+    if (!phase->leaves || variation->trial->minima > 0) { return; }
     const numerator_real h_u = contact_numerator_real(robot, by_u);
     const event_function_real contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_real};
     const event_function_real contact_u = {
-        h_u.H3, h_u.H2, h_u.H1, 0.0, contact_slope_real(robot, &tally->change.named), 0.0, 0, 0, MAY_TURN_real};
+        h_u.H3, h_u.H2, h_u.H1, 0.0, contact_slope_real(robot, &variation->change.named), 0.0, 0, 0, MAY_TURN_real};
     const jet_real at = jet_at_real(poles, &contact, &end);
     const jet_real at_u = short_jet_at_real(&contact_u, &end);
     if (at.rate < 0.0 && at.curvature > 0.0) {
@@ -145,7 +147,7 @@ static inline void look_for_minimum_real(tally_real *tally, const passage_real *
         const real curvature_u = at_u.curvature - at.third * at_u.value / at.rate; /* where the take-off moves to */
         const real change = at_u.value + later * (at_u.rate + 0.5 * later * curvature_u);
         if (0.5 * later * -at.rate + fabs_real(change) <= HOPFORM_NEVER_real) {
-            note_minimum_real(tally->trial, 0.5 * later * at.rate, change, 0);
+            note_minimum_real(variation->trial, 0.5 * later * at.rate, change, 0);
         }
     }
 }
@@ -153,51 +155,51 @@ static inline void look_for_minimum_real(tally_real *tally, const passage_real *
 /* Follow the change through a phase, and through the event with which it began. The contact force has no minimum inside
  * where it is the compression and that keeps the sign of its rate. Before the driven element has ever moved there is
  * nothing to follow. */
-static inline void tally_up_real(tally_real *tally, const passage_real *passage) {
-    const hopform_plan_real *plan = tally->plan;
-    const int *side = passage->side;
-    const basis_real *w = passage->end;
-    if (passage->event != HOPFORM_EVENT_NONE) { pass_event_real(tally, passage); }
-    tally->moves = tally->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
+static inline void carry_variation_real(current_variation_real *variation, const solved_phase_real *phase) {
+    const hopform_plan_real *plan = variation->plan;
+    const int *side = phase->side;
+    const basis_real *w = phase->end;
+    if (phase->event != HOPFORM_EVENT_NONE) { pass_event_real(variation, phase); }
+    variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
     const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
-    if (tally->moves || turns) {
+    if (variation->moves || turns) {
         drive_by_element_real per_ampere = {{0.0, 0.0}};
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
         const motion_real by_u =
-            motion_under_real(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
-        if (turns || passage->leaves) { look_for_minimum_real(tally, passage, &by_u, turns); }
-        tally->change.named = arrive_real(&tally->change.named, &by_u, w, side[0], side[1]);
+            motion_under_real(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
+        if (turns || phase->leaves) { look_for_minimum_real(variation, phase, &by_u, turns); }
+        variation->change.named = arrive_real(&variation->change.named, &by_u, w, side[0], side[1]);
     }
-    tally->arrived = *passage->arrived;
-    tally->speed.of[HOPFORM_POSITION_AXIS] = passage->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+    variation->arrived = *phase->arrived;
+    variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int axis = 1; axis < HOPFORM_AXES; axis++) {
-        const numerator_real *h = &passage->motion->core[axis - 1];
-        tally->speed.of[axis] = h->H3 * w->Wdd + h->H2 * w->Wd + h->H1 * w->W;
+        const numerator_real *h = &phase->motion->core[axis - 1];
+        variation->speed.of[axis] = h->H3 * w->Wdd + h->H2 * w->Wd + h->H1 * w->W;
     }
-    (void)memcpy(tally->side, side, sizeof tally->side);
+    (void)memcpy(variation->side, side, sizeof variation->side);
 }
 
 /* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
  * take-off at once comes under every current. */
-static inline void lift_real(const tally_real *tally, const hopform_state_real *end) {
-    const hopform_robot_real *robot = &tally->plan->robot;
-    const real rate = contact_slope_real(robot, &tally->speed.named);
+static inline void lift_real(const current_variation_real *variation, const hopform_state_real *end) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const real rate = contact_slope_real(robot, &variation->speed.named);
     if (!(fabs_real(rate) > 0.0)) {
-        tally->trial->smooth = false;
+        variation->trial->smooth = false;
         return;
     }
-    const real late = -contact_slope_real(robot, &tally->change.named) / rate;
-    state_by_axis_real met = change_at_event_real(&tally->change, &tally->speed, late);
+    const real late = -contact_slope_real(robot, &variation->change.named) / rate;
+    state_by_axis_real met = change_at_event_real(&variation->change, &variation->speed, late);
     if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
-    tally->trial->apex_u = apex_slope_real(robot, end, &met.change);
-    note_largest_real(tally->trial, end->x1, met.of[HOPFORM_POSITION_AXIS]);
+    variation->trial->apex_u = apex_slope_real(robot, end, &met.change);
+    note_largest_real(variation->trial, end->x1, met.of[HOPFORM_POSITION_AXIS]);
 }
 
 /* What a stance says of its current, all of whose phases are at hand, and whose changes have been followed. `events` is
  * a hash (Fowler, Noll and Vo) of the order of modes and events, which differs where they do. */
-static inline void close_trial_real(const tally_real *tally, const hopform_phase_real *phases,
+static inline void close_trial_real(const current_variation_real *variation, const hopform_phase_real *phases,
                                     const hopform_stance_real *stance) {
-    hopform_trial_real *trial = tally->trial;
+    hopform_trial_real *trial = variation->trial;
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial->events = 2166136261u;
     trial->held = true;
@@ -207,9 +209,9 @@ static inline void close_trial_real(const tally_real *tally, const hopform_phase
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        lift_real(tally, &stance->end);
+        lift_real(variation, &stance->end);
     } else {
-        note_largest_real(trial, stance->end.x1, tally->change.of[HOPFORM_POSITION_AXIS]);
+        note_largest_real(trial, stance->end.x1, variation->change.of[HOPFORM_POSITION_AXIS]);
     }
 }
 
