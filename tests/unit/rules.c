@@ -192,8 +192,8 @@ static void take_function(const drawn *it, asked *at)
     g->H1 = (real)(sign * g->H1);
     g->start = sign * start;
     g->start = (real)(it->from_zero > 0.0 ? 0 : g->start + (quad)it->depth * EPS * size_at(g, &w, t));
-    const OF(event_function) function = {(real)g->H3, (real)g->H2, (real)g->H1, 0, (real)g->start, 0, 1, 0,
-                                         OF(MAY_TURN)};
+    const OF(event_function) function = {(real)g->H3, (real)g->H2, (real)g->H1, 0, (real)g->start, 0, 0, 0, 1, 0,
+                                         true, false};
     at->set.poles = &at->poles;
     at->set.node = &at->node;
     at->set.count = 1;

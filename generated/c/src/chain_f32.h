@@ -176,7 +176,7 @@ typedef struct {
 } stance_events_f32;
 
 static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, const numerator_f32 *h, float start,
-                                                           float sign, int owner, int shape) {
+                                                           float sign, int owner, bool needs_certificate) {
     event_function_f32 *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -184,19 +184,18 @@ static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, con
     g->H0 = 0.0f;
     g->start = sign * start;
     g->cancels = 0.0f;
+    g->decaying = 0.0f; /* and its rate is not read */
     g->owner = owner;
     g->side = 0;
-    g->shape = shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    g->left = 0.0f;
-    g->relaxes = 0.0f;
-#endif
+    g->needs_certificate = needs_certificate;
+    g->touch_is_no_event = false;
     return g;
 }
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, int shape, event_set_f32 *set) {
+static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, bool needs_certificate,
+                                       event_set_f32 *set) {
     const bool open[] = {!stance_blocked_f32(chain, element, -1), !stance_blocked_f32(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
     const numerator_f32 h = free_numerator_f32(&chain->plan->rates, element, &chain->motion.named);
@@ -206,8 +205,8 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
         const float sign = (float)side;
         if (open[side > 0] && (sign * drift > 0.0f || HOPFORM_IS_COUPLED)) {
             const float level = sign * level_of_f32(&chain->plan->robot, element);
-            event_function_f32 *slips =
-                add_event_function_f32(set, &h, free.of[element] - level, -sign, ELEMENT_f32 + element, shape);
+            event_function_f32 *slips = add_event_function_f32(set, &h, free.of[element] - level, -sign,
+                                                                 ELEMENT_f32 + element, needs_certificate);
             slips->side = side;
             slips->cancels = 0.25f * terms_of_free_f32(chain, element); /* each term is rounded four times at most */
         }
@@ -223,7 +222,8 @@ static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *se
     const numerator_f32 *h = &chain->motion.of.position;
     const numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f32 *stop =
-        add_event_function_f32(set, &first, away * gap, away, ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, DISTANCE_f32);
+        add_event_function_f32(set, &first, away * gap, away, ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, false);
+    stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
@@ -237,7 +237,7 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const float compression = at[HOPFORM_COMPRESSION_AXIS];
-    const int shape = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_f32 : MAY_TURN_f32;
+    const bool is_monotone = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED;
     set->poles = poles;
     set->node = node_of_f32(chain->plan, side[0], side[1]);
     set->count = 0;
@@ -249,16 +249,16 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
         (void)add_event_function_f32(set, &h, contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
-                                      CONTACT_f32, shape);
+                                      CONTACT_f32, !is_monotone);
     }
     add_stop_f32(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         (void)add_event_function_f32(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (float)side[element], ELEMENT_f32 + element, MAY_TURN_f32);
+                                      (float)side[element], ELEMENT_f32 + element, true);
     }
     if (several) { return; }
     const float sign = (float)side[slips];
-    add_thresholds_f32(chain, 1 - slips, shape, set);
+    add_thresholds_f32(chain, 1 - slips, !is_monotone, set);
     events->rest_time =
         time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_f32 + slips;
@@ -363,7 +363,8 @@ typedef struct {
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
  * how many functions each phase has; not zeros, for which compilers call memset. */
 static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, stance_search_f32 *search) {
-    const event_function_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, NO_OWNER_f32, 0, MAY_TURN_f32};
+    const numerator_f32 zero = {0.0f, 0.0f, 0.0f};
+    const event_function_f32 nothing = event_function_of_f32(&zero, 1.0f);
     const jet_f32 one = {1.0f, 0.0f, 0.0f, 0.0f};
     for (int n = 0; n < MOST_EVENT_FUNCTIONS_f32; n++) {
         search->events.set.function[n] = nothing;
@@ -378,7 +379,7 @@ static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, sta
 static inline bool is_at_stop_f32(const event_set_f32 *set, const propagator_f32 *at) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (g->shape == DISTANCE_f32) { return fabs_f32(value_at_f32(g, at)) <= rounding_of_f32(g, at, 0.0f); }
+        if (g->touch_is_no_event) { return fabs_f32(value_at_f32(g, at)) <= rounding_of_f32(g, at, 0.0f); }
     }
     return false;
 }
@@ -397,7 +398,7 @@ static inline void stance_conclude_f32(stance_search_f32 *search) {
         if (owner == NO_OWNER_f32 || owner >= found->owner) {
             owner = found->owner;
             search->side = found->side;
-            search->stops = found->shape == DISTANCE_f32;
+            search->stops = found->touch_is_no_event;
         }
     }
     search->owner = owner;
@@ -455,7 +456,7 @@ static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_s
     bool open = search->open;
     while (open) {
         if (quiet) {
-            end_at_first_crossing_f32(set, in, DISTANCE_f32);
+            end_at_first_crossing_f32(set, in, true);
         } else {
             certified = find_event_f32(chain, search, false);
         }

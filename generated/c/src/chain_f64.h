@@ -176,7 +176,7 @@ typedef struct {
 } stance_events_f64;
 
 static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, const numerator_f64 *h, double start,
-                                                           double sign, int owner, int shape) {
+                                                           double sign, int owner, bool needs_certificate) {
     event_function_f64 *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -184,19 +184,18 @@ static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, con
     g->H0 = 0.0;
     g->start = sign * start;
     g->cancels = 0.0;
+    g->decaying = 0.0; /* and its rate is not read */
     g->owner = owner;
     g->side = 0;
-    g->shape = shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    g->left = 0.0;
-    g->relaxes = 0.0;
-#endif
+    g->needs_certificate = needs_certificate;
+    g->touch_is_no_event = false;
     return g;
 }
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element, int shape, event_set_f64 *set) {
+static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element, bool needs_certificate,
+                                       event_set_f64 *set) {
     const bool open[] = {!stance_blocked_f64(chain, element, -1), !stance_blocked_f64(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
     const numerator_f64 h = free_numerator_f64(&chain->plan->rates, element, &chain->motion.named);
@@ -206,8 +205,8 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
         const double sign = (double)side;
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
             const double level = sign * level_of_f64(&chain->plan->robot, element);
-            event_function_f64 *slips =
-                add_event_function_f64(set, &h, free.of[element] - level, -sign, ELEMENT_f64 + element, shape);
+            event_function_f64 *slips = add_event_function_f64(set, &h, free.of[element] - level, -sign,
+                                                                 ELEMENT_f64 + element, needs_certificate);
             slips->side = side;
             slips->cancels = 0.25 * terms_of_free_f64(chain, element); /* each term is rounded four times at most */
         }
@@ -223,7 +222,8 @@ static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *se
     const numerator_f64 *h = &chain->motion.of.position;
     const numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f64 *stop =
-        add_event_function_f64(set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, DISTANCE_f64);
+        add_event_function_f64(set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, false);
+    stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
@@ -237,7 +237,7 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const double compression = at[HOPFORM_COMPRESSION_AXIS];
-    const int shape = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_f64 : MAY_TURN_f64;
+    const bool is_monotone = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED;
     set->poles = poles;
     set->node = node_of_f64(chain->plan, side[0], side[1]);
     set->count = 0;
@@ -249,16 +249,16 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->motion.named);
         (void)add_event_function_f64(set, &h, contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0,
-                                      CONTACT_f64, shape);
+                                      CONTACT_f64, !is_monotone);
     }
     add_stop_f64(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         (void)add_event_function_f64(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (double)side[element], ELEMENT_f64 + element, MAY_TURN_f64);
+                                      (double)side[element], ELEMENT_f64 + element, true);
     }
     if (several) { return; }
     const double sign = (double)side[slips];
-    add_thresholds_f64(chain, 1 - slips, shape, set);
+    add_thresholds_f64(chain, 1 - slips, !is_monotone, set);
     events->rest_time =
         time_to_rest_f64(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_f64 + slips;
@@ -363,7 +363,8 @@ typedef struct {
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
  * how many functions each phase has; not zeros, for which compilers call memset. */
 static inline void stance_search_nothing_f64(const hopform_poles_f64 *poles, stance_search_f64 *search) {
-    const event_function_f64 nothing = {0.0, 0.0, 0.0, 0.0, 1.0, 0.0, NO_OWNER_f64, 0, MAY_TURN_f64};
+    const numerator_f64 zero = {0.0, 0.0, 0.0};
+    const event_function_f64 nothing = event_function_of_f64(&zero, 1.0);
     const jet_f64 one = {1.0, 0.0, 0.0, 0.0};
     for (int n = 0; n < MOST_EVENT_FUNCTIONS_f64; n++) {
         search->events.set.function[n] = nothing;
@@ -378,7 +379,7 @@ static inline void stance_search_nothing_f64(const hopform_poles_f64 *poles, sta
 static inline bool is_at_stop_f64(const event_set_f64 *set, const propagator_f64 *at) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (g->shape == DISTANCE_f64) { return fabs_f64(value_at_f64(g, at)) <= rounding_of_f64(g, at, 0.0); }
+        if (g->touch_is_no_event) { return fabs_f64(value_at_f64(g, at)) <= rounding_of_f64(g, at, 0.0); }
     }
     return false;
 }
@@ -397,7 +398,7 @@ static inline void stance_conclude_f64(stance_search_f64 *search) {
         if (owner == NO_OWNER_f64 || owner >= found->owner) {
             owner = found->owner;
             search->side = found->side;
-            search->stops = found->shape == DISTANCE_f64;
+            search->stops = found->touch_is_no_event;
         }
     }
     search->owner = owner;
@@ -455,7 +456,7 @@ static inline void stance_end_search_f64(const stance_chain_f64 *chain, stance_s
     bool open = search->open;
     while (open) {
         if (quiet) {
-            end_at_first_crossing_f64(set, in, DISTANCE_f64);
+            end_at_first_crossing_f64(set, in, true);
         } else {
             certified = find_event_f64(chain, search, false);
         }

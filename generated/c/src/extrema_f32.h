@@ -58,7 +58,7 @@ static inline int most_turns_f32(const jet_f32 *from, float d, const jet_f32 *to
 static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
                                              const numerator_f32 *h, float value, const propagator_f32 *end,
                                              float most) {
-    const event_function_f32 function = {h->H3, h->H2, h->H1, 0.0f, value, 0.0f, 0, 0, MAY_TURN_f32};
+    const event_function_f32 function = event_function_of_f32(h, value);
     const event_function_f32 *g = &function;
     const jet_f32 from = jet_at_start_f32(poles, g);
     const jet_f32 to = jet_at_f32(poles, g, end);

@@ -58,7 +58,7 @@ static inline int most_turns_f64(const jet_f64 *from, double d, const jet_f64 *t
 static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
                                              const numerator_f64 *h, double value, const propagator_f64 *end,
                                              double most) {
-    const event_function_f64 function = {h->H3, h->H2, h->H1, 0.0, value, 0.0, 0, 0, MAY_TURN_f64};
+    const event_function_f64 function = event_function_of_f64(h, value);
     const event_function_f64 *g = &function;
     const jet_f64 from = jet_at_start_f64(poles, g);
     const jet_f64 to = jet_at_f64(poles, g, end);

@@ -34,24 +34,25 @@ enum { MOST_EVENT_FUNCTIONS_f32 = 4, MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f
 #define HOPFORM_MOST_INTERVALS 10000
 #endif
 
-/* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
- * zero it does once; that it is the distance to a limit, which is monotone until the velocity of its element vanishes,
- * and of which a touch is no event. */
-enum { MAY_TURN_f32, MONOTONE_f32, DISTANCE_f32 };
-
-/* An event function. `owner` and `side` are the caller's. */
+/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
+ * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
+ * a touch of it is no event. */
 typedef struct {
     float H3, H2, H1, H0; /* its numerator */
     float start;
     float cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
+    float decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
     int32_t owner;
     int32_t side;
-    int32_t shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    float left; /* in flight: what a damper leaves in the leg, and the rate at which that relaxes */
-    float relaxes;
-#endif
+    bool needs_certificate;
+    bool touch_is_no_event;
 } event_function_f32;
+
+/* A function with this numerator and value at the start, of which nothing is known. */
+static inline event_function_f32 event_function_of_f32(const numerator_f32 *h, float start) {
+    const event_function_f32 g = {h->H3, h->H2, h->H1, 0.0f, start, 0.0f, 0.0f, 0.0f, 0, 0, true, false};
+    return g;
+}
 
 /* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
@@ -96,32 +97,31 @@ static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, f
     return propagator_of_f32(poles, t, &basis);
 }
 
-/* The n-th derivative of what a damper leaves in the leg. */
-static inline float relaxing_f32(const event_function_f32 *g, float t, int n) {
-    float value = 0.0f;
-#if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_f32(g->left) > 0.0f) { value = g->left * exponential_f32(-g->relaxes * t); }
+/* Whether a function has a further term, which decays: only where a damper is in the leg. */
+static inline bool has_decay_f32(const event_function_f32 *g) {
+    return HOPFORM_LEG_HAS_DAMPER && fabs_f32(g->decaying) > 0.0f;
+}
+
+/* The n-th derivative of a function from that of its other terms. */
+static inline float with_decay_f32(const event_function_f32 *g, float t, int n, float others) {
+    if (!has_decay_f32(g)) { return others; }
+    float value = g->decaying * exponential_f32(-g->decay * t);
     for (int i = 0; i < n; i++) {
-        value *= -g->relaxes;
+        value *= -g->decay;
     }
-#else
-    (void)g;
-    (void)t;
-    (void)n;
-#endif
-    return value;
+    return others + value;
 }
 
 static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
     const basis_f32 *w = &at->basis;
     const float value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f32(g, at->t, 0) : value;
+    return with_decay_f32(g, at->t, 0, value);
 }
 
 static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
     const basis_f32 *w = &at->basis;
     const float rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f32(g, at->t, 1) : rate;
+    return with_decay_f32(g, at->t, 1, rate);
 }
 
 static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
@@ -129,7 +129,7 @@ static inline float third_of_f32(const hopform_poles_f32 *poles, const event_fun
     const basis_f32 *w = &at->basis;
     const float fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const float third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f32(g, at->t, 3) : third;
+    return with_decay_f32(g, at->t, 3, third);
 }
 
 static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
@@ -145,8 +145,7 @@ static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const eve
 static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
     const basis_f32 *w = &at->basis;
     const float curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at),
-                          HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_f32(g, at->t, 2) : curvature, 0.0f};
+    const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at), with_decay_f32(g, at->t, 2, curvature), 0.0f};
     return jet;
 }
 
@@ -328,8 +327,8 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
         const jet_f32 jet = jet_at_f32(poles, g, at);
         if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) { return; }
         const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
-        /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
-        if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_f32(relaxing_f32(g, t, 0)) > 0.0f)) {
+        /* The rate of the further term is none of the poles: no step is known to land. */
+        if (step.lands && !has_decay_f32(g)) {
             at->basis = carried_basis_f32(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f32(poles, &at->basis);
             at->t = step.next;
@@ -591,7 +590,7 @@ static inline bool has_crossed_f32(const jet_f32 *to, float h, float rounding, b
 static inline float guessed_crossing_f32(const event_function_f32 *g, const interval_f32 *in, const jet_f32 *from,
                                          jet_f32 *to) {
     const float h = in->high.t - in->low.t;
-    const bool is_last = in->found < 0 && g->shape != DISTANCE_f32;
+    const bool is_last = in->found < 0 && !g->touch_is_no_event;
     *to = short_jet_at_f32(g, &in->high);
     return has_crossed_f32(to, h, rounding_of_f32(g, &in->high, to->rate), is_last) ? rough_root_f32(from, to, h)
                                                                                       : 2.0f;
@@ -603,16 +602,16 @@ typedef struct {
     float share;
 } crossing_f32;
 
-/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
- * has. */
-static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape,
+/* Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
+ * alone. */
+static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in, bool distances,
                                        crossing_f32 *first) {
     const propagator_f32 end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0f;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (n != in->found && g->shape >= shape && value_at_f32(g, &end) < 0.0f) {
+        if (n != in->found && (!distances || g->touch_is_no_event) && value_at_f32(g, &end) < 0.0f) {
             jet_f32 to;
             const float share = guessed_crossing_f32(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -634,10 +633,10 @@ static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *i
     in->found = crossing->function;
 }
 
-/* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
-static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape) {
+/* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
+static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, bool distances) {
     crossing_f32 first;
-    for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, shape, &first); n++) {
+    for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, distances, &first); n++) {
         end_at_crossing_f32(set, in, &first);
     }
 }
@@ -654,9 +653,9 @@ static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in) {
         const float rounding = rounding_of_f32(g, &in->high, rate);
         if (!(rate * (in->high.t - in->low.t) < -16.0f * rounding)) { continue; }
         const float value = value_at_f32(g, &in->high);
-        if (found->shape == DISTANCE_f32 ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
-                                          : (value - 4.0f * rounding) * fabs_f32(other)
-                                                < fabs_f32(rate) * rounding_of_f32(found, &in->high, other)) {
+        if (found->touch_is_no_event ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
+                                     : (value - 4.0f * rounding) * fabs_f32(other)
+                                           < fabs_f32(rate) * rounding_of_f32(found, &in->high, other)) {
             if (value > 0.0f) { end_interval_at_f32(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
@@ -718,7 +717,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
 static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (g->shape != MAY_TURN_f32) { continue; }
+        if (!g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const float d = deflated_derivative_f32(set, g, &in->low, 1.0f);
         const bool no_root_by_signs = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
@@ -736,7 +735,7 @@ static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *i
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
-        end_at_first_crossing_f32(set, in, MAY_TURN_f32);
+        end_at_first_crossing_f32(set, in, false);
     } while (!are_certified_f32(set, in));
     return true;
 }
@@ -756,7 +755,7 @@ static inline float root_free_until_f32(const event_set_f32 *set, const interval
     float quiet = HOPFORM_NEVER_f32;
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
         const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(set->function[n].start) + set->function[n].cancels);
-        if (set->function[n].shape != DISTANCE_f32) { /* one that is monotone is looked at where the interval ends */
+        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
             quiet = lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }

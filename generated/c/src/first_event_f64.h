@@ -34,24 +34,25 @@ enum { MOST_EVENT_FUNCTIONS_f64 = 4, MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f
 #define HOPFORM_MOST_INTERVALS 10000
 #endif
 
-/* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
- * zero it does once; that it is the distance to a limit, which is monotone until the velocity of its element vanishes,
- * and of which a touch is no event. */
-enum { MAY_TURN_f64, MONOTONE_f64, DISTANCE_f64 };
-
-/* An event function. `owner` and `side` are the caller's. */
+/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
+ * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
+ * a touch of it is no event. */
 typedef struct {
     double H3, H2, H1, H0; /* its numerator */
     double start;
     double cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
+    double decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
     int32_t owner;
     int32_t side;
-    int32_t shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    double left; /* in flight: what a damper leaves in the leg, and the rate at which that relaxes */
-    double relaxes;
-#endif
+    bool needs_certificate;
+    bool touch_is_no_event;
 } event_function_f64;
+
+/* A function with this numerator and value at the start, of which nothing is known. */
+static inline event_function_f64 event_function_of_f64(const numerator_f64 *h, double start) {
+    const event_function_f64 g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, true, false};
+    return g;
+}
 
 /* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
@@ -96,32 +97,31 @@ static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, d
     return propagator_of_f64(poles, t, &basis);
 }
 
-/* The n-th derivative of what a damper leaves in the leg. */
-static inline double relaxing_f64(const event_function_f64 *g, double t, int n) {
-    double value = 0.0;
-#if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_f64(g->left) > 0.0) { value = g->left * exponential_f64(-g->relaxes * t); }
+/* Whether a function has a further term, which decays: only where a damper is in the leg. */
+static inline bool has_decay_f64(const event_function_f64 *g) {
+    return HOPFORM_LEG_HAS_DAMPER && fabs_f64(g->decaying) > 0.0;
+}
+
+/* The n-th derivative of a function from that of its other terms. */
+static inline double with_decay_f64(const event_function_f64 *g, double t, int n, double others) {
+    if (!has_decay_f64(g)) { return others; }
+    double value = g->decaying * exponential_f64(-g->decay * t);
     for (int i = 0; i < n; i++) {
-        value *= -g->relaxes;
+        value *= -g->decay;
     }
-#else
-    (void)g;
-    (void)t;
-    (void)n;
-#endif
-    return value;
+    return others + value;
 }
 
 static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
     const basis_f64 *w = &at->basis;
     const double value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f64(g, at->t, 0) : value;
+    return with_decay_f64(g, at->t, 0, value);
 }
 
 static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
     const basis_f64 *w = &at->basis;
     const double rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f64(g, at->t, 1) : rate;
+    return with_decay_f64(g, at->t, 1, rate);
 }
 
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
@@ -129,7 +129,7 @@ static inline double third_of_f64(const hopform_poles_f64 *poles, const event_fu
     const basis_f64 *w = &at->basis;
     const double fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const double third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f64(g, at->t, 3) : third;
+    return with_decay_f64(g, at->t, 3, third);
 }
 
 static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
@@ -145,8 +145,7 @@ static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const eve
 static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
     const basis_f64 *w = &at->basis;
     const double curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at),
-                          HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_f64(g, at->t, 2) : curvature, 0.0};
+    const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at), with_decay_f64(g, at->t, 2, curvature), 0.0};
     return jet;
 }
 
@@ -328,8 +327,8 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
         const jet_f64 jet = jet_at_f64(poles, g, at);
         if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) { return; }
         const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
-        /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
-        if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_f64(relaxing_f64(g, t, 0)) > 0.0)) {
+        /* The rate of the further term is none of the poles: no step is known to land. */
+        if (step.lands && !has_decay_f64(g)) {
             at->basis = carried_basis_f64(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f64(poles, &at->basis);
             at->t = step.next;
@@ -591,7 +590,7 @@ static inline bool has_crossed_f64(const jet_f64 *to, double h, double rounding,
 static inline double guessed_crossing_f64(const event_function_f64 *g, const interval_f64 *in, const jet_f64 *from,
                                          jet_f64 *to) {
     const double h = in->high.t - in->low.t;
-    const bool is_last = in->found < 0 && g->shape != DISTANCE_f64;
+    const bool is_last = in->found < 0 && !g->touch_is_no_event;
     *to = short_jet_at_f64(g, &in->high);
     return has_crossed_f64(to, h, rounding_of_f64(g, &in->high, to->rate), is_last) ? rough_root_f64(from, to, h)
                                                                                       : 2.0;
@@ -603,16 +602,16 @@ typedef struct {
     double share;
 } crossing_f64;
 
-/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
- * has. */
-static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape,
+/* Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
+ * alone. */
+static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in, bool distances,
                                        crossing_f64 *first) {
     const propagator_f64 end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (n != in->found && g->shape >= shape && value_at_f64(g, &end) < 0.0) {
+        if (n != in->found && (!distances || g->touch_is_no_event) && value_at_f64(g, &end) < 0.0) {
             jet_f64 to;
             const double share = guessed_crossing_f64(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -634,10 +633,10 @@ static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *i
     in->found = crossing->function;
 }
 
-/* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
-static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape) {
+/* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
+static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, bool distances) {
     crossing_f64 first;
-    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, shape, &first); n++) {
+    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, distances, &first); n++) {
         end_at_crossing_f64(set, in, &first);
     }
 }
@@ -654,9 +653,9 @@ static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in) {
         const double rounding = rounding_of_f64(g, &in->high, rate);
         if (!(rate * (in->high.t - in->low.t) < -16.0 * rounding)) { continue; }
         const double value = value_at_f64(g, &in->high);
-        if (found->shape == DISTANCE_f64 ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
-                                          : (value - 4.0 * rounding) * fabs_f64(other)
-                                                < fabs_f64(rate) * rounding_of_f64(found, &in->high, other)) {
+        if (found->touch_is_no_event ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
+                                     : (value - 4.0 * rounding) * fabs_f64(other)
+                                           < fabs_f64(rate) * rounding_of_f64(found, &in->high, other)) {
             if (value > 0.0) { end_interval_at_f64(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
@@ -718,7 +717,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
 static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (g->shape != MAY_TURN_f64) { continue; }
+        if (!g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const double d = deflated_derivative_f64(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high))
@@ -736,7 +735,7 @@ static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *i
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
-        end_at_first_crossing_f64(set, in, MAY_TURN_f64);
+        end_at_first_crossing_f64(set, in, false);
     } while (!are_certified_f64(set, in));
     return true;
 }
@@ -756,7 +755,7 @@ static inline double root_free_until_f64(const event_set_f64 *set, const interva
     double quiet = HOPFORM_NEVER_f64;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(set->function[n].start) + set->function[n].cancels);
-        if (set->function[n].shape != DISTANCE_f64) { /* one that is monotone is looked at where the interval ends */
+        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
             quiet = lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }

@@ -73,7 +73,7 @@ static jet_f32 displacement_in_flight_f32(const hopform_poles_f32 *poles, const 
                                             const propagator_f32 *at) {
     const jet_f32 rest = {0.0f, 0.0f, 0.0f, 0.0f};
     const numerator_f32 h = displacement_numerator_f32(phase->v1, phase->acc1, poles);
-    const event_function_f32 displacement = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
+    const event_function_f32 displacement = event_function_of_f32(&h, 0.0f);
     return phase->side != 0 ? short_jet_at_f32(&displacement, at) : rest;
 }
 
@@ -114,38 +114,23 @@ static event_function_f32 height_in_flight_f32(const flight_chain_f32 *chain) {
     const float rate = start->v2 - g * now->t;
     const float rise = (start->v2 - 0.5f * g * now->t) * now->t;
     const numerator_f32 displacement = displacement_numerator_f32(now->v1, now->acc1, poles);
-    event_function_f32 height = {rate - displacement.H3,
-                                  poles->p * rate - g - displacement.H2,
-                                  poles->q * rate - poles->p * g,
-                                  -poles->q * g,
-                                  (start->x1 - now->x1) + rise - start->y,
-                                  0.0f,
-                                  0,
-                                  0,
-                                  MAY_TURN_f32};
-#if HOPFORM_LEG_HAS_DAMPER
-    height.left = left_in_leg_f32(chain, now->t);
-    height.relaxes = chain->relaxes;
-#endif
+    const numerator_f32 h = {rate - displacement.H3, poles->p * rate - g - displacement.H2,
+                              poles->q * rate - poles->p * g};
+    event_function_f32 height = event_function_of_f32(&h, (start->x1 - now->x1) + rise - start->y);
+    height.H0 = -poles->q * g;
+    height.decaying = left_in_leg_f32(chain, now->t);
+    height.decay = chain->relaxes;
     return height;
 }
 
 /* Its rate, with a sign. */
 static event_function_f32 rate_of_height_f32(const flight_chain_f32 *chain, float sign) {
     const event_function_f32 *g = &chain->height;
-    event_function_f32 rate = {sign * (g->H2 - chain->poles.p * g->H3),
-                                sign * (g->H1 - chain->poles.q * g->H3),
-                                sign * g->H0,
-                                0.0f,
-                                sign * g->H3,
-                                0.0f,
-                                0,
-                                0,
-                                MAY_TURN_f32};
-#if HOPFORM_LEG_HAS_DAMPER
-    rate.left = -sign * g->relaxes * g->left;
-    rate.relaxes = g->relaxes;
-#endif
+    const numerator_f32 h = {sign * (g->H2 - chain->poles.p * g->H3), sign * (g->H1 - chain->poles.q * g->H3),
+                              sign * g->H0};
+    event_function_f32 rate = event_function_of_f32(&h, sign * g->H3);
+    rate.decaying = -sign * g->decay * g->decaying;
+    rate.decay = g->decay;
     return rate;
 }
 
@@ -230,7 +215,7 @@ static bool is_certified_in_fall_f32(const fall_f32 *fall, interval_f32 *in) {
 static bool is_certified_in_slip_f32(const event_set_f32 *set, interval_f32 *in) {
     const event_function_f32 *g = &set->function[0];
     const jet_f32 *from = &in->from[0];
-    if (g->shape == DISTANCE_f32 || !begins_to_fall_f32(from) || rate_at_f32(g, &in->high) < 0.0f) { return true; }
+    if (g->touch_is_no_event || !begins_to_fall_f32(from) || rate_at_f32(g, &in->high) < 0.0f) { return true; }
     const float lowest = in->low.t + time_to_rest_f32(set->poles, -from->rate, -from->curvature);
     if (!(lowest > in->low.t && lowest < in->high.t)) { return true; }
     end_interval_at_f32(set, in, lowest);
@@ -260,7 +245,7 @@ static bool has_root_in_flight_f32(flight_chain_f32 *chain, event_set_f32 *set, 
         return true;
     }
     for (; chain->intervals < HOPFORM_MOST_INTERVALS; chain->intervals++) {
-        end_at_first_crossing_f32(set, &in, MAY_TURN_f32);
+        end_at_first_crossing_f32(set, &in, false);
         if (!(fall != NULL ? is_certified_in_fall_f32(fall, &in) : is_certified_in_slip_f32(set, &in))) { continue; }
         if (in.found >= 0 || !(in.high.t < end->t)) {
             *end = in.high;
@@ -292,8 +277,8 @@ static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 en
     event_set_f32 set;
     set.poles = &chain->poles;
     set.count = 0;
-    const event_function_f32 *stop =
-        add_event_function_f32(&set, &displacement, away * gap, away, ELEMENT_f32, DISTANCE_f32);
+    event_function_f32 *stop = add_event_function_f32(&set, &displacement, away * gap, away, ELEMENT_f32, false);
+    stop->touch_is_no_event = true;
     const float left = value_at_f32(stop, &chain->last);
     const float position = now->x1;
     const float size = fabs_f32(position) + fabs_f32(position - away * gap) + fabs_f32(gap - left);
@@ -315,8 +300,8 @@ static flight_end_f32 end_at_pull_f32(flight_chain_f32 *chain, flight_end_f32 en
         event_set_f32 set;
         set.poles = &chain->poles;
         set.count = 0;
-        event_function_f32 *room = add_event_function_f32(&set, &pull, start, (float)(now->limit == 0 ? -side : side),
-                                                            ELEMENT_f32, MAY_TURN_f32);
+        event_function_f32 *room =
+            add_event_function_f32(&set, &pull, start, (float)(now->limit == 0 ? -side : side), ELEMENT_f32, true);
         room->start = room->H3 > 0.0f && room->start < bound ? 0.0f : room->start;
         propagator_f32 at = chain->last;
         if (side != -now->limit && has_root_in_flight_f32(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {

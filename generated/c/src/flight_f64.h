@@ -73,7 +73,7 @@ static jet_f64 displacement_in_flight_f64(const hopform_poles_f64 *poles, const 
                                             const propagator_f64 *at) {
     const jet_f64 rest = {0.0, 0.0, 0.0, 0.0};
     const numerator_f64 h = displacement_numerator_f64(phase->v1, phase->acc1, poles);
-    const event_function_f64 displacement = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_f64};
+    const event_function_f64 displacement = event_function_of_f64(&h, 0.0);
     return phase->side != 0 ? short_jet_at_f64(&displacement, at) : rest;
 }
 
@@ -114,38 +114,23 @@ static event_function_f64 height_in_flight_f64(const flight_chain_f64 *chain) {
     const double rate = start->v2 - g * now->t;
     const double rise = (start->v2 - 0.5 * g * now->t) * now->t;
     const numerator_f64 displacement = displacement_numerator_f64(now->v1, now->acc1, poles);
-    event_function_f64 height = {rate - displacement.H3,
-                                  poles->p * rate - g - displacement.H2,
-                                  poles->q * rate - poles->p * g,
-                                  -poles->q * g,
-                                  (start->x1 - now->x1) + rise - start->y,
-                                  0.0,
-                                  0,
-                                  0,
-                                  MAY_TURN_f64};
-#if HOPFORM_LEG_HAS_DAMPER
-    height.left = left_in_leg_f64(chain, now->t);
-    height.relaxes = chain->relaxes;
-#endif
+    const numerator_f64 h = {rate - displacement.H3, poles->p * rate - g - displacement.H2,
+                              poles->q * rate - poles->p * g};
+    event_function_f64 height = event_function_of_f64(&h, (start->x1 - now->x1) + rise - start->y);
+    height.H0 = -poles->q * g;
+    height.decaying = left_in_leg_f64(chain, now->t);
+    height.decay = chain->relaxes;
     return height;
 }
 
 /* Its rate, with a sign. */
 static event_function_f64 rate_of_height_f64(const flight_chain_f64 *chain, double sign) {
     const event_function_f64 *g = &chain->height;
-    event_function_f64 rate = {sign * (g->H2 - chain->poles.p * g->H3),
-                                sign * (g->H1 - chain->poles.q * g->H3),
-                                sign * g->H0,
-                                0.0,
-                                sign * g->H3,
-                                0.0,
-                                0,
-                                0,
-                                MAY_TURN_f64};
-#if HOPFORM_LEG_HAS_DAMPER
-    rate.left = -sign * g->relaxes * g->left;
-    rate.relaxes = g->relaxes;
-#endif
+    const numerator_f64 h = {sign * (g->H2 - chain->poles.p * g->H3), sign * (g->H1 - chain->poles.q * g->H3),
+                              sign * g->H0};
+    event_function_f64 rate = event_function_of_f64(&h, sign * g->H3);
+    rate.decaying = -sign * g->decay * g->decaying;
+    rate.decay = g->decay;
     return rate;
 }
 
@@ -230,7 +215,7 @@ static bool is_certified_in_fall_f64(const fall_f64 *fall, interval_f64 *in) {
 static bool is_certified_in_slip_f64(const event_set_f64 *set, interval_f64 *in) {
     const event_function_f64 *g = &set->function[0];
     const jet_f64 *from = &in->from[0];
-    if (g->shape == DISTANCE_f64 || !begins_to_fall_f64(from) || rate_at_f64(g, &in->high) < 0.0) { return true; }
+    if (g->touch_is_no_event || !begins_to_fall_f64(from) || rate_at_f64(g, &in->high) < 0.0) { return true; }
     const double lowest = in->low.t + time_to_rest_f64(set->poles, -from->rate, -from->curvature);
     if (!(lowest > in->low.t && lowest < in->high.t)) { return true; }
     end_interval_at_f64(set, in, lowest);
@@ -260,7 +245,7 @@ static bool has_root_in_flight_f64(flight_chain_f64 *chain, event_set_f64 *set, 
         return true;
     }
     for (; chain->intervals < HOPFORM_MOST_INTERVALS; chain->intervals++) {
-        end_at_first_crossing_f64(set, &in, MAY_TURN_f64);
+        end_at_first_crossing_f64(set, &in, false);
         if (!(fall != NULL ? is_certified_in_fall_f64(fall, &in) : is_certified_in_slip_f64(set, &in))) { continue; }
         if (in.found >= 0 || !(in.high.t < end->t)) {
             *end = in.high;
@@ -292,8 +277,8 @@ static flight_end_f64 end_at_stop_f64(flight_chain_f64 *chain, flight_end_f64 en
     event_set_f64 set;
     set.poles = &chain->poles;
     set.count = 0;
-    const event_function_f64 *stop =
-        add_event_function_f64(&set, &displacement, away * gap, away, ELEMENT_f64, DISTANCE_f64);
+    event_function_f64 *stop = add_event_function_f64(&set, &displacement, away * gap, away, ELEMENT_f64, false);
+    stop->touch_is_no_event = true;
     const double left = value_at_f64(stop, &chain->last);
     const double position = now->x1;
     const double size = fabs_f64(position) + fabs_f64(position - away * gap) + fabs_f64(gap - left);
@@ -315,8 +300,8 @@ static flight_end_f64 end_at_pull_f64(flight_chain_f64 *chain, flight_end_f64 en
         event_set_f64 set;
         set.poles = &chain->poles;
         set.count = 0;
-        event_function_f64 *room = add_event_function_f64(&set, &pull, start, (double)(now->limit == 0 ? -side : side),
-                                                            ELEMENT_f64, MAY_TURN_f64);
+        event_function_f64 *room =
+            add_event_function_f64(&set, &pull, start, (double)(now->limit == 0 ? -side : side), ELEMENT_f64, true);
         room->start = room->H3 > 0.0 && room->start < bound ? 0.0 : room->start;
         propagator_f64 at = chain->last;
         if (side != -now->limit && has_root_in_flight_f64(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {

@@ -137,9 +137,9 @@ static inline void look_for_minimum_f32(current_variation_f32 *variation, const 
     }
     if (!phase->leaves || variation->trial->minima > 0) { return; }
     const numerator_f32 h_u = contact_numerator_f32(robot, by_u);
-    const event_function_f32 contact = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
-    const event_function_f32 contact_u = {
-        h_u.H3, h_u.H2, h_u.H1, 0.0f, contact_slope_f32(robot, &variation->change.named), 0.0f, 0, 0, MAY_TURN_f32};
+    const event_function_f32 contact = event_function_of_f32(&h, 0.0f);
+    const event_function_f32 contact_u =
+        event_function_of_f32(&h_u, contact_slope_f32(robot, &variation->change.named));
     const jet_f32 at = jet_at_f32(poles, &contact, &end);
     const jet_f32 at_u = short_jet_at_f32(&contact_u, &end);
     if (at.rate < 0.0f && at.curvature > 0.0f) {

@@ -137,9 +137,9 @@ static inline void look_for_minimum_f64(current_variation_f64 *variation, const 
     }
     if (!phase->leaves || variation->trial->minima > 0) { return; }
     const numerator_f64 h_u = contact_numerator_f64(robot, by_u);
-    const event_function_f64 contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_f64};
-    const event_function_f64 contact_u = {
-        h_u.H3, h_u.H2, h_u.H1, 0.0, contact_slope_f64(robot, &variation->change.named), 0.0, 0, 0, MAY_TURN_f64};
+    const event_function_f64 contact = event_function_of_f64(&h, 0.0);
+    const event_function_f64 contact_u =
+        event_function_of_f64(&h_u, contact_slope_f64(robot, &variation->change.named));
     const jet_f64 at = jet_at_f64(poles, &contact, &end);
     const jet_f64 at_u = short_jet_at_f64(&contact_u, &end);
     if (at.rate < 0.0 && at.curvature > 0.0) {

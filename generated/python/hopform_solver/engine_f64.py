@@ -79,9 +79,6 @@ TINY_DOWN = 3.814697265625e-06  # scales its cube root back
 EXPONENT_BIAS = 1023  # of the exponent's bits
 CARRIED_SQUARE = 1.7095202432850523e-05  # the square of a step, in rates, that a Taylor series carries exactly
 SEARCH_CANDIDATES = 15
-MAY_TURN = 0
-MONOTONE = 1
-DISTANCE = 2
 CORE = 3
 ONE = 4
 POWERS = 3
@@ -3445,13 +3442,18 @@ class SolvedPhase:
 
 
 class EventFunction:
-    """An event function. `owner` and `side` are the caller's."""
-    __slots__ = ("H3", "H2", "H1", "H0", "start", "cancels", "owner", "side", "shape",)
-    SIZE = 64
+    """An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses
+    zero once at most and needs no certificate. The distance to a limit is so until the velocity of its element
+    vanishes, and a touch of it is no event.
+    """
+    __slots__ = ("H3", "H2", "H1", "H0", "start", "cancels", "decaying", "decay", "owner", "side", "needs_certificate",
+        "touch_is_no_event",)
+    SIZE = 80
     PARTS: tuple[str, ...] = ()
 
     def __init__(self, H3: Real = 0.0, H2: Real = 0.0, H1: Real = 0.0, H0: Real = 0.0, start: Real = 0.0,
-            cancels: Real = 0.0, owner: int = 0, side: int = 0, shape: int = 0) -> None:
+            cancels: Real = 0.0, decaying: Real = 0.0, decay: Real = 0.0, owner: int = 0, side: int = 0,
+        needs_certificate: bool = False, touch_is_no_event: bool = False) -> None:
         self.H3 = H3  # its numerator
         self.H2 = H2  # its numerator
         self.H1 = H1  # its numerator
@@ -3459,13 +3461,17 @@ class EventFunction:
         self.start = start
         # the magnitudes that the start is a difference of, where it is rounded by more than its own
         self.cancels = cancels
+        # a further term and its rate: in flight, what a damper leaves of the leg's compression
+        self.decaying = decaying
+        self.decay = decay  # a further term and its rate: in flight, what a damper leaves of the leg's compression
         self.owner = owner
         self.side = side
-        self.shape = shape
+        self.needs_certificate = needs_certificate
+        self.touch_is_no_event = touch_is_no_event
 
     def copy(self) -> "EventFunction":
-        return EventFunction(self.H3, self.H2, self.H1, self.H0, self.start, self.cancels, self.owner, self.side,
-            self.shape)
+        return EventFunction(self.H3, self.H2, self.H1, self.H0, self.start, self.cancels, self.decaying, self.decay,
+            self.owner, self.side, self.needs_certificate, self.touch_is_no_event)
 
     def put(self, other: "EventFunction") -> None:
         self.H3 = other.H3
@@ -3474,15 +3480,24 @@ class EventFunction:
         self.H0 = other.H0
         self.start = other.start
         self.cancels = other.cancels
+        self.decaying = other.decaying
+        self.decay = other.decay
         self.owner = other.owner
         self.side = other.side
-        self.shape = other.shape
+        self.needs_certificate = other.needs_certificate
+        self.touch_is_no_event = other.touch_is_no_event
+
+
+def event_function_of(h: Numerator, start: Real) -> EventFunction:
+    """A function with this numerator and value at the start, of which nothing is known."""
+    g = EventFunction(h.H3, h.H2, h.H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, True, False)
+    return g
 
 
 class EventSet:
     """The active event functions of a phase, in order of tie-break priority."""
     __slots__ = ("poles", "node", "count", "function",)
-    SIZE = 280
+    SIZE = 344
     PARTS: tuple[str, ...] = ("function",)
 
     def __init__(self, poles: Any = None, node: Any = None, count: int = 0, function: Any = None) -> None:
@@ -3564,29 +3579,38 @@ def propagator_at(poles: Poles, t: Real) -> Propagator:
     return propagator_of(poles, t, basis)
 
 
-def relaxing(g: EventFunction, t: Real, n: int) -> Real:
-    """The n-th derivative of what a damper leaves in the leg."""
-    value = 0.0
-    return value
+def has_decay(g: EventFunction) -> bool:
+    """Whether a function has a further term, which decays: only where a damper is in the leg."""
+    return False
+
+
+def with_decay(g: EventFunction, t: Real, n: int, others: Real) -> Real:
+    """The n-th derivative of a function from that of its other terms."""
+    if not has_decay(g):
+        return others
+    value = g.decaying * exponential(-g.decay * t)
+    for _ in range(n):
+        value *= -g.decay
+    return others + value
 
 
 def value_at(g: EventFunction, at: Propagator) -> Real:
     w = at.basis
     value = g.start + (g.H3 * w.Wd + g.H2 * w.W + g.H1 * w.W1 + g.H0 * w.W2)
-    return value
+    return with_decay(g, at.t, 0, value)
 
 
 def rate_at(g: EventFunction, at: Propagator) -> Real:
     w = at.basis
     rate = g.H3 * w.Wdd + g.H2 * w.Wd + g.H1 * w.W + g.H0 * w.W1
-    return rate
+    return with_decay(g, at.t, 1, rate)
 
 
 def third_of(poles: Poles, g: EventFunction, at: Propagator) -> Real:
     w = at.basis
     fourth = -(poles.s_1 * at.W_third + poles.s_2 * w.Wdd + poles.s_3 * w.Wd)
     third = g.H3 * fourth + g.H2 * at.W_third + g.H1 * w.Wdd + g.H0 * w.Wd
-    return third
+    return with_decay(g, at.t, 3, third)
 
 
 def jet_at_start(poles: Poles, g: EventFunction) -> Jet:
@@ -3602,7 +3626,7 @@ def short_jet_at(g: EventFunction, at: Propagator) -> Jet:
     """Value, rate and curvature; the third derivative is 0 here."""
     w = at.basis
     curvature = g.H3 * at.W_third + g.H2 * w.Wdd + g.H1 * w.Wd + g.H0 * w.W
-    jet = Jet(value_at(g, at), rate_at(g, at), curvature, 0.0)
+    jet = Jet(value_at(g, at), rate_at(g, at), with_decay(g, at.t, 2, curvature), 0.0)
     return jet
 
 
@@ -3882,8 +3906,8 @@ def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess
         if abs(jet.value) <= EPS * t * abs(jet.rate):
             return
         step = step_between(poles, jet, fourth_of(poles, g, jet), t, low, high)
-        # The rate at which a leg relaxes is none of the poles: no step is known to land.
-        if step.lands:
+        # The rate of the further term is none of the poles: no step is known to land.
+        if step.lands and not has_decay(g):
             at.basis.put(carried_basis(poles, at.basis, step.next - t))
             at.W_third = third_of_basis(poles, at.basis)
             at.t = step.next
@@ -4185,7 +4209,7 @@ def guessed_crossing(g: EventFunction, in_: Interval, from_: Jet, to: Jet) -> Re
     guess; 2 if it has not. Its jet there.
     """
     h = in_.high.t - in_.low.t
-    is_last = in_.found < 0 and g.shape != DISTANCE
+    is_last = in_.found < 0 and not g.touch_is_no_event
     to.put(short_jet_at(g, in_.high))
     return rough_root(from_, to, h) if has_crossed(to, h, rounding_of(g, in_.high, to.rate), is_last) else 2.0
 
@@ -4208,16 +4232,16 @@ class Crossing:
         self.share = other.share
 
 
-def first_crossing(set: EventSet, in_: Interval, shape: int, first: Crossing) -> bool:
-    """Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if
-    one has.
+def first_crossing(set: EventSet, in_: Interval, distances: bool, first: Crossing) -> bool:
+    """Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
+    alone.
     """
     end = in_.high.copy()  # for registers
     first.function = 0
     first.share = 2.0
     for n in range(set.count):
         g = set.function[n]
-        if n != in_.found and g.shape >= shape and value_at(g, end) < 0.0:
+        if n != in_.found and (not distances or g.touch_is_no_event) and value_at(g, end) < 0.0:
             to = Jet()
             share = guessed_crossing(g, in_, in_.from_[n], to)
             if share < first.share:
@@ -4236,13 +4260,12 @@ def end_at_crossing(set: EventSet, in_: Interval, crossing: Crossing) -> None:
     in_.found = crossing.function
 
 
-def end_at_first_crossing(set: EventSet, in_: Interval, shape: int) -> None:
-    """Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its
-    end.
+def end_at_first_crossing(set: EventSet, in_: Interval, distances: bool) -> None:
+    """Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end.
     """
     first = Crossing()
     for _ in range(16):
-        if not first_crossing(set, in_, shape, first):
+        if not first_crossing(set, in_, distances, first):
             break
         end_at_crossing(set, in_, first)
 
@@ -4263,7 +4286,7 @@ def settle_ties(set: EventSet, in_: Interval) -> None:
             n += 1
             continue
         value = value_at(g, in_.high)
-        if value < 8.0 * EPS * in_.high.t * abs(rate) if found.shape == DISTANCE else (value
+        if value < 8.0 * EPS * in_.high.t * abs(rate) if found.touch_is_no_event else (value
             - 4.0 * rounding) * abs(other) < abs(rate) * rounding_of(found, in_.high, other):
             if value > 0.0:
                 end_interval_at(set, in_, in_.high.t - div(value, rate))
@@ -4327,7 +4350,7 @@ def are_certified(set: EventSet, in_: Interval) -> bool:
     """
     for n in range(set.count):
         g = set.function[n]
-        if g.shape != MAY_TURN:
+        if not g.needs_certificate:
             continue
         # what is cheap of rule 2 comes first
         d = deflated_derivative(set, g, in_.low, 1.0)
@@ -4346,7 +4369,7 @@ def find_first_root(set: EventSet, in_: Interval) -> bool:
         if in_.count >= 10000:
             return False
         in_.count += 1
-        end_at_first_crossing(set, in_, MAY_TURN)
+        end_at_first_crossing(set, in_, False)
         if are_certified(set, in_):
             break
     return True
@@ -4368,7 +4391,7 @@ def root_free_until(set: EventSet, in_: Interval) -> Real:
         if not quiet > 0.0:
             break
         rounding = 16.0 * EPS * (abs(set.function[n].start) + set.function[n].cancels)
-        if set.function[n].shape != DISTANCE:  # one that is monotone is looked at where the interval ends
+        if not set.function[n].touch_is_no_event:  # one that is monotone is looked at where the interval ends
             quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
     return in_.low.t + quiet
 
@@ -4500,7 +4523,7 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
     period of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero
     and goes back.
     """
-    function = EventFunction(h.H3, h.H2, h.H1, 0.0, value, 0.0, 0, 0, MAY_TURN)
+    function = event_function_of(h, value)
     g = function
     from_ = jet_at_start(poles, g)
     to = jet_at(poles, g, end)
@@ -4678,8 +4701,8 @@ def look_for_minimum(variation: CurrentVariation, phase: SolvedPhase, by_u: Any,
     if not phase.leaves or variation.trial.minima > 0:
         return
     h_u = contact_numerator(robot, by_u)
-    contact = EventFunction(h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN)
-    contact_u = EventFunction(h_u.H3, h_u.H2, h_u.H1, 0.0, contact_slope(robot, variation.change), 0.0, 0, 0, MAY_TURN)
+    contact = event_function_of(h, 0.0)
+    contact_u = event_function_of(h_u, contact_slope(robot, variation.change))
     at = jet_at(poles, contact, end)
     at_u = short_jet_at(contact_u, end)
     if at.rate < 0.0 and at.curvature > 0.0:
@@ -5331,7 +5354,7 @@ class StanceEvents:
     slips alone, whose time to rest is known, and what cannot happen while the velocities keep their signs.
     """
     __slots__ = ("set", "rest_time", "rests",)
-    SIZE = 296
+    SIZE = 360
     PARTS: tuple[str, ...] = ("set",)
 
     def __init__(self, set: "EventSet | None" = None, rest_time: Real = 0.0, rests: int = 0) -> None:
@@ -5349,7 +5372,8 @@ class StanceEvents:
         self.rests = other.rests
 
 
-def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, owner: int, shape: int) -> EventFunction:
+def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, owner: int,
+        needs_certificate: bool) -> EventFunction:
     before_1 = set.count
     set.count += 1
     g = set.function[before_1]
@@ -5359,13 +5383,15 @@ def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, own
     g.H0 = 0.0
     g.start = sign * start
     g.cancels = 0.0
+    g.decaying = 0.0  # and its rate is not read
     g.owner = owner
     g.side = 0
-    g.shape = shape
+    g.needs_certificate = needs_certificate
+    g.touch_is_no_event = False
     return g
 
 
-def add_thresholds(chain: StanceChain, element: int, shape: int, set: EventSet) -> None:
+def add_thresholds(chain: StanceChain, element: int, needs_certificate: bool, set: EventSet) -> None:
     """A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force.
     While another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to
     one side.
@@ -5381,7 +5407,7 @@ def add_thresholds(chain: StanceChain, element: int, shape: int, set: EventSet) 
         sign = float(side)
         if open[side > 0] and sign * drift > 0.0:
             level = sign * level_of(chain.plan.robot, element)
-            slips = add_event_function(set, h, free[element] - level, -sign, ELEMENT + element, shape)
+            slips = add_event_function(set, h, free[element] - level, -sign, ELEMENT + element, needs_certificate)
             slips.side = side
             slips.cancels = 0.25 * terms_of_free(chain, element)  # each term is rounded four times at most
         side += 2
@@ -5396,7 +5422,8 @@ def add_stop(chain: StanceChain, set: EventSet) -> None:
     away = -float(side)
     h = chain.motion.position
     first = Numerator(chain.at.v1, h.H3, h.H2)
-    stop = add_event_function(set, first, away * gap, away, 1, DISTANCE)
+    stop = add_event_function(set, first, away * gap, away, 1, False)
+    stop.touch_is_no_event = True
     stop.H0 = away * h.H1
 
 
@@ -5411,7 +5438,7 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
     several = side[0] != 0 and side[1] != 0
     slips = 0 if side[0] != 0 else 1
     compression = at.y
-    shape = MONOTONE if not several else MAY_TURN
+    is_monotone = not several
     set.poles = poles
     set.node = node_of(chain.plan, side[0], side[1])
     set.count = 0
@@ -5421,17 +5448,17 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
     may_fall = side[0] < 0 or side[1] > 0 or compression < 0.0  # else it rises, from 0 on
     if not rings and may_fall:
         h = contact_numerator(chain.plan.robot, chain.motion)
-        add_event_function(set, h, contact_of(chain.plan.robot, chain.at), 1.0, CONTACT, shape)
+        add_event_function(set, h, contact_of(chain.plan.robot, chain.at), 1.0, CONTACT, not is_monotone)
     add_stop(chain, set)
     for element in range(2):
         if not several:
             break
         add_event_function(set, chain.motion.velocity[element], at[element + 1], float(side[element]), ELEMENT
-            + element, MAY_TURN)
+            + element, True)
     if several:
         return
     sign = float(side[slips])
-    add_thresholds(chain, 1 - slips, shape, set)
+    add_thresholds(chain, 1 - slips, not is_monotone, set)
     events.rest_time = time_to_rest(poles, sign * at[slips + 1], sign * chain.motion.velocity[slips].H3)
     events.rests = ELEMENT + slips
     lift = time_to_rest(poles, compression, chain.motion.compression.H3) if rings else NEVER
@@ -5522,7 +5549,7 @@ class StanceSearch:
     interval.
     """
     __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
-    SIZE = 600
+    SIZE = 664
     PARTS: tuple[str, ...] = ("events", "in_",)
 
     def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = 0.0,
@@ -5558,7 +5585,8 @@ def stance_search_nothing(poles: Poles, search: StanceSearch) -> None:
     """A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not
     follow how many functions each phase has; not zeros, for which compilers call memset.
     """
-    nothing = EventFunction(0.0, 0.0, 0.0, 0.0, 1.0, 0.0, NO_OWNER, 0, MAY_TURN)
+    zero = Numerator()
+    nothing = event_function_of(zero, 1.0)
     one = Jet(1.0, 0.0, 0.0, 0.0)
     for n in range(4):
         search.events.set.function[n].put(nothing)
@@ -5572,7 +5600,7 @@ def is_at_stop(set: EventSet, at: Propagator) -> bool:
     """Whether the position is within rounding of the stop ahead: a grazing contact."""
     for n in range(set.count):
         g = set.function[n]
-        if g.shape == DISTANCE:
+        if g.touch_is_no_event:
             return abs(value_at(g, at)) <= rounding_of(g, at, 0.0)
     return False
 
@@ -5591,7 +5619,7 @@ def stance_conclude(search: StanceSearch) -> None:
         if owner == NO_OWNER or owner >= found.owner:
             owner = found.owner
             search.side = found.side
-            search.stops = found.shape == DISTANCE
+            search.stops = found.touch_is_no_event
     search.owner = owner
     search.certified = True
     search.touches = owner == 1 and is_at_stop(events.set, in_.high)
@@ -5651,7 +5679,7 @@ def stance_end_search(chain: StanceChain, search: StanceSearch) -> None:
     open = search.open
     while open:
         if quiet:
-            end_at_first_crossing(set, in_, DISTANCE)
+            end_at_first_crossing(set, in_, True)
         else:
             certified = find_event(chain, search, False)
         open = certified and is_open(search)
@@ -6775,7 +6803,7 @@ class Fall:
     by is a motion of the pair alone: whether it begins below 0, and when it changes its sign.
     """
     __slots__ = ("set", "is_rate", "relaxes", "is_negative", "turn",)
-    SIZE = 312
+    SIZE = 376
     PARTS: tuple[str, ...] = ("set",)
 
     def __init__(self, set: "EventSet | None" = None, is_rate: bool = False, relaxes: Real = 0.0,
@@ -6802,7 +6830,7 @@ class FlightChain:
     __slots__ = ("robot", "gains", "rates", "largest", "fall", "horizon", "start", "leg", "relaxes", "now", "poles",
         "height", "last", "airborne", "highest", "at_highest", "max_phases", "capacity", "intervals", "phases",
         "flight",)
-    SIZE = 552
+    SIZE = 568
     PARTS: tuple[str, ...] = ("gains", "rates", "start", "now", "poles", "height", "last", "at_highest",)
 
     def __init__(self, robot: Any = None, gains: "Gains | None" = None, rates: "FlightRates | None" = None,
@@ -6877,7 +6905,7 @@ def displacement_in_flight(poles: Poles, phase: FlightPhase, at: Propagator) -> 
     """How far the element has moved since a phase began, its velocity and its acceleration."""
     rest = Jet()
     h = displacement_numerator(phase.v1, phase.acc1, poles)
-    displacement = EventFunction(h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN)
+    displacement = event_function_of(h, 0.0)
     return short_jet_at(displacement, at) if phase.side != 0 else rest.copy()
 
 
@@ -6914,16 +6942,21 @@ def height_in_flight(chain: FlightChain) -> EventFunction:
     rate = start.v2 - g * now.t
     rise = (start.v2 - 0.5 * g * now.t) * now.t
     displacement = displacement_numerator(now.v1, now.acc1, poles)
-    height = EventFunction(rate - displacement.H3, poles.p * rate - g - displacement.H2, poles.q * rate - poles.p * g,
-        -poles.q * g, start.x1 - now.x1 + rise - start.y, 0.0, 0, 0, MAY_TURN)
+    h = Numerator(rate - displacement.H3, poles.p * rate - g - displacement.H2, poles.q * rate - poles.p * g)
+    height = event_function_of(h, start.x1 - now.x1 + rise - start.y)
+    height.H0 = -poles.q * g
+    height.decaying = left_in_leg(chain, now.t)
+    height.decay = chain.relaxes
     return height
 
 
 def rate_of_height(chain: FlightChain, sign: Real) -> EventFunction:
     """Its rate, with a sign."""
     g = chain.height
-    rate = EventFunction(sign * (g.H2 - chain.poles.p * g.H3), sign * (g.H1 - chain.poles.q * g.H3), sign * g.H0, 0.0,
-        sign * g.H3, 0.0, 0, 0, MAY_TURN)
+    h = Numerator(sign * (g.H2 - chain.poles.p * g.H3), sign * (g.H1 - chain.poles.q * g.H3), sign * g.H0)
+    rate = event_function_of(h, sign * g.H3)
+    rate.decaying = -sign * g.decay * g.decaying
+    rate.decay = g.decay
     return rate
 
 
@@ -7003,7 +7036,7 @@ def is_certified_in_slip(set: EventSet, in_: Interval) -> bool:
     """
     g = set.function[0]
     from_ = in_.from_[0]
-    if g.shape == DISTANCE or not begins_to_fall(from_) or rate_at(g, in_.high) < 0.0:
+    if g.touch_is_no_event or not begins_to_fall(from_) or rate_at(g, in_.high) < 0.0:
         return True
     lowest = in_.low.t + time_to_rest(set.poles, -from_.rate, -from_.curvature)
     if not (lowest > in_.low.t and lowest < in_.high.t):
@@ -7031,7 +7064,7 @@ def has_root_in_flight(chain: FlightChain, set: EventSet, fall: Any, low: Propag
         end.put(low)
         return True
     while chain.intervals < 10000:
-        end_at_first_crossing(set, in_, MAY_TURN)
+        end_at_first_crossing(set, in_, False)
         if not (is_certified_in_fall(fall, in_) if fall is not None else is_certified_in_slip(set, in_)):
             chain.intervals += 1
             continue
@@ -7064,7 +7097,8 @@ def end_at_stop(chain: FlightChain, end: int) -> int:
     set = EventSet()
     set.poles = chain.poles
     set.count = 0
-    stop = add_event_function(set, displacement, away * gap, away, ELEMENT, DISTANCE)
+    stop = add_event_function(set, displacement, away * gap, away, ELEMENT, False)
+    stop.touch_is_no_event = True
     left = value_at(stop, chain.last)
     position = now.x1
     size = abs(position) + abs(position - away * gap) + abs(gap - left)
@@ -7088,7 +7122,7 @@ def end_at_pull(chain: FlightChain, end: int, to: Any) -> int:
         set = EventSet()
         set.poles = chain.poles
         set.count = 0
-        room = add_event_function(set, pull, start, float(-side if now.limit == 0 else side), ELEMENT, MAY_TURN)
+        room = add_event_function(set, pull, start, float(-side if now.limit == 0 else side), ELEMENT, True)
         room.start = 0.0 if room.H3 > 0.0 and room.start < bound else room.start
         at = chain.last.copy()
         if side != -now.limit and has_root_in_flight(chain, set, None, first, at) and at.t < chain.last.t:

@@ -176,7 +176,7 @@ typedef struct {
 } stance_events_real;
 
 static inline event_function_real *add_event_function_real(event_set_real *set, const numerator_real *h, real start,
-                                                           real sign, int owner, int shape) {
+                                                           real sign, int owner, bool needs_certificate) {
     event_function_real *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -184,19 +184,18 @@ static inline event_function_real *add_event_function_real(event_set_real *set, 
     g->H0 = 0.0;
     g->start = sign * start;
     g->cancels = 0.0;
+    g->decaying = 0.0; /* and its rate is not read */
     g->owner = owner;
     g->side = 0;
-    g->shape = shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    g->left = 0.0;
-    g->relaxes = 0.0;
-#endif
+    g->needs_certificate = needs_certificate;
+    g->touch_is_no_event = false;
     return g;
 }
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_real(const stance_chain_real *chain, int element, int shape, event_set_real *set) {
+static inline void add_thresholds_real(const stance_chain_real *chain, int element, bool needs_certificate,
+                                       event_set_real *set) {
     const bool open[] = {!stance_blocked_real(chain, element, -1), !stance_blocked_real(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
     const numerator_real h = free_numerator_real(&chain->plan->rates, element, &chain->motion.named);
@@ -206,8 +205,8 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
         const real sign = (real)side;
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
             const real level = sign * level_of_real(&chain->plan->robot, element);
-            event_function_real *slips =
-                add_event_function_real(set, &h, free.of[element] - level, -sign, ELEMENT_real + element, shape);
+            event_function_real *slips = add_event_function_real(set, &h, free.of[element] - level, -sign,
+                                                                 ELEMENT_real + element, needs_certificate);
             slips->side = side;
             slips->cancels = 0.25 * terms_of_free_real(chain, element); /* each term is rounded four times at most */
         }
@@ -223,7 +222,8 @@ static inline void add_stop_real(const stance_chain_real *chain, event_set_real 
     const numerator_real *h = &chain->motion.of.position;
     const numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_real *stop =
-        add_event_function_real(set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, DISTANCE_real);
+        add_event_function_real(set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, false);
+    stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
@@ -237,7 +237,7 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const real compression = at[HOPFORM_COMPRESSION_AXIS];
-    const int shape = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_real : MAY_TURN_real;
+    const bool is_monotone = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED;
     set->poles = poles;
     set->node = node_of_real(chain->plan, side[0], side[1]);
     set->count = 0;
@@ -249,16 +249,16 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->motion.named);
         (void)add_event_function_real(set, &h, contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
-                                      CONTACT_real, shape);
+                                      CONTACT_real, !is_monotone);
     }
     add_stop_real(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         (void)add_event_function_real(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (real)side[element], ELEMENT_real + element, MAY_TURN_real);
+                                      (real)side[element], ELEMENT_real + element, true);
     }
     if (several) { return; }
     const real sign = (real)side[slips];
-    add_thresholds_real(chain, 1 - slips, shape, set);
+    add_thresholds_real(chain, 1 - slips, !is_monotone, set);
     events->rest_time =
         time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_real + slips;
@@ -363,7 +363,8 @@ typedef struct {
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
  * how many functions each phase has; not zeros, for which compilers call memset. */
 static inline void stance_search_nothing_real(const hopform_poles_real *poles, stance_search_real *search) {
-    const event_function_real nothing = {0.0, 0.0, 0.0, 0.0, 1.0, 0.0, NO_OWNER_real, 0, MAY_TURN_real};
+    const numerator_real zero = {0.0, 0.0, 0.0};
+    const event_function_real nothing = event_function_of_real(&zero, 1.0);
     const jet_real one = {1.0, 0.0, 0.0, 0.0};
     for (int n = 0; n < MOST_EVENT_FUNCTIONS_real; n++) {
         search->events.set.function[n] = nothing;
@@ -378,7 +379,7 @@ static inline void stance_search_nothing_real(const hopform_poles_real *poles, s
 static inline bool is_at_stop_real(const event_set_real *set, const propagator_real *at) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (g->shape == DISTANCE_real) { return fabs_real(value_at_real(g, at)) <= rounding_of_real(g, at, 0.0); }
+        if (g->touch_is_no_event) { return fabs_real(value_at_real(g, at)) <= rounding_of_real(g, at, 0.0); }
     }
     return false;
 }
@@ -397,7 +398,7 @@ static inline void stance_conclude_real(stance_search_real *search) {
         if (owner == NO_OWNER_real || owner >= found->owner) {
             owner = found->owner;
             search->side = found->side;
-            search->stops = found->shape == DISTANCE_real;
+            search->stops = found->touch_is_no_event;
         }
     }
     search->owner = owner;
@@ -455,7 +456,7 @@ static inline void stance_end_search_real(const stance_chain_real *chain, stance
     bool open = search->open;
     while (open) {
         if (quiet) {
-            end_at_first_crossing_real(set, in, DISTANCE_real);
+            end_at_first_crossing_real(set, in, true);
         } else {
             certified = find_event_real(chain, search, false);
         }

@@ -58,7 +58,7 @@ static inline int most_turns_real(const jet_real *from, real d, const jet_real *
 static inline minima_real least_minimum_real(const hopform_poles_real *poles, const hopform_node_real *node,
                                              const numerator_real *h, real value, const propagator_real *end,
                                              real most) {
-    const event_function_real function = {h->H3, h->H2, h->H1, 0.0, value, 0.0, 0, 0, MAY_TURN_real};
+    const event_function_real function = event_function_of_real(h, value);
     const event_function_real *g = &function;
     const jet_real from = jet_at_start_real(poles, g);
     const jet_real to = jet_at_real(poles, g, end);

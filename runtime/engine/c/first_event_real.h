@@ -34,24 +34,25 @@ enum { MOST_EVENT_FUNCTIONS_real = 4, MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS
 #define HOPFORM_MOST_INTERVALS 10000
 #endif
 
-/* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
- * zero it does once; that it is the distance to a limit, which is monotone until the velocity of its element vanishes,
- * and of which a touch is no event. */
-enum { MAY_TURN_real, MONOTONE_real, DISTANCE_real };
-
-/* An event function. `owner` and `side` are the caller's. */
+/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
+ * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
+ * a touch of it is no event. */
 typedef struct {
     real H3, H2, H1, H0; /* its numerator */
     real start;
     real cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
+    real decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
     int32_t owner;
     int32_t side;
-    int32_t shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    real left; /* in flight: what a damper leaves in the leg, and the rate at which that relaxes */
-    real relaxes;
-#endif
+    bool needs_certificate;
+    bool touch_is_no_event;
 } event_function_real;
+
+/* A function with this numerator and value at the start, of which nothing is known. */
+static inline event_function_real event_function_of_real(const numerator_real *h, real start) {
+    const event_function_real g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, true, false};
+    return g;
+}
 
 /* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
@@ -96,32 +97,31 @@ static inline propagator_real propagator_at_real(const hopform_poles_real *poles
     return propagator_of_real(poles, t, &basis);
 }
 
-/* The n-th derivative of what a damper leaves in the leg. */
-static inline real relaxing_real(const event_function_real *g, real t, int n) {
-    real value = 0.0;
-#if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_real(g->left) > 0.0) { value = g->left * exponential_real(-g->relaxes * t); }
+/* Whether a function has a further term, which decays: only where a damper is in the leg. */
+static inline bool has_decay_real(const event_function_real *g) {
+    return HOPFORM_LEG_HAS_DAMPER && fabs_real(g->decaying) > 0.0;
+}
+
+/* The n-th derivative of a function from that of its other terms. */
+static inline real with_decay_real(const event_function_real *g, real t, int n, real others) {
+    if (!has_decay_real(g)) { return others; }
+    real value = g->decaying * exponential_real(-g->decay * t);
     for (int i = 0; i < n; i++) {
-        value *= -g->relaxes;
+        value *= -g->decay;
     }
-#else
-    (void)g;
-    (void)t;
-    (void)n;
-#endif
-    return value;
+    return others + value;
 }
 
 static inline real value_at_real(const event_function_real *g, const propagator_real *at) {
     const basis_real *w = &at->basis;
     const real value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_real(g, at->t, 0) : value;
+    return with_decay_real(g, at->t, 0, value);
 }
 
 static inline real rate_at_real(const event_function_real *g, const propagator_real *at) {
     const basis_real *w = &at->basis;
     const real rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_real(g, at->t, 1) : rate;
+    return with_decay_real(g, at->t, 1, rate);
 }
 
 static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
@@ -129,7 +129,7 @@ static inline real third_of_real(const hopform_poles_real *poles, const event_fu
     const basis_real *w = &at->basis;
     const real fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const real third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_real(g, at->t, 3) : third;
+    return with_decay_real(g, at->t, 3, third);
 }
 
 static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g) {
@@ -145,8 +145,7 @@ static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const 
 static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at) {
     const basis_real *w = &at->basis;
     const real curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_real jet = {value_at_real(g, at), rate_at_real(g, at),
-                          HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_real(g, at->t, 2) : curvature, 0.0};
+    const jet_real jet = {value_at_real(g, at), rate_at_real(g, at), with_decay_real(g, at->t, 2, curvature), 0.0};
     return jet;
 }
 
@@ -328,8 +327,8 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
         const jet_real jet = jet_at_real(poles, g, at);
         if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) { return; }
         const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
-        /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
-        if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_real(relaxing_real(g, t, 0)) > 0.0)) {
+        /* The rate of the further term is none of the poles: no step is known to land. */
+        if (step.lands && !has_decay_real(g)) {
             at->basis = carried_basis_real(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_real(poles, &at->basis);
             at->t = step.next;
@@ -591,7 +590,7 @@ static inline bool has_crossed_real(const jet_real *to, real h, real rounding, b
 static inline real guessed_crossing_real(const event_function_real *g, const interval_real *in, const jet_real *from,
                                          jet_real *to) {
     const real h = in->high.t - in->low.t;
-    const bool is_last = in->found < 0 && g->shape != DISTANCE_real;
+    const bool is_last = in->found < 0 && !g->touch_is_no_event;
     *to = short_jet_at_real(g, &in->high);
     return has_crossed_real(to, h, rounding_of_real(g, &in->high, to->rate), is_last) ? rough_root_real(from, to, h)
                                                                                       : 2.0;
@@ -603,16 +602,16 @@ typedef struct {
     real share;
 } crossing_real;
 
-/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
- * has. */
-static inline bool first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape,
+/* Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
+ * alone. */
+static inline bool first_crossing_real(const event_set_real *set, interval_real *in, bool distances,
                                        crossing_real *first) {
     const propagator_real end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (n != in->found && g->shape >= shape && value_at_real(g, &end) < 0.0) {
+        if (n != in->found && (!distances || g->touch_is_no_event) && value_at_real(g, &end) < 0.0) {
             jet_real to;
             const real share = guessed_crossing_real(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -634,10 +633,10 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
     in->found = crossing->function;
 }
 
-/* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
-static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape) {
+/* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
+static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, bool distances) {
     crossing_real first;
-    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, shape, &first); n++) {
+    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, distances, &first); n++) {
         end_at_crossing_real(set, in, &first);
     }
 }
@@ -654,9 +653,9 @@ static inline void settle_ties_real(const event_set_real *set, interval_real *in
         const real rounding = rounding_of_real(g, &in->high, rate);
         if (!(rate * (in->high.t - in->low.t) < -16.0 * rounding)) { continue; }
         const real value = value_at_real(g, &in->high);
-        if (found->shape == DISTANCE_real ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
-                                          : (value - 4.0 * rounding) * fabs_real(other)
-                                                < fabs_real(rate) * rounding_of_real(found, &in->high, other)) {
+        if (found->touch_is_no_event ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
+                                     : (value - 4.0 * rounding) * fabs_real(other)
+                                           < fabs_real(rate) * rounding_of_real(found, &in->high, other)) {
             if (value > 0.0) { end_interval_at_real(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
@@ -718,7 +717,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
 static inline bool are_certified_real(const event_set_real *set, interval_real *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (g->shape != MAY_TURN_real) { continue; }
+        if (!g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const real d = deflated_derivative_real(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
@@ -736,7 +735,7 @@ static inline bool find_first_root_real(const event_set_real *set, interval_real
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
-        end_at_first_crossing_real(set, in, MAY_TURN_real);
+        end_at_first_crossing_real(set, in, false);
     } while (!are_certified_real(set, in));
     return true;
 }
@@ -756,7 +755,7 @@ static inline real root_free_until_real(const event_set_real *set, const interva
     real quiet = HOPFORM_NEVER_real;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(set->function[n].start) + set->function[n].cancels);
-        if (set->function[n].shape != DISTANCE_real) { /* one that is monotone is looked at where the interval ends */
+        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
             quiet = lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }

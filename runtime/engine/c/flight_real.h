@@ -73,7 +73,7 @@ static jet_real displacement_in_flight_real(const hopform_poles_real *poles, con
                                             const propagator_real *at) {
     const jet_real rest = {0.0, 0.0, 0.0, 0.0};
     const numerator_real h = displacement_numerator_real(phase->v1, phase->acc1, poles);
-    const event_function_real displacement = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_real};
+    const event_function_real displacement = event_function_of_real(&h, 0.0);
     return phase->side != 0 ? short_jet_at_real(&displacement, at) : rest;
 }
 
@@ -114,38 +114,23 @@ static event_function_real height_in_flight_real(const flight_chain_real *chain)
     const real rate = start->v2 - g * now->t;
     const real rise = (start->v2 - 0.5 * g * now->t) * now->t;
     const numerator_real displacement = displacement_numerator_real(now->v1, now->acc1, poles);
-    event_function_real height = {rate - displacement.H3,
-                                  poles->p * rate - g - displacement.H2,
-                                  poles->q * rate - poles->p * g,
-                                  -poles->q * g,
-                                  (start->x1 - now->x1) + rise - start->y,
-                                  0.0,
-                                  0,
-                                  0,
-                                  MAY_TURN_real};
-#if HOPFORM_LEG_HAS_DAMPER
-    height.left = left_in_leg_real(chain, now->t);
-    height.relaxes = chain->relaxes;
-#endif
+    const numerator_real h = {rate - displacement.H3, poles->p * rate - g - displacement.H2,
+                              poles->q * rate - poles->p * g};
+    event_function_real height = event_function_of_real(&h, (start->x1 - now->x1) + rise - start->y);
+    height.H0 = -poles->q * g;
+    height.decaying = left_in_leg_real(chain, now->t);
+    height.decay = chain->relaxes;
     return height;
 }
 
 /* Its rate, with a sign. */
 static event_function_real rate_of_height_real(const flight_chain_real *chain, real sign) {
     const event_function_real *g = &chain->height;
-    event_function_real rate = {sign * (g->H2 - chain->poles.p * g->H3),
-                                sign * (g->H1 - chain->poles.q * g->H3),
-                                sign * g->H0,
-                                0.0,
-                                sign * g->H3,
-                                0.0,
-                                0,
-                                0,
-                                MAY_TURN_real};
-#if HOPFORM_LEG_HAS_DAMPER
-    rate.left = -sign * g->relaxes * g->left;
-    rate.relaxes = g->relaxes;
-#endif
+    const numerator_real h = {sign * (g->H2 - chain->poles.p * g->H3), sign * (g->H1 - chain->poles.q * g->H3),
+                              sign * g->H0};
+    event_function_real rate = event_function_of_real(&h, sign * g->H3);
+    rate.decaying = -sign * g->decay * g->decaying;
+    rate.decay = g->decay;
     return rate;
 }
 
@@ -230,7 +215,7 @@ static bool is_certified_in_fall_real(const fall_real *fall, interval_real *in) 
 static bool is_certified_in_slip_real(const event_set_real *set, interval_real *in) {
     const event_function_real *g = &set->function[0];
     const jet_real *from = &in->from[0];
-    if (g->shape == DISTANCE_real || !begins_to_fall_real(from) || rate_at_real(g, &in->high) < 0.0) { return true; }
+    if (g->touch_is_no_event || !begins_to_fall_real(from) || rate_at_real(g, &in->high) < 0.0) { return true; }
     const real lowest = in->low.t + time_to_rest_real(set->poles, -from->rate, -from->curvature);
     if (!(lowest > in->low.t && lowest < in->high.t)) { return true; }
     end_interval_at_real(set, in, lowest);
@@ -260,7 +245,7 @@ static bool has_root_in_flight_real(flight_chain_real *chain, event_set_real *se
         return true;
     }
     for (; chain->intervals < HOPFORM_MOST_INTERVALS; chain->intervals++) {
-        end_at_first_crossing_real(set, &in, MAY_TURN_real);
+        end_at_first_crossing_real(set, &in, false);
         if (!(fall != NULL ? is_certified_in_fall_real(fall, &in) : is_certified_in_slip_real(set, &in))) { continue; }
         if (in.found >= 0 || !(in.high.t < end->t)) {
             *end = in.high;
@@ -292,8 +277,8 @@ static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_rea
     event_set_real set;
     set.poles = &chain->poles;
     set.count = 0;
-    const event_function_real *stop =
-        add_event_function_real(&set, &displacement, away * gap, away, ELEMENT_real, DISTANCE_real);
+    event_function_real *stop = add_event_function_real(&set, &displacement, away * gap, away, ELEMENT_real, false);
+    stop->touch_is_no_event = true;
     const real left = value_at_real(stop, &chain->last);
     const real position = now->x1;
     const real size = fabs_real(position) + fabs_real(position - away * gap) + fabs_real(gap - left);
@@ -315,8 +300,8 @@ static flight_end_real end_at_pull_real(flight_chain_real *chain, flight_end_rea
         event_set_real set;
         set.poles = &chain->poles;
         set.count = 0;
-        event_function_real *room = add_event_function_real(&set, &pull, start, (real)(now->limit == 0 ? -side : side),
-                                                            ELEMENT_real, MAY_TURN_real);
+        event_function_real *room =
+            add_event_function_real(&set, &pull, start, (real)(now->limit == 0 ? -side : side), ELEMENT_real, true);
         room->start = room->H3 > 0.0 && room->start < bound ? 0.0 : room->start;
         propagator_real at = chain->last;
         if (side != -now->limit && has_root_in_flight_real(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {

@@ -137,9 +137,9 @@ static inline void look_for_minimum_real(current_variation_real *variation, cons
     }
     if (!phase->leaves || variation->trial->minima > 0) { return; }
     const numerator_real h_u = contact_numerator_real(robot, by_u);
-    const event_function_real contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_real};
-    const event_function_real contact_u = {
-        h_u.H3, h_u.H2, h_u.H1, 0.0, contact_slope_real(robot, &variation->change.named), 0.0, 0, 0, MAY_TURN_real};
+    const event_function_real contact = event_function_of_real(&h, 0.0);
+    const event_function_real contact_u =
+        event_function_of_real(&h_u, contact_slope_real(robot, &variation->change.named));
     const jet_real at = jet_at_real(poles, &contact, &end);
     const jet_real at_u = short_jet_at_real(&contact_u, &end);
     if (at.rate < 0.0 && at.curvature > 0.0) {
