@@ -12,10 +12,16 @@ from typing import Any
 from ..ir import SCALARS, Domain, Function, Member, Quantity, Record, Struct
 from ..model.kinds import Kind, Word
 from ..model.precisions import F32, Precision
+from ..model.structs import structs
 from .expressions import Expressions, aligned, argument_name, snake, unpacked
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 """Functions of the C library that the engine or a formula may call."""
+
+PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger")
+"""Records that appear in the public header; the others belong to the formulas. The prefix is that of public names."""
+
+_PREFIXED = {*PUBLIC, *(struct.name for struct in structs())}
 
 SPELLED = Expressions("sqrt_real", "fabs_real")
 
@@ -54,7 +60,8 @@ def for_each_member(record: Record) -> str:
 def type_of(name: str) -> str:
     """A scalar, a struct or a pointer, by its name in the derivation."""
     bare = name.removeprefix("const ").removesuffix(" *")
-    spelled = "void" if bare == "void" else SCALARS.get(bare, f"hopform_{snake(bare)}_real")
+    prefix = "hopform_" if bare in _PREFIXED else ""
+    spelled = "void" if bare == "void" else SCALARS.get(bare, f"{prefix}{snake(bare)}_real")
     return name.replace(bare, spelled, 1)
 
 
@@ -77,7 +84,7 @@ def signature(function: Function) -> str:
         for a in function.takes
     ]
     returns = type_of(function.returns.name) if isinstance(function.returns, Record) else "real"
-    begins = f"{returns} hopform_{function.name}_real("
+    begins = f"{returns} {function.name}_real("
     between = ", " if len(begins + ", ".join(arguments)) < 100 else ",\n    "
     return f"{begins}{between.join(arguments)})"
 

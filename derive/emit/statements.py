@@ -47,7 +47,7 @@ class Body(Values):
         """Local names that would hide a function that is called here."""
         called = {each.name.name for each in _all(self.node.body, c_ast.FuncCall) if isinstance(each.name, c_ast.ID)}
         taken = {self.c.functions[name].name for name in called if name in self.c.functions}
-        taken |= {each.name for each in self.c.functions.values() if each.name in ("follow",)}
+        taken |= {each.name for each in self.c.functions.values() if each.name in ("observer",)}
         locals_ = {each.name for each in _all(self.node, c_ast.Decl) if each.name}
         return {
             name: f"{name}_"

@@ -580,7 +580,7 @@ class Values:
             return self._memcpy(*given)
         callee = self.c.functions.get(name)
         if callee is None:
-            callee = next(each for each in self.c.functions.values() if each.name == "tally_up")
+            callee = next(each for each in self.c.functions.values() if each.name == "carry_variation")
             called = self.value(node.name).text
         else:
             called = callee.name

@@ -68,8 +68,8 @@ FLIGHT_LEDGER = Record(
 ).of(*(each for each in LEDGER.quantities if each.symbol in (motor_work, offset_work, viscous_1, coulomb_1)))
 HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body less the length without load")
 DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")
-WAY_OF_FLIGHT = Record(
-    "Way",
+FLIGHT_INTEGRALS = Record(
+    "FlightIntegrals",
     "Integrals over a part of a phase of the flight.",
     (MOVED, MOMENTS.quantities[2], Quantity("rise", r"\Delta x_2", "m", "of the body")),
 )
@@ -77,13 +77,13 @@ FALL = scalar("fall", "m/s^2", "acceleration with which the body falls in flight
 TOUCHDOWN_TIME = scalar("touchdown_time", "s", "time of the touchdown")
 LOSS_AT_IMPACT = scalar("loss_at_impact", "J", "what the body loses at the impact, negative")
 V2_AFTER = scalar("v2_after", "m/s", "velocity of the body after the impact")
-rise = WAY_OF_FLIGHT.symbols[2]
+rise = FLIGHT_INTEGRALS.symbols[2]
 hop_height, drop, touchdown_time, v2_after = (
     quantity.symbol for quantity in (HOP_HEIGHT, DROP, TOUCHDOWN_TIME, V2_AFTER)
 )
 settled_rate, damping, shortfall = sp.symbols("settled_rate damping shortfall", real=True)
 
-# A critically damped return from rest is at 1/100 of its way after 20/3 of its time constant: (1 + 20/3) exp(-20/3) <
+# A critically damped return from rest is at 1/100 of its displacement after 20/3 of its time constant: (1 + 20/3) exp(-20/3) <
 # 1/100.
 SETTLED = sp.Rational(20, 3)
 
@@ -160,7 +160,7 @@ def acceleration_at_limit(model: Model) -> Steps:
 
 
 @function(takes=(*ACTUATOR.quantities[1:], POLES), returns=NUMERATOR)
-def way_numerator() -> Steps:
+def displacement_numerator() -> Steps:
     """Numerator of how far the actuator has moved since a phase of the flight began."""
     yield Step(H3, v1, "(3) in flight")
     yield Step(H2, acc1 + p * v1, "(3) in flight")
@@ -179,7 +179,7 @@ def pull_numerator() -> Steps:
 def critical_gains(model: Model) -> Steps:
     """Gains that bring the actuator back in a given time, critically damped.
 
-    Back is within 1/100 of its way. The friction b_1 is part of the damping. Where it is more than critical K_d is 0,
+    Back is within 1/100 of its displacement. The friction b_1 is part of the damping. Where it is more than critical K_d is 0,
     and K_p puts the slower pole where both would be.
     """
     own = sp.expand(-acceleration(model).diff(v1) * m_eff)
@@ -228,7 +228,7 @@ def flight_energies(model: Model) -> Steps:
 
 
 @function(
-    takes=(ROBOT, GAINS, LIMIT_FORCE, ACTUATOR.quantities[0], SIDE_1, LIMIT, WAY_OF_FLIGHT), returns=FLIGHT_LEDGER
+    takes=(ROBOT, GAINS, LIMIT_FORCE, ACTUATOR.quantities[0], SIDE_1, LIMIT, FLIGHT_INTEGRALS), returns=FLIGHT_LEDGER
 )
 def flight_ledger_of(model: Model) -> Steps:
     """Each entry of the flight's ledger over a part of a phase.

@@ -8,8 +8,8 @@
         for (int i = 0; i < count; i++) {                                                                              \
             const hopform_poles_##suffix held = {0, s_1[i], s_2[i], s_1[i], s_2[i], 0};                                \
             const hopform_poles_##suffix poles =                                                                       \
-                s_3[i] > 0 ? hopform_factor_cubic_##suffix(s_1[i], s_2[i], s_3[i]) : held;                             \
-            const hopform_basis_##suffix at = hopform_basis_at_##suffix(&poles, t[i]);                                 \
+                s_3[i] > 0 ? factor_cubic_##suffix(s_1[i], s_2[i], s_3[i]) : held;                             \
+            const basis_##suffix at = basis_at_##suffix(&poles, t[i]);                                 \
             const real values[5] = {at.Wdd, at.Wd, at.W, at.W1, at.W2};                                                \
             for (int n = 0; n < 5; n++) {                                                                              \
                 basis[5 * i + n] = values[n];                                                                          \

@@ -64,6 +64,24 @@ COINED = {
 }
 """Each word that went, and the field's word for it."""
 
+ENGINE = {
+    "held up": "stays positive",
+    "tally": "variation",
+    "passage": "solved phase",
+    "show phase": "notify",
+    "way": "variation, displacement, moved",
+    "echo": "self convolution",
+    "echoes": "self convolution",
+    "coarse": "widest unlike",
+    "lean": "margin cubic",
+    "falls from rest": "contact unloads",
+    "wins a tie": "tie-break priority",
+    "win a tie": "tie-break priority",
+    "told": "returned, reported",
+    "says more": "is more accurate",
+}
+"""Further words that went from the engine: there each part of a name is a word."""
+
 
 def prose(page: Path) -> str:
     """A page without its code, as one line, so that a word pair may be broken in two."""
@@ -76,6 +94,12 @@ def messages(path: Path) -> str:
     return " ".join(value for value in constants if isinstance(value, str))
 
 
+def engine() -> dict[str, str]:
+    """The engine's sources, each part of a name a word of its own."""
+    sources = (path for path in sorted((ROOT / "runtime" / "engine").rglob("*")) if path.suffix in (".c", ".h", ".py"))
+    return {str(path.relative_to(ROOT)): path.read_text("utf-8").replace("_", " ") for path in sources}
+
+
 def public_names() -> str:
     """What Python and C offer, in words."""
     headers = (ROOT / "generated" / "c" / "include").rglob("*.h")
@@ -83,11 +107,11 @@ def public_names() -> str:
     return " ".join([*hopform.__all__, *in_c]).replace("_", " ")
 
 
-def coined(text: str) -> dict[str, str]:
-    """The coined words of a text, with the field's words for them."""
-    flat = re.sub(r"\s+", " ", text)
+def coined(text: str, words: dict[str, str] = COINED) -> dict[str, str]:
+    """The coined words of a text, with the field's words for them; the text may have them with spaces in between."""
+    flat = re.sub(r"[\s*]+", " ", text)
     return {
-        word: field for word, field in COINED.items() if re.search(rf"(?<![\w-]){word}(?![\w-])", flat, re.IGNORECASE)
+        word: field for word, field in words.items() if re.search(rf"(?<![\w-]){word}(?![\w-])", flat, re.IGNORECASE)
     }
 
 
@@ -100,6 +124,13 @@ def test_pages_messages_and_public_names_have_the_words_of_the_field():
     assert {name: found for name, text in texts.items() if (found := coined(text))} == {}
 
 
+def test_names_and_comments_of_the_engine_have_the_words_of_the_field():
+    words = {word.replace("_", " "): field for word, field in (COINED | ENGINE).items()}
+    texts = engine()
+    assert len(texts) > 25
+    assert {name: found for name, text in texts.items() if (found := coined(text, words))} == {}
+
+
 def test_the_aed_is_spelt_out_on_each_page_that_has_it():
     named = [text for text in map(prose, PAGES) if re.search(r"\bAED\b", text)]
     assert len(named) > 5
@@ -110,3 +141,5 @@ def test_a_coined_word_is_found():
     found = coined("What the hit says was foretold, in a half\nturn.")
     assert found == {"foretold": "predicted", "half turn": "half period"}
     assert coined("a tolerance, undoubted, adipose, a half-turned leaf") == {}
+    of_a_name = coined("static inline real way_in_flight_real(".replace("_", " "), ENGINE)
+    assert of_a_name == {"way": "variation, displacement, moved"}

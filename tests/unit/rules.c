@@ -146,7 +146,7 @@ typedef struct {
 static void take_poles(const drawn *it, asked *at)
 {
     const double a = it->a, p = it->p, q = it->q;
-    at->poles = a > 0.0 ? OF(hopform_factor_cubic)((real)(a + p), (real)(q + a * p), (real)(a * q))
+    at->poles = a > 0.0 ? OF(factor_cubic)((real)(a + p), (real)(q + a * p), (real)(a * q))
                         : OF(pair_alone)((real)p, (real)q);
     at->node = OF(node_of_poles)(&at->poles, 1);
     at->g.s1 = (quad)at->poles.a + at->poles.p;
@@ -192,8 +192,8 @@ static void take_function(const drawn *it, asked *at)
     g->H1 = (real)(sign * g->H1);
     g->start = sign * start;
     g->start = (real)(it->from_zero > 0.0 ? 0 : g->start + (quad)it->depth * EPS * size_at(g, &w, t));
-    const OF(event_function) function = {(real)g->H3, (real)g->H2, (real)g->H1, 0, (real)g->start, 0, 1, 0,
-                                         OF(MAY_TURN)};
+    const OF(event_function) function = {(real)g->H3, (real)g->H2, (real)g->H1, 0, (real)g->start, 0, 0, 0, 1, 0,
+                                         true, false};
     at->set.poles = &at->poles;
     at->set.node = &at->node;
     at->set.count = 1;
@@ -274,13 +274,13 @@ static void judge_one(const drawn *it, asked *at, const claim *is, verdict *out)
     const int rings = at->node.half_period < OF(HOPFORM_NEVER);
 
     out->of[SIGNS] = no_zero(at, is, 1, OF(has_no_root)(from, d, falls, d_then), high, size);
-    const int held_up = OF(is_held_up_by_slope)(at->node.pole, from, to, h, bound);
-    out->of[SLOPE] = no_zero(at, is, !(d < 0), held_up, high, size);
-    const int above = rings && OF(is_held_up_by_bernstein)(&at->poles, f, from, to, h, 0, bound);
+    const int positive = OF(stays_positive_by_slope)(at->node.pole, from, to, h, bound);
+    out->of[SLOPE] = no_zero(at, is, !(d < 0), positive, high, size);
+    const int above = rings && OF(stays_positive_by_bernstein)(&at->poles, f, from, to, h, 0, bound);
     out->of[BERNSTEIN] = no_zero(at, is, rings, above, high, size);
     const quad until = (quad)low + OF(quiet_time)(&at->set, f, &at->in.low, from, bound);
     out->of[QUIET] = no_zero(at, is, 1, until > high, until < last ? until : last, size);
-    const quad still = OF(quiet_until)(&at->set, &at->in);
+    const quad still = OF(root_free_until)(&at->set, &at->in);
     out->of[STILL] = no_zero(at, is, 1, still > high, still < last ? still : last, absolute(at->g.start));
     out->of[MINIMUM] = minimum(at, is);
 

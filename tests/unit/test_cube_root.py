@@ -24,14 +24,14 @@ SOURCE = """
 void roots_f32(const float *x, float *y, int32_t count)
 {
     for (int32_t i = 0; i < count; i++) {
-        y[i] = hopform_cube_root_f32(x[i]);
+        y[i] = cube_root_f32(x[i]);
     }
 }
 
 void roots_f64(const double *x, double *y, int32_t count)
 {
     for (int32_t i = 0; i < count; i++) {
-        y[i] = hopform_cube_root_f64(x[i]);
+        y[i] = cube_root_f64(x[i]);
     }
 }
 
@@ -40,8 +40,8 @@ double worst_f32(uint32_t first, uint32_t last)
 {
     double worst = 0.0;
     for (uint32_t bits = first; bits <= last; bits++) {
-        const float x = hopform_real_of_bits_f32(bits);
-        const float y = hopform_cube_root_f32(x);
+        const float x = real_of_bits_f32(bits);
+        const float y = cube_root_f32(x);
         const double unit = ldexp(1.0, ilogb(y) - 23);
         const double error = fabs((double)y - cbrt((double)x)) / unit;
         worst = error > worst ? error : worst;

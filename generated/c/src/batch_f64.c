@@ -13,11 +13,11 @@ static int32_t solve(int64_t count, const hopform_stances_in_f64 *in, const hopf
     fenv_t before;
     (void)fegetenv(&before);
     hopform_plan_f64 plan;
-    hopform_run_f64 run = {0, HOPFORM_OK};
+    run_f64 run = {0, HOPFORM_OK};
     int32_t kept = HOPFORM_OK;
     for (int64_t i = 0; i < count; i++) {
-        const int32_t planned = hopform_plan_for_f64(&plan, &run, in, i, count);
-        const int32_t put = hopform_solve_alone_f64(&plan, planned, in, i, out);
+        const int32_t planned = plan_for_f64(&plan, &run, in, i, count);
+        const int32_t put = solve_alone_f64(&plan, planned, in, i, out);
         kept = put > kept ? put : kept;
     }
     (void)fesetenv(&before);
@@ -35,7 +35,7 @@ static int32_t status_of(int64_t count, const hopform_stances_in_f64 *in, const 
         (out->phases == NULL && out->phase_capacity > 0) || (out->event_time == NULL) != (out->event_kind == NULL);
     const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
     const size_t phases = out->phase_capacity > 0 ? (size_t)out->phase_capacity : 0;
-    hopform_elements_f64 written[WRITTEN] = {
+    elements_f64 written[WRITTEN] = {
         {out->event_time, (ptrdiff_t)(events * sizeof(double)), events * sizeof(double)},
         {out->event_kind, (ptrdiff_t)events, events},
         {out->phases, 0, phases * sizeof *out->phases},
@@ -44,11 +44,10 @@ static int32_t status_of(int64_t count, const hopform_stances_in_f64 *in, const 
     const hopform_output_f64 *results = first;
     for (int n = 0; n < HOPFORM_RESULTS_f64; n++) {
         const bool is_code = &results[n] == &out->status || &results[n] == &out->event_count;
-        const hopform_elements_f64 column = {results[n].first, results[n].stride,
-                                              is_code ? sizeof(int32_t) : sizeof(double)};
+        const elements_f64 column = {results[n].first, results[n].stride, is_code ? sizeof(int32_t) : sizeof(double)};
         written[n + 3] = column;
     }
-    const int32_t status = hopform_batch_status_f64(count, in, out, sizeof *out, written, WRITTEN, is_input);
+    const int32_t status = batch_status_f64(count, in, out, sizeof *out, written, WRITTEN, is_input);
     return missing ? HOPFORM_ERROR_NULL : status;
 }
 
@@ -68,7 +67,7 @@ int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *i
         }
         const hopform_robot_f64 none = {0};
         for (int64_t i = 0; i < count; i++) {
-            (void)hopform_put_stance_f64(&own, i, &none, status, NULL, NULL);
+            (void)put_stance_f64(&own, i, &none, status, NULL, NULL);
         }
         return status;
     }

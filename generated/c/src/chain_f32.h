@@ -10,8 +10,7 @@
 #include "ledger_f32.h"
 #include "overlap_f32.h"
 
-/* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
- * the order in which they win a tie. */
+/* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_f32 = -1, CONTACT_f32 = 0, ELEMENT_f32 = 1, NO_ELEMENT_f32 = -1 };
 
 /* The chain while it grows. */
@@ -22,13 +21,13 @@ typedef struct {
     int32_t step;
     float horizon;
     float t;
-    hopform_state_by_axis_f32 at;
+    state_by_axis_f32 at;
     float from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     float from_upper;
     int side[HOPFORM_ELEMENTS];
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
-    int alone; /* the element that has just come to rest, and whose free acceleration is known from the motion */
-    float free; /* this acceleration, from before the state lost its digits */
+    int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
+    float carried_acceleration; /* this acceleration, from before the state lost its digits */
     float start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     float aed;
@@ -37,11 +36,11 @@ typedef struct {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
-    int event;                           /* with which the phase began */
-    hopform_drive_by_element_f32 drive; /* of the phase, as its numerators */
-    hopform_numerators_f32 motion;
-    hopform_follow_f32 *follow;
-    hopform_tally_f32 *tally;
+    int event;                   /* with which the phase began */
+    drive_by_element_f32 drive; /* of the phase, as its numerators */
+    numerators_f32 motion;
+    observer_f32 *observer;
+    current_variation_f32 *variation;
 } stance_chain_f32;
 
 static inline float current_of_chain_f32(const stance_chain_f32 *chain) {
@@ -52,15 +51,15 @@ static inline float current_of_chain_f32(const stance_chain_f32 *chain) {
 
 /* Level of friction of an element. */
 static inline float level_of_f32(const hopform_robot_f32 *robot, int element) {
-    hopform_friction_by_element_f32 levels;
-    levels.named = hopform_friction_of_f32(robot);
+    friction_by_element_f32 levels;
+    levels.named = friction_of_f32(robot);
     return levels.of[element];
 }
 
 /* Numerator of the free acceleration of an element that is held. */
-static inline hopform_numerator_f32 free_numerator_f32(const hopform_rates_f32 *rates, int element,
-                                                         const hopform_motion_f32 *motion) {
-    return element == 0 ? hopform_free_numerator_1_f32(rates, motion) : hopform_free_numerator_2_f32(rates, motion);
+static inline numerator_f32 free_numerator_f32(const hopform_rates_f32 *rates, int element,
+                                                 const motion_f32 *motion) {
+    return element == 0 ? free_numerator_1_f32(rates, motion) : free_numerator_2_f32(rates, motion);
 }
 
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
@@ -72,22 +71,22 @@ static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element
 }
 
 /* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline hopform_drive_by_element_f32 drive_of_chain_f32(const stance_chain_f32 *chain, const int *side) {
-    hopform_drive_by_element_f32 drive;
-    drive.named = hopform_drive_of_f32(&chain->plan->robot, &chain->plan->rates, current_of_chain_f32(chain),
-                                        (float)side[0], (float)side[1]);
+static inline drive_by_element_f32 drive_of_chain_f32(const stance_chain_f32 *chain, const int *side) {
+    drive_by_element_f32 drive;
+    drive.named = drive_of_f32(&chain->plan->robot, &chain->plan->rates, current_of_chain_f32(chain), (float)side[0],
+                                (float)side[1]);
     return drive;
 }
 
-static inline hopform_numerators_f32 numerators_f32(const stance_chain_f32 *chain, const int *side) {
-    const hopform_drive_by_element_f32 drive = drive_of_chain_f32(chain, side);
-    hopform_numerators_f32 made;
-    made.named = hopform_motion_under_f32(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
+static inline numerators_f32 numerators_of_chain_f32(const stance_chain_f32 *chain, const int *side) {
+    const drive_by_element_f32 drive = drive_of_chain_f32(chain, side);
+    numerators_f32 made;
+    made.named = motion_under_f32(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
 /* The first derivative at the start that is not zero. */
-static inline float first_derivative_f32(const hopform_numerator_f32 *h) {
+static inline float first_derivative_f32(const numerator_f32 *h) {
     const float first = fabs_f32(h->H3) > 0.0f ? h->H3 : h->H2;
     return fabs_f32(first) > 0.0f ? first : h->H1;
 }
@@ -95,22 +94,21 @@ static inline float first_derivative_f32(const hopform_numerator_f32 *h) {
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline float drift_of_free_f32(const stance_chain_f32 *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const hopform_numerators_f32 motion = numerators_f32(chain, side);
-    const hopform_numerator_f32 free = free_numerator_f32(&chain->plan->rates, element, &motion.named);
+    const numerators_f32 motion = numerators_of_chain_f32(chain, side);
+    const numerator_f32 free = free_numerator_f32(&chain->plan->rates, element, &motion.named);
     return first_derivative_f32(&free);
 }
 
-static inline hopform_free_by_element_f32 free_of_f32(const stance_chain_f32 *chain,
-                                                        const hopform_state_f32 *state) {
-    hopform_free_by_element_f32 free;
-    free.named = hopform_free_accelerations_f32(&chain->plan->rates, state, current_of_chain_f32(chain));
+static inline free_by_element_f32 free_of_f32(const stance_chain_f32 *chain, const hopform_state_f32 *state) {
+    free_by_element_f32 free;
+    free.named = free_accelerations_f32(&chain->plan->rates, state, current_of_chain_f32(chain));
     return free;
 }
 
 /* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
 static inline float terms_of_free_f32(const stance_chain_f32 *chain, int element) {
-    hopform_free_by_element_f32 terms;
-    terms.named = hopform_free_terms_f32(&chain->plan->rates, &chain->at.named, current_of_chain_f32(chain));
+    free_by_element_f32 terms;
+    terms.named = free_terms_f32(&chain->plan->rates, &chain->at.named, current_of_chain_f32(chain));
     return terms.of[element] + level_of_f32(&chain->plan->robot, element);
 }
 
@@ -122,16 +120,16 @@ typedef struct {
 } direction_f32;
 
 static inline direction_f32 direction_from_rest_f32(const stance_chain_f32 *chain, int element) {
-    const bool known = chain->alone == element;
-    const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
-    const float acceleration = known ? chain->free : free.of[element];
+    const bool known = chain->came_to_rest == element;
+    const free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
+    const float acceleration = known ? chain->carried_acceleration : free.of[element];
     const float friction = level_of_f32(&chain->plan->robot, element);
     const float rounding = known ? 0.0f : 16.0f * HOPFORM_EPS_f32 * terms_of_free_f32(chain, element);
     const bool on_threshold = fabs_f32(fabs_f32(acceleration) - friction) <= rounding;
-    float goes = hopform_goes_f32(acceleration, friction);
+    float goes = goes_f32(acceleration, friction);
     if (on_threshold) {
         const float drift = drift_of_free_f32(chain, element);
-        goes = acceleration * drift > 0.0f || friction <= rounding ? hopform_goes_f32(drift, 0.0f) : 0.0f;
+        goes = acceleration * drift > 0.0f || friction <= rounding ? goes_f32(drift, 0.0f) : 0.0f;
     }
     const direction_f32 direction = {stance_blocked_f32(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
     return direction;
@@ -164,7 +162,7 @@ static inline uint32_t held_elements_f32(const stance_chain_f32 *chain) {
 static inline float end_of_step_f32(const stance_chain_f32 *chain) {
     const int32_t next = chain->step + 1;
     const float until = next < chain->step_count ? chain->steps[next].t : chain->horizon;
-    return hopform_lesser_f32(until, chain->horizon);
+    return lesser_f32(until, chain->horizon);
 }
 
 /* ---- the end of a phase ---- */
@@ -177,8 +175,8 @@ typedef struct {
     int rests;      /* whose event that is */
 } stance_events_f32;
 
-static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, const hopform_numerator_f32 *h,
-                                                           float start, float sign, int owner, int shape) {
+static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, const numerator_f32 *h, float start,
+                                                           float sign, int owner, bool needs_certificate) {
     event_function_f32 *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -186,30 +184,29 @@ static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, con
     g->H0 = 0.0f;
     g->start = sign * start;
     g->cancels = 0.0f;
+    g->decaying = 0.0f; /* and its rate is not read */
     g->owner = owner;
     g->side = 0;
-    g->shape = shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    g->left = 0.0f;
-    g->relaxes = 0.0f;
-#endif
+    g->needs_certificate = needs_certificate;
+    g->touch_is_no_event = false;
     return g;
 }
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, int shape, event_set_f32 *set) {
+static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, bool needs_certificate,
+                                       event_set_f32 *set) {
     const bool open[] = {!stance_blocked_f32(chain, element, -1), !stance_blocked_f32(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
-    const hopform_numerator_f32 h = free_numerator_f32(&chain->plan->rates, element, &chain->motion.named);
+    const numerator_f32 h = free_numerator_f32(&chain->plan->rates, element, &chain->motion.named);
     const float drift = fabs_f32(h.H3) > 0.0f ? h.H3 : h.H2;
-    const hopform_free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
+    const free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
         const float sign = (float)side;
         if (open[side > 0] && (sign * drift > 0.0f || HOPFORM_IS_COUPLED)) {
             const float level = sign * level_of_f32(&chain->plan->robot, element);
-            event_function_f32 *slips =
-                add_event_function_f32(set, &h, free.of[element] - level, -sign, ELEMENT_f32 + element, shape);
+            event_function_f32 *slips = add_event_function_f32(set, &h, free.of[element] - level, -sign,
+                                                                 ELEMENT_f32 + element, needs_certificate);
             slips->side = side;
             slips->cancels = 0.25f * terms_of_free_f32(chain, element); /* each term is rounded four times at most */
         }
@@ -220,12 +217,13 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
 static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *set) {
     const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
     const float gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !hopform_is_finite_f32(gap)) { return; }
+    if (side == 0 || !is_finite_f32(gap)) { return; }
     const float away = -(float)side;
-    const hopform_numerator_f32 *h = &chain->motion.of.position;
-    const hopform_numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
+    const numerator_f32 *h = &chain->motion.of.position;
+    const numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f32 *stop =
-        add_event_function_f32(set, &first, away * gap, away, ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, DISTANCE_f32);
+        add_event_function_f32(set, &first, away * gap, away, ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, false);
+    stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
@@ -235,13 +233,13 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const float *at = chain->at.of;
     const int *side = chain->side;
     event_set_f32 *set = &events->set;
-    const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, side[0], side[1]);
+    const hopform_poles_f32 *poles = poles_of_f32(chain->plan, side[0], side[1]);
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const float compression = at[HOPFORM_COMPRESSION_AXIS];
-    const int shape = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_f32 : MAY_TURN_f32;
+    const bool is_monotone = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED;
     set->poles = poles;
-    set->node = hopform_node_of_f32(chain->plan, side[0], side[1]);
+    set->node = node_of_f32(chain->plan, side[0], side[1]);
     set->count = 0;
     events->rest_time = HOPFORM_NEVER_f32;
     events->rests = NO_OWNER_f32;
@@ -249,18 +247,18 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
                        && !(fabs_f32(chain->drive.of[slips]) > 0.0f);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0f; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_f32 h = hopform_contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_f32(set, &h, hopform_contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
-                                      CONTACT_f32, shape);
+        const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
+        (void)add_event_function_f32(set, &h, contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
+                                      CONTACT_f32, !is_monotone);
     }
     add_stop_f32(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         (void)add_event_function_f32(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (float)side[element], ELEMENT_f32 + element, MAY_TURN_f32);
+                                      (float)side[element], ELEMENT_f32 + element, true);
     }
     if (several) { return; }
     const float sign = (float)side[slips];
-    add_thresholds_f32(chain, 1 - slips, shape, set);
+    add_thresholds_f32(chain, 1 - slips, !is_monotone, set);
     events->rest_time =
         time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_f32 + slips;
@@ -288,21 +286,22 @@ static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float
     }
 }
 
-/* Whether so much of a phase has passed that what the compression tends to may say more of a take-off. */
-static inline bool is_late_f32(const hopform_basis_f32 *basis) {
+/* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
+static inline bool is_late_f32(const basis_f32 *basis) {
     return fabs_f32(basis->Wdd) < 0.25f;
 }
 
-/* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
+/* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
+ * no more accurate. */
 static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
-                                      const event_function_f32 *contact, const hopform_basis_f32 *basis, float t) {
+                                      const event_function_f32 *contact, const basis_f32 *basis, float t) {
     if (!is_late_f32(basis)) { return 0.0f; }
-    hopform_state_by_axis_f32 steady = {{0.0f, 0.0f, 0.0f, 0.0f}};
-    hopform_numerators_f32 from_slack;
-    from_slack.named = hopform_motion_of_f32(chain->plan, &steady.named, current_of_chain_f32(chain), chain->side[0],
-                                              chain->side[1]);
-    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_f32(poles, &from_slack.of.compression);
-    const float settled = hopform_contact_of_f32(&chain->plan->robot, &steady.named);
+    state_by_axis_f32 steady = {{0.0f, 0.0f, 0.0f, 0.0f}};
+    numerators_f32 from_slack;
+    from_slack.named =
+        motion_of_f32(chain->plan, &steady.named, current_of_chain_f32(chain), chain->side[0], chain->side[1]);
+    steady.of[HOPFORM_COMPRESSION_AXIS] = settled_f32(poles, &from_slack.of.compression);
+    const float settled = contact_of_f32(&chain->plan->robot, &steady.named);
     return steady_state_correction_f32(poles, contact, settled, basis, t);
 }
 
@@ -323,25 +322,25 @@ static inline bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stan
 
 /* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
 static inline float far_end_f32(const event_set_f32 *set, float low, float limit) {
-    const float near = hopform_greater_f32(3.0f * low, set->node->t);
+    const float near = greater_f32(3.0f * low, set->node->t);
     const float half = 0.95f * set->node->half_period;
     const bool faded =
         -0.5f * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_f32; /* the pair: what is left is monotone */
-    const float far = faded ? limit : low + hopform_lesser_f32(near, half);
+    const float far = faded ? limit : low + lesser_f32(near, half);
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
 /* That of the first interval: the node, which a pair that hardly draws has not. */
 static inline float first_end_f32(const event_set_f32 *set, float limit) {
     const float half = 0.95f * set->node->half_period;
-    return hopform_lesser_f32(hopform_lesser_f32(set->node->t, half), limit);
+    return lesser_f32(lesser_f32(set->node->t, half), limit);
 }
 
-/* Reach it, by what is known there. */
-static inline void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
+/* The first interval, by what is known at its end. */
+static inline void end_first_interval_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
     const hopform_node_f32 *node = set->node;
     if (node->t < limit) {
-        const hopform_basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        const basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f32(set->poles, node->t, &basis);
     } else {
         end_interval_at_f32(set, in, first_end_f32(set, limit));
@@ -364,7 +363,8 @@ typedef struct {
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
  * how many functions each phase has; not zeros, for which compilers call memset. */
 static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, stance_search_f32 *search) {
-    const event_function_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, NO_OWNER_f32, 0, MAY_TURN_f32};
+    const numerator_f32 zero = {0.0f, 0.0f, 0.0f};
+    const event_function_f32 nothing = event_function_of_f32(&zero, 1.0f);
     const jet_f32 one = {1.0f, 0.0f, 0.0f, 0.0f};
     for (int n = 0; n < MOST_EVENT_FUNCTIONS_f32; n++) {
         search->events.set.function[n] = nothing;
@@ -379,7 +379,7 @@ static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, sta
 static inline bool is_at_stop_f32(const event_set_f32 *set, const propagator_f32 *at) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (g->shape == DISTANCE_f32) { return fabs_f32(value_at_f32(g, at)) <= rounding_of_f32(g, at, 0.0f); }
+        if (g->touch_is_no_event) { return fabs_f32(value_at_f32(g, at)) <= rounding_of_f32(g, at, 0.0f); }
     }
     return false;
 }
@@ -398,7 +398,7 @@ static inline void stance_conclude_f32(stance_search_f32 *search) {
         if (owner == NO_OWNER_f32 || owner >= found->owner) {
             owner = found->owner;
             search->side = found->side;
-            search->stops = found->shape == DISTANCE_f32;
+            search->stops = found->touch_is_no_event;
         }
     }
     search->owner = owner;
@@ -414,7 +414,7 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     interval_f32 *in = &search->in;
     in->count = 0;
     in->found = begin_at_start_f32(set, in);
-    search->limit = hopform_lesser_f32(search->events.rest_time, until);
+    search->limit = lesser_f32(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0f;
     if (!search->open) { in->high = propagator_at_start_f32(set->poles); }
 }
@@ -422,9 +422,9 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
 /* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
 static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, float limit, float *end) {
     begin_interval_f32(set, in);
-    const float until = quiet_until_f32(set, in);
+    const float until = root_free_until_f32(set, in);
     const bool quiet = until > in->low.t + 2.0f * set->node->t;
-    *end = quiet ? hopform_lesser_f32(until, limit) : far_end_f32(set, in->low.t, limit);
+    *end = quiet ? lesser_f32(until, limit) : far_end_f32(set, in->low.t, limit);
     return quiet;
 }
 
@@ -456,7 +456,7 @@ static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_s
     bool open = search->open;
     while (open) {
         if (quiet) {
-            end_at_first_crossing_f32(set, in, DISTANCE_f32);
+            end_at_first_crossing_f32(set, in, true);
         } else {
             certified = find_event_f32(chain, search, false);
         }
@@ -487,7 +487,7 @@ static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_sea
         return;
     }
     stance_begin_search_f32(chain, search);
-    if (search->open) { reach_ahead_f32(&search->events.set, &search->in, search->limit); }
+    if (search->open) { end_first_interval_f32(&search->events.set, &search->in, search->limit); }
     stance_end_search_f32(chain, search);
 }
 
@@ -555,52 +555,51 @@ static inline void next_step_f32(stance_chain_f32 *chain) {
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_faint_acceleration_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis) {
+static inline void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f32 *rates = &chain->plan->rates;
     if (level_of_f32(&chain->plan->robot, element) > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) { return; }
-    const hopform_free_by_element_f32 at_rest = free_of_f32(chain, &chain->at.named);
-    const hopform_numerator_f32 *leg = &chain->motion.of.compression;
+    const free_by_element_f32 at_rest = free_of_f32(chain, &chain->at.named);
+    const numerator_f32 *leg = &chain->motion.of.compression;
     const float compression = fabs_f32(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f32(leg->H3 * basis->Wd)
                              + fabs_f32(leg->H2 * basis->W) + fabs_f32(leg->H1 * basis->W1);
     const float by_spring = fabs_f32(rates->a1_y * compression);
     if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * by_spring)) { return; }
-    const hopform_numerator_f32 *h = &chain->motion.of.velocity[element];
+    const numerator_f32 *h = &chain->motion.of.velocity[element];
     const float terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const float rate = terms[0] + terms[1] + terms[2];
     if (fabs_f32(rate) > 16.0f * HOPFORM_EPS_f32 * (fabs_f32(terms[0]) + fabs_f32(terms[1]) + fabs_f32(terms[2]))) {
-        chain->alone = element;
-        chain->free = rate;
+        chain->came_to_rest = element;
+        chain->carried_acceleration = rate;
     }
 }
 
 /* What is known of the free acceleration of an element that comes to rest from its motion. */
 static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const int element = end->owner - ELEMENT_f32;
-    chain->alone = NO_ELEMENT_f32;
+    chain->came_to_rest = NO_ELEMENT_f32;
     if (element < 0 || chain->side[element] == 0) { return; }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        chain->alone = element;
-        chain->free =
-            hopform_free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
-                                           &chain->motion.of.velocity[element], &end->in.high.basis);
+        chain->came_to_rest = element;
+        chain->carried_acceleration =
+            free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
+                                   &chain->motion.of.velocity[element], &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
-        keep_faint_acceleration_f32(chain, &end->in.high.basis);
+        keep_small_acceleration_f32(chain, &end->in.high.basis);
     }
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f32(stance_chain_f32 *chain, const hopform_basis_f32 *basis) {
+static inline void stance_arrive_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
     float *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const float before = *position;
     *position = 0.0f;
-    chain->at.named =
-        hopform_arrive_f32(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
-    const float way = *position;
-    *position = before + way;
-    chain->from_lower += way;
-    chain->from_upper += way;
+    chain->at.named = arrive_f32(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    const float moved = *position;
+    *position = before + moved;
+    chain->from_lower += moved;
+    chain->from_upper += moved;
 }
 
 /* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
@@ -611,31 +610,30 @@ static inline void start_on_threshold_f32(stance_chain_f32 *chain) {
     if (element < 0 || side[0] == 0 || side[1] == 0) { return; }
     float *drive = &chain->drive.of[element];
     *drive = 0.0f;
-    hopform_numerators_f32 others;
-    others.named =
-        hopform_motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
+    numerators_f32 others;
+    others.named = motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
     *drive = -others.of.velocity[element].H3;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
-    const int element = chain->alone;
+    const int element = chain->came_to_rest;
     chain->drive = drive_of_chain_f32(chain, chain->side);
     start_on_threshold_f32(chain);
-    chain->motion.named = hopform_motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named,
-                                                    chain->side[0], chain->side[1]);
+    chain->motion.named =
+        motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const float level = (float)chain->side[element] * level_of_f32(&chain->plan->robot, element);
-        hopform_go_on_f32(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
+        set_acceleration_from_rest_f32(&chain->motion, element, chain->side[1 - element] == 0,
+                                        chain->carried_acceleration - level);
     }
 }
 
 /* The AED of a phase that lasts for t. */
 static inline float aed_in_phase_f32(const stance_chain_f32 *chain, float t) {
     const hopform_phase_f32 phase = phase_of_chain_f32(chain, HOPFORM_EVENT_NONE);
-    const hopform_ledger_f32 ledger =
-        hopform_ledger_in_phase_f32(chain->plan, &phase, current_of_chain_f32(chain), t);
-    return hopform_aed_of_ledger_f32(&ledger);
+    const hopform_ledger_f32 ledger = ledger_in_phase_f32(chain->plan, &phase, current_of_chain_f32(chain), t);
+    return aed_of_ledger_f32(&ledger);
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
@@ -657,31 +655,31 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
 /* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
-    const float contact = hopform_contact_of_f32(&chain->plan->robot, &chain->at.named);
+    const float contact = contact_of_f32(&chain->plan->robot, &chain->at.named);
     if (HOPFORM_FOOT_IS_FIXED) { return false; }
-    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && hopform_compression_rate_f32(&chain->at.named) > 0.0f;
+    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_f32(&chain->at.named) > 0.0f;
     if (fabs_f32(contact) > 0.0f || rises) { return contact < 0.0f; }
-    const hopform_numerators_f32 motion = numerators_f32(chain, chain->side);
-    const hopform_numerator_f32 h = hopform_contact_numerator_f32(&chain->plan->robot, &motion.named);
+    const numerators_f32 motion = numerators_of_chain_f32(chain, chain->side);
+    const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &motion.named);
     return first_derivative_f32(&h) < 0.0f;
 }
 
-/* Show the phase that has come to its end to who follows the stance. */
-static inline void show_phase_f32(const stance_chain_f32 *chain, const hopform_state_by_axis_f32 *start, float length,
-                                   const hopform_basis_f32 *end, bool leaves) {
-    if (chain->follow != NULL) {
-        const hopform_passage_f32 passage = {&chain->motion, end,         length,       start,
-                                              &chain->at,     chain->side, chain->event, leaves};
-        chain->follow(chain->tally, &passage);
+/* Pass the finished phase to the observer, if there is one. */
+static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis_f32 *start, float length,
+                               const basis_f32 *end, bool leaves) {
+    if (chain->observer != NULL) {
+        const solved_phase_f32 phase = {&chain->motion, end,         length,       start,
+                                         &chain->at,     chain->side, chain->event, leaves};
+        chain->observer(chain->variation, &phase);
     }
 }
 
-/* The same of a last phase in which no time passes. */
-static inline void show_ending_f32(stance_chain_f32 *chain) {
-    if (chain->follow != NULL) {
-        const hopform_basis_f32 now = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+/* The same of a last phase of no duration. */
+static inline void notify_ending_f32(stance_chain_f32 *chain) {
+    if (chain->observer != NULL) {
+        const basis_f32 now = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
         stance_begin_phase_f32(chain);
-        show_phase_f32(chain, &chain->at, 0.0f, &now, false);
+        notify_f32(chain, &chain->at, 0.0f, &now, false);
     }
 }
 
@@ -692,7 +690,7 @@ static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain) {
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
     if (chain->side[0] == 0 && chain->side[1] == 0 && chain->step + 1 >= chain->step_count) {
-        show_ending_f32(chain);
+        notify_ending_f32(chain);
         return HOPFORM_ENDING_REST;
     }
     return 0;
@@ -702,10 +700,10 @@ static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain) {
 static inline int32_t stance_begin_f32(stance_chain_f32 *chain) {
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         float *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-        chain->side[element] = (int)hopform_goes_f32(*velocity, 0.0f);
+        chain->side[element] = (int)goes_f32(*velocity, 0.0f);
         if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
             && stance_blocked_f32(chain, element, chain->side[element])) {
-            chain->start_loss = hopform_loss_at_stop_f32(&chain->plan->robot, &chain->at.named);
+            chain->start_loss = loss_at_stop_f32(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0f;
             chain->side[element] = 0;
         }
@@ -715,16 +713,16 @@ static inline int32_t stance_begin_f32(stance_chain_f32 *chain) {
     return leaves_at_once_f32(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_f32(chain);
 }
 
-/* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
+/* Carry the chain to the end of a phase and through its event; the ending, 0 if another phase follows. */
 static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const float until = end_of_step_f32(chain);
-    const hopform_state_by_axis_f32 start = chain->at;
+    const state_by_axis_f32 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f32 && end->certified;
     const float length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
     stance_arrive_f32(chain, &end->in.high.basis);
-    show_phase_f32(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f32);
-    chain->t = passes ? until : hopform_lesser_f32(chain->t + length, until); /* not behind it by rounding */
+    notify_f32(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f32);
+    chain->t = passes ? until : lesser_f32(chain->t + length, until); /* not behind it by rounding */
     if (end->owner == CONTACT_f32) {
         float *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
         *compression = HOPFORM_CONTACT_IS_COMPRESSION || *compression < 0.0f ? 0.0f : *compression;
@@ -734,8 +732,8 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_f32(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
-        && hopform_contact_of_f32(&chain->plan->robot, &chain->at.named) < 0.0f) {
-        show_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */
+        && contact_of_f32(&chain->plan->robot, &chain->at.named) < 0.0f) {
+        notify_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
     return ending_before_phase_f32(chain);
@@ -744,7 +742,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
 /* ---- in and out ---- */
 
 static inline bool is_finite_state_f32(const hopform_state_f32 *state) {
-    hopform_state_by_axis_f32 at;
+    state_by_axis_f32 at;
     at.named = *state;
     float sum = 0.0f;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
@@ -756,7 +754,7 @@ static inline bool is_finite_state_f32(const hopform_state_f32 *state) {
 /* Status of a stance that is to be solved, but for its current. */
 static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start, float horizon,
                                          int32_t max_phases) {
-    hopform_state_by_axis_f32 at;
+    state_by_axis_f32 at;
     at.named = *start;
     const float position = at.of[HOPFORM_POSITION_AXIS];
     bool fixed = true;
@@ -786,10 +784,10 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
     chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
     chain->just_switched = NO_ELEMENT_f32;
-    chain->alone = NO_ELEMENT_f32;
-    chain->free = 0.0f;
+    chain->came_to_rest = NO_ELEMENT_f32;
+    chain->carried_acceleration = 0.0f;
     chain->start_loss = 0.0f;
-    chain->adds_up = hopform_stores_much_f32(&plan->robot, start);
+    chain->adds_up = stores_much_f32(&plan->robot, start);
     chain->aed = 0.0f;
     chain->max_phases = max_phases;
     chain->phases = phases;
@@ -797,8 +795,8 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->count = 0;
     chain->event_count = 0;
     chain->event = HOPFORM_EVENT_NONE;
-    chain->follow = NULL;
-    chain->tally = NULL;
+    chain->observer = NULL;
+    chain->variation = NULL;
 }
 
 /* Put a stance that has come to its ending into its record. */
@@ -808,20 +806,18 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
     const hopform_state_f32 *end = &chain->at.named;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_f32(robot, start, &chain->at.later);
+    stance->aed = chain->adds_up ? chain->aed : body_energy_gain_f32(robot, start, &chain->at.later);
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;
     stance->event_count = chain->event_count;
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0f;
-    if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f32(robot) > 0.0f) {
-        stance->apex = hopform_apex_after_f32(robot, end);
-    }
+    if (ending == HOPFORM_ENDING_TAKEOFF && fall_of_f32(robot) > 0.0f) { stance->apex = apex_after_f32(robot, end); }
     const float others = fabs_f32(stance->duration) + fabs_f32(stance->apex) + fabs_f32(stance->aed);
     if (!is_finite_state_f32(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f32)) {
-        const hopform_memory_f32 written = hopform_array_f32(stance, 1, sizeof *stance);
-        return hopform_refuse_f32(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
+        const memory_f32 written = array_f32(stance, 1, sizeof *stance);
+        return refuse_f32(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

@@ -21,18 +21,18 @@
 
 /* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, where
  * not, and where neither takes off. */
-#define CONTROL_WIDE_f32 0.5f
-#define COARSE_f32 0.42f
-#define DOWN_f32 0.0625f
+#define WIDEST_ALIKE_f32 0.5f
+#define WIDEST_UNLIKE_f32 0.42f
+#define WIDEST_DOWN_f32 0.0625f
 
 /* How far a function may be off the cubic in the middle of an interval, as shares of what its slopes differ by from the
  * chord's: of their sum, and of each; where the events change, of each alone. */
-#define LEAN_f32 0.75f
-#define BEND_f32 0.03125f
-#define KINK_f32 1.5f
+#define MARGIN_CUBIC_f32 0.75f
+#define MARGIN_EACH_f32 0.03125f
+#define MARGIN_KINK_f32 1.5f
 
 /* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
-#define STEP_f32 0.00390625f
+#define NARROW_JUMP_f32 0.00390625f
 
 /* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
  * smooth in between. */
@@ -51,7 +51,8 @@ static void put_coefficients_f32(const curve_f32 *c, float row[COEFFICIENTS_f32]
     const float first = c->from_rise - (c->to - c->from);
     const float last = c->to_rise - (c->to - c->from);
     const float spread = fabs_f32(first) + fabs_f32(last);
-    const float off = c->smooth ? LEAN_f32 * fabs_f32(first + last) + BEND_f32 * spread : KINK_f32 * spread;
+    const float off =
+        c->smooth ? MARGIN_CUBIC_f32 * fabs_f32(first + last) + MARGIN_EACH_f32 * spread : MARGIN_KINK_f32 * spread;
     row[0] = c->from;
     row[1] = c->from + 0.25f * c->from_rise;
     row[2] = 0.5f * (c->from + c->to) + (c->from_rise - c->to_rise) / 6.0f - off;
@@ -63,20 +64,20 @@ static void put_coefficients_f32(const curve_f32 *c, float row[COEFFICIENTS_f32]
 static float least_f32(const curve_f32 *c) {
     float row[COEFFICIENTS_f32];
     put_coefficients_f32(c, row);
-    const float inner = hopform_lesser_f32(row[1], hopform_lesser_f32(row[2], row[3]));
-    return hopform_lesser_f32(inner, hopform_lesser_f32(row[0], row[4]));
+    const float inner = lesser_f32(row[1], lesser_f32(row[2], row[3]));
+    return lesser_f32(inner, lesser_f32(row[0], row[4]));
 }
 
 /* The least coefficient of both halves of the quartic (de Casteljau): nearer to its least value. */
 static float least_of_halves_f32(const curve_f32 *c) {
     float row[COEFFICIENTS_f32];
     put_coefficients_f32(c, row);
-    float least = hopform_lesser_f32(row[0], row[4]);
+    float least = lesser_f32(row[0], row[4]);
     for (int n = COEFFICIENTS_f32 - 1; n > 0; n--) {
         for (int i = 0; i < n; i++) {
             row[i] = 0.5f * (row[i] + row[i + 1]);
         }
-        least = hopform_lesser_f32(least, hopform_lesser_f32(row[0], row[n - 1]));
+        least = lesser_f32(least, lesser_f32(row[0], row[n - 1]));
     }
     return least;
 }
@@ -84,20 +85,20 @@ static float least_of_halves_f32(const curve_f32 *c) {
 /* Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in it. */
 static float share_of_minimum_f32(const curve_f32 *c) {
     const float chord = c->to - c->from;
-    const float lean = c->from_rise + c->to_rise - 2.0f * chord;
-    const float half = c->from_rise + lean - chord;
-    const float root = sqrt_f32(hopform_greater_f32(half * half - 3.0f * lean * c->from_rise, 0.0f));
+    const float cubic = c->from_rise + c->to_rise - 2.0f * chord;
+    const float half = c->from_rise + cubic - chord;
+    const float root = sqrt_f32(greater_f32(half * half - 3.0f * cubic * c->from_rise, 0.0f));
     const float above = half < 0.0f ? -c->from_rise : half + root;
-    const float below = half < 0.0f ? root - half : 3.0f * lean;
+    const float below = half < 0.0f ? root - half : 3.0f * cubic;
     if (!(above > 0.0f && above < below)) { return 0.5f; }
-    return hopform_greater_f32(hopform_lesser_f32(above / below, 0.96875f), 0.03125f);
+    return greater_f32(lesser_f32(above / below, 0.96875f), 0.03125f);
 }
 
 /* Where the tangents at both ends meet, as a share of the interval: where the function bends, if it does so once. */
 static float share_of_bend_f32(const curve_f32 *c) {
     const float turn = c->to_rise - c->from_rise;
     const float share = fabs_f32(turn) > 0.0f ? (c->to_rise - (c->to - c->from)) / turn : 0.5f;
-    return hopform_greater_f32(hopform_lesser_f32(share, 0.75f), 0.25f);
+    return greater_f32(lesser_f32(share, 0.75f), 0.25f);
 }
 
 /* Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is against
@@ -106,8 +107,8 @@ static float share_of_root_f32(const curve_f32 *c) {
     const float chord = c->to - c->from;
     const float t = -c->from / chord;
     if (!(c->from_rise * chord > 0.0f && c->to_rise * chord > 0.0f)) { return t; }
-    const float begin = hopform_lesser_f32(chord / c->from_rise, 3.0f); /* with which the cubic still rises */
-    const float end = hopform_lesser_f32(chord / c->to_rise, 3.0f);
+    const float begin = lesser_f32(chord / c->from_rise, 3.0f); /* with which the cubic still rises */
+    const float end = lesser_f32(chord / c->to_rise, 3.0f);
     return t * (begin + t * (3.0f - 2.0f * begin - end + t * (begin + end - 2.0f)));
 }
 
@@ -150,16 +151,16 @@ static control_interval_f32 interval_of_f32(const hopform_search_f32 *search, in
 }
 
 /* Whether the least contact force keeps its sign in an interval, by its value and slope at one end. */
-static bool keeps_sign_f32(float value, float rise) {
+static bool sign_is_constant_f32(float value, float rise) {
     return value > 0.0f ? value > fabs_f32(rise) : value + rise < 0.0f;
 }
 
 /* No rebound in the interval takes off that does not do so at its ends, and none stays that takes off there. */
-static bool contact_keeps_sign_f32(const control_interval_f32 *c) {
+static bool contact_sign_is_constant_f32(const control_interval_f32 *c) {
     const curve_f32 *contact = &c->contact;
-    return c->from->minima > 0 && c->to->minima > 0
-               ? least_f32(contact) > 0.0f
-               : keeps_sign_f32(contact->from, contact->from_rise) && keeps_sign_f32(contact->to, -contact->to_rise);
+    return c->from->minima > 0 && c->to->minima > 0 ? least_f32(contact) > 0.0f
+                                                    : sign_is_constant_f32(contact->from, contact->from_rise)
+                                                          && sign_is_constant_f32(contact->to, -contact->to_rise);
 }
 
 static bool is_admissible_f32(const hopform_search_f32 *search, const hopform_trial_f32 *trial) {
@@ -169,8 +170,7 @@ static bool is_admissible_f32(const hopform_search_f32 *search, const hopform_tr
 /* Slope of the gap over that of the largest position: the multiplier of its limit. */
 static float multiplier_f32(const control_interval_f32 *c, bool starts) {
     const float rise = fabs_f32(starts ? c->peak.from_rise : c->peak.to_rise);
-    return (fabs_f32(c->gap.from_rise) + fabs_f32(c->gap.to_rise))
-           / hopform_greater_f32(rise, HOPFORM_UNDERFLOW_f32);
+    return (fabs_f32(c->gap.from_rise) + fabs_f32(c->gap.to_rise)) / greater_f32(rise, HOPFORM_UNDERFLOW_f32);
 }
 
 /* Lower bound of the gap in a narrow interval in which the apex ends, or jumps: on either side of a take-off like a
@@ -181,9 +181,9 @@ static float bound_at_jump_f32(const control_interval_f32 *c) {
         bound = c->gap.from - 3.0f * fabs_f32(c->gap.from_rise);
     }
     if (c->to->takes_off && c->peak.to - 2.0f * fabs_f32(c->peak.to_rise) < 0.0f) {
-        bound = hopform_lesser_f32(bound, fabs_f32(c->gap.to) - 3.0f * fabs_f32(c->gap.to_rise));
+        bound = lesser_f32(bound, fabs_f32(c->gap.to) - 3.0f * fabs_f32(c->gap.to_rise));
     }
-    return hopform_greater_f32(bound, 0.0f);
+    return greater_f32(bound, 0.0f);
 }
 
 /* Lower bound of the gap in an interval whose ends take off, without a root between them: of the gap alone, and where
@@ -193,13 +193,13 @@ static float bound_of_gap_f32(const hopform_search_f32 *search, const control_in
     const curve_f32 *peak = &c->peak;
     const bool starts = is_admissible_f32(search, c->from);
     float bound = least_of_halves_f32(gap);
-    if (starts != is_admissible_f32(search, c->to) && least_f32(peak) >= hopform_lesser_f32(peak->from, peak->to)) {
+    if (starts != is_admissible_f32(search, c->to) && least_f32(peak) >= lesser_f32(peak->from, peak->to)) {
         const float weight = 2.0f * multiplier_f32(c, starts);
         const curve_f32 both = {gap->from + weight * peak->from, gap->from_rise + weight * peak->from_rise,
                                  gap->to + weight * peak->to, gap->to_rise + weight * peak->to_rise, gap->smooth};
-        bound = hopform_greater_f32(bound, least_of_halves_f32(&both));
+        bound = greater_f32(bound, least_of_halves_f32(&both));
     }
-    return hopform_greater_f32(bound, 0.0f);
+    return greater_f32(bound, 0.0f);
 }
 
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it, less
@@ -212,10 +212,10 @@ static float lower_bound_of_f32(const hopform_search_f32 *search, const control_
     if ((c->from->held && c->to->held) || c->width <= 2.0f * HOPFORM_EPS_f32 * fabs_f32(c->to->u)) {
         return HOPFORM_NEVER_f32;
     }
-    const float widest = none ? DOWN_f32 : (c->gap.smooth ? CONTROL_WIDE_f32 : COARSE_f32);
+    const float widest = none ? WIDEST_DOWN_f32 : (c->gap.smooth ? WIDEST_ALIKE_f32 : WIDEST_UNLIKE_f32);
     if (c->width > widest * range) { return unknown; }
-    if (!alike || !contact_keeps_sign_f32(c)) {
-        const float narrow = none ? HOPFORM_ROOT_EPS_f32 : STEP_f32;
+    if (!alike || !contact_sign_is_constant_f32(c)) {
+        const float narrow = none ? HOPFORM_ROOT_EPS_f32 : NARROW_JUMP_f32;
         return c->width <= narrow * range ? bound_at_jump_f32(c) : unknown;
     }
     if (none || (c->peak.from >= 0.0f && c->peak.to >= 0.0f && least_f32(&c->peak) >= 0.0f)) {
@@ -233,8 +233,8 @@ static float step_to_zero_f32(float value, float rise) {
  * order of events stays, and so is the root of its height. */
 static float share_of_apex_f32(const hopform_search_f32 *search, const control_interval_f32 *c) {
     const float wanted = sqrt_f32(search->apex);
-    const float from = sqrt_f32(hopform_greater_f32(c->from->apex, 0.0f));
-    const float to = sqrt_f32(hopform_greater_f32(c->to->apex, 0.0f));
+    const float from = sqrt_f32(greater_f32(c->from->apex, 0.0f));
+    const float to = sqrt_f32(greater_f32(c->to->apex, 0.0f));
     const float along = c->to->u - c->from->u;
     if (!(from > 0.0f && to > 0.0f && fabs_f32(to - from) > 0.0f)) { /* large ones may have the same root */
         return share_of_root_f32(&c->gap);
@@ -253,7 +253,7 @@ static float share_to_try_f32(const hopform_search_f32 *search, const control_in
     const bool leaves = c->from->takes_off;
     if (slow || leaves != c->to->takes_off) { return 0.5f; }
     if (leaves && c->gap.to < 0.0f) { return share_of_apex_f32(search, c); }
-    if (c->width > CONTROL_WIDE_f32 * search->plan->robot.u_max) { return 0.5f; }
+    if (c->width > WIDEST_ALIKE_f32 * search->plan->robot.u_max) { return 0.5f; }
     if (!leaves) { return c->from->minima > 0 && c->to->minima > 0 ? share_of_minimum_f32(&c->contact) : 0.5f; }
     const bool starts = is_admissible_f32(search, c->from);
     if (starts != is_admissible_f32(search, c->to)) { /* just inside the limit of the position */
@@ -294,7 +294,7 @@ static bool may_improve_f32(const hopform_search_f32 *search, int32_t n) {
                && bound < HOPFORM_REACHED_WITHIN_f32;
     }
     const float gap = gap_of_best_f32(search) - 2.0f * HOPFORM_NEAR_WITHIN_f32;
-    return bound < HOPFORM_NEVER_f32 && bound <= hopform_greater_f32(gap, 0.0f);
+    return bound < HOPFORM_NEVER_f32 && bound <= greater_f32(gap, 0.0f);
 }
 
 /* Move a candidate and the interval behind it. */
@@ -308,7 +308,7 @@ static void move_f32(hopform_search_f32 *search, int32_t to, int32_t from) {
 /* Drop a candidate; the two intervals that it has ended become one. */
 static void forget_f32(hopform_search_f32 *search, int32_t n) {
     if (n > 0 && n < HOPFORM_SEARCH_CANDIDATES_f32) {
-        search->lower_bound[n - 1] = hopform_lesser_f32(search->lower_bound[n - 1], search->lower_bound[n]);
+        search->lower_bound[n - 1] = lesser_f32(search->lower_bound[n - 1], search->lower_bound[n]);
         search->slow[n - 1] = 2;
     }
     search->count--;
@@ -411,8 +411,7 @@ static bool add_candidate_f32(hopform_search_f32 *search, const hopform_trial_f3
     int8_t slow[] = {0, 0}; /* of the intervals below and above */
     if (n > 0 && n + 1 < search->count) {
         const hopform_trial_f32 *at = &search->candidates[n];
-        const float least =
-            hopform_lesser_f32(fabs_f32(at[-1].apex - search->apex), fabs_f32(at[1].apex - search->apex));
+        const float least = lesser_f32(fabs_f32(at[-1].apex - search->apex), fabs_f32(at[1].apex - search->apex));
         if (!(trial->takes_off && fabs_f32(trial->apex - search->apex) < 0.25f * least)) {
             const int wider = at->u - at[-1].u > at[1].u - at->u ? 0 : 1;
             slow[wider] = search->slow[n - 1] < 2 ? (int8_t)(search->slow[n - 1] + 1) : (int8_t)2;
@@ -441,19 +440,19 @@ static int32_t evaluate_candidate_f32(const hopform_plan_f32 *plan, const hopfor
                                        float horizon, hopform_phase_f32 *phases, int32_t capacity,
                                        hopform_trial_f32 *trial) {
     const hopform_step_f32 step = {0.0f, u};
-    const hopform_state_by_axis_f32 none = {{0.0f, 0.0f, 0.0f, 0.0f}};
+    const state_by_axis_f32 none = {{0.0f, 0.0f, 0.0f, 0.0f}};
     const hopform_trial_f32 nothing = {0};
     *trial = nothing;
     trial->u = u;
     trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_f32;
     trial->smooth = true;
-    hopform_tally_f32 tally = {plan, trial, none, none, none, {0, 0}, false};
+    current_variation_f32 variation = {plan, trial, none, none, none, {0, 0}, false};
     hopform_stance_f32 stance;
-    const int32_t status = hopform_solve_followed_f32(plan, start, &step, 1, horizon, capacity, phases, capacity,
-                                                       &stance, hopform_tally_up_f32, &tally);
+    const int32_t status = solve_observed_f32(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
+                                               carry_variation_f32, &variation);
     if (status < 0) { return status; }
-    hopform_close_trial_f32(&tally, phases, &stance);
+    close_trial_f32(&variation, phases, &stance);
     return stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
@@ -477,14 +476,14 @@ static int32_t end_search_f32(hopform_search_f32 *search, int32_t status, hopfor
 int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan,
                                           const hopform_state_f32 *start, const hopform_target_f32 *target,
                                           hopform_command_f32 *command) {
-    const hopform_memory_f32 read = hopform_array_f32(plan, 1, sizeof *plan);
-    const hopform_memory_f32 written[] = {
-        hopform_array_f32(search, 1, sizeof *search),
-        hopform_array_f32(command, 1, sizeof *command),
+    const memory_f32 read = array_f32(plan, 1, sizeof *plan);
+    const memory_f32 written[] = {
+        array_f32(search, 1, sizeof *search),
+        array_f32(command, 1, sizeof *command),
     };
-    if (hopform_overlap_f32(written, 2, &read, 1)) {
-        return end_search_f32(hopform_overlap_f32(&written[0], 1, &read, 1) ? NULL : search, HOPFORM_ERROR_OVERLAP,
-                               hopform_overlap_f32(&written[1], 1, &read, 1) ? NULL : command);
+    if (overlap_f32(written, 2, &read, 1)) {
+        return end_search_f32(overlap_f32(&written[0], 1, &read, 1) ? NULL : search, HOPFORM_ERROR_OVERLAP,
+                               overlap_f32(&written[1], 1, &read, 1) ? NULL : command);
     }
     if (search == NULL || plan == NULL || start == NULL || target == NULL || command == NULL) {
         return end_search_f32(search, HOPFORM_ERROR_NULL, command);
@@ -493,10 +492,9 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     const hopform_target_f32 wanted = *target;
     (void)end_search_f32(search, HOPFORM_SEARCHING, command);
     const hopform_robot_f32 *robot = &plan->robot;
-    if (!hopform_hops_f32(plan) || !(robot->u_max <= HOPFORM_NEVER_f32)) {
+    if (!hops_f32(plan) || !(robot->u_max <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_ROBOT;
-    } else if (!hopform_is_finite_f32(wanted.h_des) || !hopform_is_finite_f32(wanted.datum)
-               || !(wanted.h_des + wanted.datum >= 0.0f)
+    } else if (!is_finite_f32(wanted.h_des) || !is_finite_f32(wanted.datum) || !(wanted.h_des + wanted.datum >= 0.0f)
                || !(wanted.stop_margin >= 0.0f && wanted.stop_margin <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_TARGET;
     } else if (!(wanted.horizon > 0.0f && wanted.horizon <= HOPFORM_NEVER_f32)) {
@@ -521,17 +519,16 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
 int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity,
                                          hopform_command_f32 *command) {
     if (search == NULL) { return end_search_f32(NULL, HOPFORM_ERROR_NULL, command); }
-    const hopform_memory_f32 read[] = {
-        hopform_array_f32(search, 1, sizeof *search),
-        hopform_array_f32(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
+    const memory_f32 read[] = {
+        array_f32(search, 1, sizeof *search),
+        array_f32(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
     };
-    const hopform_memory_f32 written[] = {
-        hopform_array_f32(phases, capacity, sizeof *phases),
-        hopform_array_f32(command, 1, sizeof *command),
+    const memory_f32 written[] = {
+        array_f32(phases, capacity, sizeof *phases),
+        array_f32(command, 1, sizeof *command),
     };
-    if (hopform_overlap_f32(written, 2, read, 2)) {
-        return end_search_f32(search, HOPFORM_ERROR_OVERLAP,
-                               hopform_overlap_f32(&written[1], 1, read, 2) ? NULL : command);
+    if (overlap_f32(written, 2, read, 2)) {
+        return end_search_f32(search, HOPFORM_ERROR_OVERLAP, overlap_f32(&written[1], 1, read, 2) ? NULL : command);
     }
     if (phases == NULL || command == NULL) { return end_search_f32(search, HOPFORM_ERROR_NULL, command); }
     if (search->status != HOPFORM_SEARCHING || search->plan == NULL) {
@@ -566,28 +563,26 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
                                   const float *currents, int32_t current_count, float horizon, hopform_phase_f32 *phases,
                                   int32_t capacity, hopform_trial_f32 *trials) {
     const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
-    const hopform_memory_f32 read[] = {
-        hopform_array_f32(plan, 1, sizeof *plan),
-        hopform_array_f32(starts, start_count, sizeof *starts),
-        hopform_array_f32(currents, current_count, sizeof *currents),
+    const memory_f32 read[] = {
+        array_f32(plan, 1, sizeof *plan),
+        array_f32(starts, start_count, sizeof *starts),
+        array_f32(currents, current_count, sizeof *currents),
     };
-    const hopform_memory_f32 written[] = {
-        hopform_array_f32(trials, start_count, row),
-        hopform_array_f32(phases, capacity, sizeof *phases),
+    const memory_f32 written[] = {
+        array_f32(trials, start_count, row),
+        array_f32(phases, capacity, sizeof *phases),
     };
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
-        return hopform_refuse_f32(HOPFORM_ERROR_NULL, written, 1, read, 3);
+        return refuse_f32(HOPFORM_ERROR_NULL, written, 1, read, 3);
     }
-    if (hopform_overlap_f32(written, 2, read, 3)) {
-        return hopform_refuse_f32(HOPFORM_ERROR_OVERLAP, written, 1, read, 3);
-    }
-    if (!hopform_hops_f32(plan)) { return hopform_refuse_f32(HOPFORM_ERROR_ROBOT, written, 1, read, 3); }
+    if (overlap_f32(written, 2, read, 3)) { return refuse_f32(HOPFORM_ERROR_OVERLAP, written, 1, read, 3); }
+    if (!hops_f32(plan)) { return refuse_f32(HOPFORM_ERROR_ROBOT, written, 1, read, 3); }
     int32_t kept = HOPFORM_OK;
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             const int32_t status = evaluate_candidate_f32(plan, &starts[i], currents[j], horizon, phases, capacity,
                                                            &trials[i * current_count + j]);
-            if (status < 0) { return hopform_refuse_f32(status, written, 1, read, 3); }
+            if (status < 0) { return refuse_f32(status, written, 1, read, 3); }
             kept = status != HOPFORM_OK ? status : kept;
         }
     }
@@ -598,31 +593,31 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
 
 /* The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign. */
 static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t) {
-    const int side[] = {hopform_side_1_f32(phase), hopform_side_2_f32(phase)};
+    const int side[] = {side_1_f32(phase), side_2_f32(phase)};
     const float first = phase->y;
     if (!HOPFORM_COMPRESSION_MAY_TURN(side) || !(t > 0.0f)) { return first; }
-    hopform_numerators_f32 motion;
-    motion.named = hopform_motion_in_phase_f32(plan, phase, u);
-    const hopform_numerator_f32 *h = &motion.of.compression;
-    const hopform_numerator_f32 extension = {-h->H3, -h->H2, -h->H1};
-    const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side[0], side[1]);
-    const hopform_node_f32 *node = hopform_node_of_f32(plan, side[0], side[1]);
+    numerators_f32 motion;
+    motion.named = motion_in_phase_f32(plan, phase, u);
+    const numerator_f32 *h = &motion.of.compression;
+    const numerator_f32 extension = {-h->H3, -h->H2, -h->H1};
+    const hopform_poles_f32 *poles = poles_of_f32(plan, side[0], side[1]);
+    const hopform_node_f32 *node = node_of_f32(plan, side[0], side[1]);
     const propagator_f32 end = propagator_at_f32(poles, t);
-    const hopform_least_f32 least = hopform_least_minimum_f32(poles, node, &extension, -first, &end, 65536.0f);
-    return hopform_greater_f32(first, -least.value);
+    const minima_f32 least = least_minimum_f32(poles, node, &extension, -first, &end, 65536.0f);
+    return greater_f32(first, -least.value);
 }
 
 int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                         const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                         float *compression_max) {
-    const hopform_memory_f32 array = hopform_array_f32(compression_max, 1, sizeof *compression_max);
-    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, NULL, &array, 1);
+    const memory_f32 array = array_f32(compression_max, 1, sizeof *compression_max);
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
     float most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const float until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
         const float u = steps[phases[n].step].u;
-        most = hopform_greater_f32(most, most_in_phase_f32(plan, &phases[n], u, until - phases[n].t));
+        most = greater_f32(most, most_in_phase_f32(plan, &phases[n], u, until - phases[n].t));
     }
     *compression_max = most;
     return HOPFORM_OK;

@@ -21,18 +21,18 @@
 
 /* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, where
  * not, and where neither takes off. */
-#define CONTROL_WIDE_f64 0.5
-#define COARSE_f64 0.42
-#define DOWN_f64 0.0625
+#define WIDEST_ALIKE_f64 0.5
+#define WIDEST_UNLIKE_f64 0.42
+#define WIDEST_DOWN_f64 0.0625
 
 /* How far a function may be off the cubic in the middle of an interval, as shares of what its slopes differ by from the
  * chord's: of their sum, and of each; where the events change, of each alone. */
-#define LEAN_f64 0.75
-#define BEND_f64 0.03125
-#define KINK_f64 1.5
+#define MARGIN_CUBIC_f64 0.75
+#define MARGIN_EACH_f64 0.03125
+#define MARGIN_KINK_f64 1.5
 
 /* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
-#define STEP_f64 0.00390625
+#define NARROW_JUMP_f64 0.00390625
 
 /* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
  * smooth in between. */
@@ -51,7 +51,8 @@ static void put_coefficients_f64(const curve_f64 *c, double row[COEFFICIENTS_f64
     const double first = c->from_rise - (c->to - c->from);
     const double last = c->to_rise - (c->to - c->from);
     const double spread = fabs_f64(first) + fabs_f64(last);
-    const double off = c->smooth ? LEAN_f64 * fabs_f64(first + last) + BEND_f64 * spread : KINK_f64 * spread;
+    const double off =
+        c->smooth ? MARGIN_CUBIC_f64 * fabs_f64(first + last) + MARGIN_EACH_f64 * spread : MARGIN_KINK_f64 * spread;
     row[0] = c->from;
     row[1] = c->from + 0.25 * c->from_rise;
     row[2] = 0.5 * (c->from + c->to) + (c->from_rise - c->to_rise) / 6.0 - off;
@@ -63,20 +64,20 @@ static void put_coefficients_f64(const curve_f64 *c, double row[COEFFICIENTS_f64
 static double least_f64(const curve_f64 *c) {
     double row[COEFFICIENTS_f64];
     put_coefficients_f64(c, row);
-    const double inner = hopform_lesser_f64(row[1], hopform_lesser_f64(row[2], row[3]));
-    return hopform_lesser_f64(inner, hopform_lesser_f64(row[0], row[4]));
+    const double inner = lesser_f64(row[1], lesser_f64(row[2], row[3]));
+    return lesser_f64(inner, lesser_f64(row[0], row[4]));
 }
 
 /* The least coefficient of both halves of the quartic (de Casteljau): nearer to its least value. */
 static double least_of_halves_f64(const curve_f64 *c) {
     double row[COEFFICIENTS_f64];
     put_coefficients_f64(c, row);
-    double least = hopform_lesser_f64(row[0], row[4]);
+    double least = lesser_f64(row[0], row[4]);
     for (int n = COEFFICIENTS_f64 - 1; n > 0; n--) {
         for (int i = 0; i < n; i++) {
             row[i] = 0.5 * (row[i] + row[i + 1]);
         }
-        least = hopform_lesser_f64(least, hopform_lesser_f64(row[0], row[n - 1]));
+        least = lesser_f64(least, lesser_f64(row[0], row[n - 1]));
     }
     return least;
 }
@@ -84,20 +85,20 @@ static double least_of_halves_f64(const curve_f64 *c) {
 /* Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in it. */
 static double share_of_minimum_f64(const curve_f64 *c) {
     const double chord = c->to - c->from;
-    const double lean = c->from_rise + c->to_rise - 2.0 * chord;
-    const double half = c->from_rise + lean - chord;
-    const double root = sqrt_f64(hopform_greater_f64(half * half - 3.0 * lean * c->from_rise, 0.0));
+    const double cubic = c->from_rise + c->to_rise - 2.0 * chord;
+    const double half = c->from_rise + cubic - chord;
+    const double root = sqrt_f64(greater_f64(half * half - 3.0 * cubic * c->from_rise, 0.0));
     const double above = half < 0.0 ? -c->from_rise : half + root;
-    const double below = half < 0.0 ? root - half : 3.0 * lean;
+    const double below = half < 0.0 ? root - half : 3.0 * cubic;
     if (!(above > 0.0 && above < below)) { return 0.5; }
-    return hopform_greater_f64(hopform_lesser_f64(above / below, 0.96875), 0.03125);
+    return greater_f64(lesser_f64(above / below, 0.96875), 0.03125);
 }
 
 /* Where the tangents at both ends meet, as a share of the interval: where the function bends, if it does so once. */
 static double share_of_bend_f64(const curve_f64 *c) {
     const double turn = c->to_rise - c->from_rise;
     const double share = fabs_f64(turn) > 0.0 ? (c->to_rise - (c->to - c->from)) / turn : 0.5;
-    return hopform_greater_f64(hopform_lesser_f64(share, 0.75), 0.25);
+    return greater_f64(lesser_f64(share, 0.75), 0.25);
 }
 
 /* Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is against
@@ -106,8 +107,8 @@ static double share_of_root_f64(const curve_f64 *c) {
     const double chord = c->to - c->from;
     const double t = -c->from / chord;
     if (!(c->from_rise * chord > 0.0 && c->to_rise * chord > 0.0)) { return t; }
-    const double begin = hopform_lesser_f64(chord / c->from_rise, 3.0); /* with which the cubic still rises */
-    const double end = hopform_lesser_f64(chord / c->to_rise, 3.0);
+    const double begin = lesser_f64(chord / c->from_rise, 3.0); /* with which the cubic still rises */
+    const double end = lesser_f64(chord / c->to_rise, 3.0);
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
@@ -150,16 +151,16 @@ static control_interval_f64 interval_of_f64(const hopform_search_f64 *search, in
 }
 
 /* Whether the least contact force keeps its sign in an interval, by its value and slope at one end. */
-static bool keeps_sign_f64(double value, double rise) {
+static bool sign_is_constant_f64(double value, double rise) {
     return value > 0.0 ? value > fabs_f64(rise) : value + rise < 0.0;
 }
 
 /* No rebound in the interval takes off that does not do so at its ends, and none stays that takes off there. */
-static bool contact_keeps_sign_f64(const control_interval_f64 *c) {
+static bool contact_sign_is_constant_f64(const control_interval_f64 *c) {
     const curve_f64 *contact = &c->contact;
-    return c->from->minima > 0 && c->to->minima > 0
-               ? least_f64(contact) > 0.0
-               : keeps_sign_f64(contact->from, contact->from_rise) && keeps_sign_f64(contact->to, -contact->to_rise);
+    return c->from->minima > 0 && c->to->minima > 0 ? least_f64(contact) > 0.0
+                                                    : sign_is_constant_f64(contact->from, contact->from_rise)
+                                                          && sign_is_constant_f64(contact->to, -contact->to_rise);
 }
 
 static bool is_admissible_f64(const hopform_search_f64 *search, const hopform_trial_f64 *trial) {
@@ -169,8 +170,7 @@ static bool is_admissible_f64(const hopform_search_f64 *search, const hopform_tr
 /* Slope of the gap over that of the largest position: the multiplier of its limit. */
 static double multiplier_f64(const control_interval_f64 *c, bool starts) {
     const double rise = fabs_f64(starts ? c->peak.from_rise : c->peak.to_rise);
-    return (fabs_f64(c->gap.from_rise) + fabs_f64(c->gap.to_rise))
-           / hopform_greater_f64(rise, HOPFORM_UNDERFLOW_f64);
+    return (fabs_f64(c->gap.from_rise) + fabs_f64(c->gap.to_rise)) / greater_f64(rise, HOPFORM_UNDERFLOW_f64);
 }
 
 /* Lower bound of the gap in a narrow interval in which the apex ends, or jumps: on either side of a take-off like a
@@ -181,9 +181,9 @@ static double bound_at_jump_f64(const control_interval_f64 *c) {
         bound = c->gap.from - 3.0 * fabs_f64(c->gap.from_rise);
     }
     if (c->to->takes_off && c->peak.to - 2.0 * fabs_f64(c->peak.to_rise) < 0.0) {
-        bound = hopform_lesser_f64(bound, fabs_f64(c->gap.to) - 3.0 * fabs_f64(c->gap.to_rise));
+        bound = lesser_f64(bound, fabs_f64(c->gap.to) - 3.0 * fabs_f64(c->gap.to_rise));
     }
-    return hopform_greater_f64(bound, 0.0);
+    return greater_f64(bound, 0.0);
 }
 
 /* Lower bound of the gap in an interval whose ends take off, without a root between them: of the gap alone, and where
@@ -193,13 +193,13 @@ static double bound_of_gap_f64(const hopform_search_f64 *search, const control_i
     const curve_f64 *peak = &c->peak;
     const bool starts = is_admissible_f64(search, c->from);
     double bound = least_of_halves_f64(gap);
-    if (starts != is_admissible_f64(search, c->to) && least_f64(peak) >= hopform_lesser_f64(peak->from, peak->to)) {
+    if (starts != is_admissible_f64(search, c->to) && least_f64(peak) >= lesser_f64(peak->from, peak->to)) {
         const double weight = 2.0 * multiplier_f64(c, starts);
         const curve_f64 both = {gap->from + weight * peak->from, gap->from_rise + weight * peak->from_rise,
                                  gap->to + weight * peak->to, gap->to_rise + weight * peak->to_rise, gap->smooth};
-        bound = hopform_greater_f64(bound, least_of_halves_f64(&both));
+        bound = greater_f64(bound, least_of_halves_f64(&both));
     }
-    return hopform_greater_f64(bound, 0.0);
+    return greater_f64(bound, 0.0);
 }
 
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it, less
@@ -212,10 +212,10 @@ static double lower_bound_of_f64(const hopform_search_f64 *search, const control
     if ((c->from->held && c->to->held) || c->width <= 2.0 * HOPFORM_EPS_f64 * fabs_f64(c->to->u)) {
         return HOPFORM_NEVER_f64;
     }
-    const double widest = none ? DOWN_f64 : (c->gap.smooth ? CONTROL_WIDE_f64 : COARSE_f64);
+    const double widest = none ? WIDEST_DOWN_f64 : (c->gap.smooth ? WIDEST_ALIKE_f64 : WIDEST_UNLIKE_f64);
     if (c->width > widest * range) { return unknown; }
-    if (!alike || !contact_keeps_sign_f64(c)) {
-        const double narrow = none ? HOPFORM_ROOT_EPS_f64 : STEP_f64;
+    if (!alike || !contact_sign_is_constant_f64(c)) {
+        const double narrow = none ? HOPFORM_ROOT_EPS_f64 : NARROW_JUMP_f64;
         return c->width <= narrow * range ? bound_at_jump_f64(c) : unknown;
     }
     if (none || (c->peak.from >= 0.0 && c->peak.to >= 0.0 && least_f64(&c->peak) >= 0.0)) {
@@ -233,8 +233,8 @@ static double step_to_zero_f64(double value, double rise) {
  * order of events stays, and so is the root of its height. */
 static double share_of_apex_f64(const hopform_search_f64 *search, const control_interval_f64 *c) {
     const double wanted = sqrt_f64(search->apex);
-    const double from = sqrt_f64(hopform_greater_f64(c->from->apex, 0.0));
-    const double to = sqrt_f64(hopform_greater_f64(c->to->apex, 0.0));
+    const double from = sqrt_f64(greater_f64(c->from->apex, 0.0));
+    const double to = sqrt_f64(greater_f64(c->to->apex, 0.0));
     const double along = c->to->u - c->from->u;
     if (!(from > 0.0 && to > 0.0 && fabs_f64(to - from) > 0.0)) { /* large ones may have the same root */
         return share_of_root_f64(&c->gap);
@@ -253,7 +253,7 @@ static double share_to_try_f64(const hopform_search_f64 *search, const control_i
     const bool leaves = c->from->takes_off;
     if (slow || leaves != c->to->takes_off) { return 0.5; }
     if (leaves && c->gap.to < 0.0) { return share_of_apex_f64(search, c); }
-    if (c->width > CONTROL_WIDE_f64 * search->plan->robot.u_max) { return 0.5; }
+    if (c->width > WIDEST_ALIKE_f64 * search->plan->robot.u_max) { return 0.5; }
     if (!leaves) { return c->from->minima > 0 && c->to->minima > 0 ? share_of_minimum_f64(&c->contact) : 0.5; }
     const bool starts = is_admissible_f64(search, c->from);
     if (starts != is_admissible_f64(search, c->to)) { /* just inside the limit of the position */
@@ -294,7 +294,7 @@ static bool may_improve_f64(const hopform_search_f64 *search, int32_t n) {
                && bound < HOPFORM_REACHED_WITHIN_f64;
     }
     const double gap = gap_of_best_f64(search) - 2.0 * HOPFORM_NEAR_WITHIN_f64;
-    return bound < HOPFORM_NEVER_f64 && bound <= hopform_greater_f64(gap, 0.0);
+    return bound < HOPFORM_NEVER_f64 && bound <= greater_f64(gap, 0.0);
 }
 
 /* Move a candidate and the interval behind it. */
@@ -308,7 +308,7 @@ static void move_f64(hopform_search_f64 *search, int32_t to, int32_t from) {
 /* Drop a candidate; the two intervals that it has ended become one. */
 static void forget_f64(hopform_search_f64 *search, int32_t n) {
     if (n > 0 && n < HOPFORM_SEARCH_CANDIDATES_f64) {
-        search->lower_bound[n - 1] = hopform_lesser_f64(search->lower_bound[n - 1], search->lower_bound[n]);
+        search->lower_bound[n - 1] = lesser_f64(search->lower_bound[n - 1], search->lower_bound[n]);
         search->slow[n - 1] = 2;
     }
     search->count--;
@@ -411,8 +411,7 @@ static bool add_candidate_f64(hopform_search_f64 *search, const hopform_trial_f6
     int8_t slow[] = {0, 0}; /* of the intervals below and above */
     if (n > 0 && n + 1 < search->count) {
         const hopform_trial_f64 *at = &search->candidates[n];
-        const double least =
-            hopform_lesser_f64(fabs_f64(at[-1].apex - search->apex), fabs_f64(at[1].apex - search->apex));
+        const double least = lesser_f64(fabs_f64(at[-1].apex - search->apex), fabs_f64(at[1].apex - search->apex));
         if (!(trial->takes_off && fabs_f64(trial->apex - search->apex) < 0.25 * least)) {
             const int wider = at->u - at[-1].u > at[1].u - at->u ? 0 : 1;
             slow[wider] = search->slow[n - 1] < 2 ? (int8_t)(search->slow[n - 1] + 1) : (int8_t)2;
@@ -441,19 +440,19 @@ static int32_t evaluate_candidate_f64(const hopform_plan_f64 *plan, const hopfor
                                        double horizon, hopform_phase_f64 *phases, int32_t capacity,
                                        hopform_trial_f64 *trial) {
     const hopform_step_f64 step = {0.0, u};
-    const hopform_state_by_axis_f64 none = {{0.0, 0.0, 0.0, 0.0}};
+    const state_by_axis_f64 none = {{0.0, 0.0, 0.0, 0.0}};
     const hopform_trial_f64 nothing = {0};
     *trial = nothing;
     trial->u = u;
     trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_f64;
     trial->smooth = true;
-    hopform_tally_f64 tally = {plan, trial, none, none, none, {0, 0}, false};
+    current_variation_f64 variation = {plan, trial, none, none, none, {0, 0}, false};
     hopform_stance_f64 stance;
-    const int32_t status = hopform_solve_followed_f64(plan, start, &step, 1, horizon, capacity, phases, capacity,
-                                                       &stance, hopform_tally_up_f64, &tally);
+    const int32_t status = solve_observed_f64(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
+                                               carry_variation_f64, &variation);
     if (status < 0) { return status; }
-    hopform_close_trial_f64(&tally, phases, &stance);
+    close_trial_f64(&variation, phases, &stance);
     return stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
@@ -477,14 +476,14 @@ static int32_t end_search_f64(hopform_search_f64 *search, int32_t status, hopfor
 int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan,
                                           const hopform_state_f64 *start, const hopform_target_f64 *target,
                                           hopform_command_f64 *command) {
-    const hopform_memory_f64 read = hopform_array_f64(plan, 1, sizeof *plan);
-    const hopform_memory_f64 written[] = {
-        hopform_array_f64(search, 1, sizeof *search),
-        hopform_array_f64(command, 1, sizeof *command),
+    const memory_f64 read = array_f64(plan, 1, sizeof *plan);
+    const memory_f64 written[] = {
+        array_f64(search, 1, sizeof *search),
+        array_f64(command, 1, sizeof *command),
     };
-    if (hopform_overlap_f64(written, 2, &read, 1)) {
-        return end_search_f64(hopform_overlap_f64(&written[0], 1, &read, 1) ? NULL : search, HOPFORM_ERROR_OVERLAP,
-                               hopform_overlap_f64(&written[1], 1, &read, 1) ? NULL : command);
+    if (overlap_f64(written, 2, &read, 1)) {
+        return end_search_f64(overlap_f64(&written[0], 1, &read, 1) ? NULL : search, HOPFORM_ERROR_OVERLAP,
+                               overlap_f64(&written[1], 1, &read, 1) ? NULL : command);
     }
     if (search == NULL || plan == NULL || start == NULL || target == NULL || command == NULL) {
         return end_search_f64(search, HOPFORM_ERROR_NULL, command);
@@ -493,10 +492,9 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     const hopform_target_f64 wanted = *target;
     (void)end_search_f64(search, HOPFORM_SEARCHING, command);
     const hopform_robot_f64 *robot = &plan->robot;
-    if (!hopform_hops_f64(plan) || !(robot->u_max <= HOPFORM_NEVER_f64)) {
+    if (!hops_f64(plan) || !(robot->u_max <= HOPFORM_NEVER_f64)) {
         search->status = HOPFORM_ERROR_ROBOT;
-    } else if (!hopform_is_finite_f64(wanted.h_des) || !hopform_is_finite_f64(wanted.datum)
-               || !(wanted.h_des + wanted.datum >= 0.0)
+    } else if (!is_finite_f64(wanted.h_des) || !is_finite_f64(wanted.datum) || !(wanted.h_des + wanted.datum >= 0.0)
                || !(wanted.stop_margin >= 0.0 && wanted.stop_margin <= HOPFORM_NEVER_f64)) {
         search->status = HOPFORM_ERROR_TARGET;
     } else if (!(wanted.horizon > 0.0 && wanted.horizon <= HOPFORM_NEVER_f64)) {
@@ -521,17 +519,16 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
 int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity,
                                          hopform_command_f64 *command) {
     if (search == NULL) { return end_search_f64(NULL, HOPFORM_ERROR_NULL, command); }
-    const hopform_memory_f64 read[] = {
-        hopform_array_f64(search, 1, sizeof *search),
-        hopform_array_f64(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
+    const memory_f64 read[] = {
+        array_f64(search, 1, sizeof *search),
+        array_f64(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
     };
-    const hopform_memory_f64 written[] = {
-        hopform_array_f64(phases, capacity, sizeof *phases),
-        hopform_array_f64(command, 1, sizeof *command),
+    const memory_f64 written[] = {
+        array_f64(phases, capacity, sizeof *phases),
+        array_f64(command, 1, sizeof *command),
     };
-    if (hopform_overlap_f64(written, 2, read, 2)) {
-        return end_search_f64(search, HOPFORM_ERROR_OVERLAP,
-                               hopform_overlap_f64(&written[1], 1, read, 2) ? NULL : command);
+    if (overlap_f64(written, 2, read, 2)) {
+        return end_search_f64(search, HOPFORM_ERROR_OVERLAP, overlap_f64(&written[1], 1, read, 2) ? NULL : command);
     }
     if (phases == NULL || command == NULL) { return end_search_f64(search, HOPFORM_ERROR_NULL, command); }
     if (search->status != HOPFORM_SEARCHING || search->plan == NULL) {
@@ -566,28 +563,26 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
                                   const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
                                   int32_t capacity, hopform_trial_f64 *trials) {
     const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
-    const hopform_memory_f64 read[] = {
-        hopform_array_f64(plan, 1, sizeof *plan),
-        hopform_array_f64(starts, start_count, sizeof *starts),
-        hopform_array_f64(currents, current_count, sizeof *currents),
+    const memory_f64 read[] = {
+        array_f64(plan, 1, sizeof *plan),
+        array_f64(starts, start_count, sizeof *starts),
+        array_f64(currents, current_count, sizeof *currents),
     };
-    const hopform_memory_f64 written[] = {
-        hopform_array_f64(trials, start_count, row),
-        hopform_array_f64(phases, capacity, sizeof *phases),
+    const memory_f64 written[] = {
+        array_f64(trials, start_count, row),
+        array_f64(phases, capacity, sizeof *phases),
     };
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
-        return hopform_refuse_f64(HOPFORM_ERROR_NULL, written, 1, read, 3);
+        return refuse_f64(HOPFORM_ERROR_NULL, written, 1, read, 3);
     }
-    if (hopform_overlap_f64(written, 2, read, 3)) {
-        return hopform_refuse_f64(HOPFORM_ERROR_OVERLAP, written, 1, read, 3);
-    }
-    if (!hopform_hops_f64(plan)) { return hopform_refuse_f64(HOPFORM_ERROR_ROBOT, written, 1, read, 3); }
+    if (overlap_f64(written, 2, read, 3)) { return refuse_f64(HOPFORM_ERROR_OVERLAP, written, 1, read, 3); }
+    if (!hops_f64(plan)) { return refuse_f64(HOPFORM_ERROR_ROBOT, written, 1, read, 3); }
     int32_t kept = HOPFORM_OK;
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             const int32_t status = evaluate_candidate_f64(plan, &starts[i], currents[j], horizon, phases, capacity,
                                                            &trials[i * current_count + j]);
-            if (status < 0) { return hopform_refuse_f64(status, written, 1, read, 3); }
+            if (status < 0) { return refuse_f64(status, written, 1, read, 3); }
             kept = status != HOPFORM_OK ? status : kept;
         }
     }
@@ -598,31 +593,31 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
 
 /* The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign. */
 static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t) {
-    const int side[] = {hopform_side_1_f64(phase), hopform_side_2_f64(phase)};
+    const int side[] = {side_1_f64(phase), side_2_f64(phase)};
     const double first = phase->y;
     if (!HOPFORM_COMPRESSION_MAY_TURN(side) || !(t > 0.0)) { return first; }
-    hopform_numerators_f64 motion;
-    motion.named = hopform_motion_in_phase_f64(plan, phase, u);
-    const hopform_numerator_f64 *h = &motion.of.compression;
-    const hopform_numerator_f64 extension = {-h->H3, -h->H2, -h->H1};
-    const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side[0], side[1]);
-    const hopform_node_f64 *node = hopform_node_of_f64(plan, side[0], side[1]);
+    numerators_f64 motion;
+    motion.named = motion_in_phase_f64(plan, phase, u);
+    const numerator_f64 *h = &motion.of.compression;
+    const numerator_f64 extension = {-h->H3, -h->H2, -h->H1};
+    const hopform_poles_f64 *poles = poles_of_f64(plan, side[0], side[1]);
+    const hopform_node_f64 *node = node_of_f64(plan, side[0], side[1]);
     const propagator_f64 end = propagator_at_f64(poles, t);
-    const hopform_least_f64 least = hopform_least_minimum_f64(poles, node, &extension, -first, &end, 65536.0);
-    return hopform_greater_f64(first, -least.value);
+    const minima_f64 least = least_minimum_f64(poles, node, &extension, -first, &end, 65536.0);
+    return greater_f64(first, -least.value);
 }
 
 int32_t hopform_stance_compression_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                         const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                         double *compression_max) {
-    const hopform_memory_f64 array = hopform_array_f64(compression_max, 1, sizeof *compression_max);
-    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, NULL, &array, 1);
+    const memory_f64 array = array_f64(compression_max, 1, sizeof *compression_max);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
     double most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const double until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
         const double u = steps[phases[n].step].u;
-        most = hopform_greater_f64(most, most_in_phase_f64(plan, &phases[n], u, until - phases[n].t));
+        most = greater_f64(most, most_in_phase_f64(plan, &phases[n], u, until - phases[n].t));
     }
     *compression_max = most;
     return HOPFORM_OK;

@@ -13,7 +13,7 @@
 /* Add the work of the first t of a phase to a ledger. */
 static void energy_add_f32(hopform_ledger_f32 *ledger, const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
                             float u, float t) {
-    const hopform_ledger_f32 part = hopform_ledger_in_phase_f32(plan, phase, u, t);
+    const hopform_ledger_f32 part = ledger_in_phase_f32(plan, phase, u, t);
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
@@ -24,29 +24,29 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
                                    const float *times, int32_t count, hopform_energy_f32 *energies,
                                    hopform_ledger_f32 *ledgers, float *stop_losses) {
     const bool wanted = ledgers != NULL || stop_losses != NULL;
-    const hopform_memory_f32 arrays[] = {
-        hopform_array_f32(energies, count, sizeof *energies),
-        hopform_array_f32(ledgers, count, sizeof *ledgers),
-        hopform_array_f32(stop_losses, count, sizeof *stop_losses),
+    const memory_f32 arrays[] = {
+        array_f32(energies, count, sizeof *energies),
+        array_f32(ledgers, count, sizeof *ledgers),
+        array_f32(stop_losses, count, sizeof *stop_losses),
     };
-    const hopform_times_f32 when = {times, count, wanted};
-    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, &when, arrays, wanted ? 3 : 1);
+    const times_f32 when = {times, count, wanted};
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, arrays, wanted ? 3 : 1);
     if (status < 0) { return status; }
     hopform_ledger_f32 sum = {0};
     float loss = stance->start_loss;
     int32_t n = 0;
     for (int32_t i = 0; i < count; i++) {
-        const hopform_state_f32 state = hopform_state_of_stance_f32(plan, steps, phases, stance, times[i]);
-        energies[i] = hopform_energies_f32(&plan->robot, &state);
+        const hopform_state_f32 state = state_of_stance_f32(plan, steps, phases, stance, times[i]);
+        energies[i] = energies_f32(&plan->robot, &state);
         if (!wanted) { continue; }
-        const float t = hopform_lesser_f32(times[i], stance->duration);
+        const float t = lesser_f32(times[i], stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
             const float length = phases[n + 1].t - phases[n].t;
             const float u = steps[phases[n].step].u;
             energy_add_f32(&sum, plan, &phases[n], u, length);
-            if (hopform_axis_of_event_f32(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
-                const hopform_state_f32 before = hopform_state_in_phase_f32(plan, &phases[n], u, length);
-                loss += hopform_loss_at_stop_f32(&plan->robot, &before);
+            if (axis_of_event_f32(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
+                const hopform_state_f32 before = state_in_phase_f32(plan, &phases[n], u, length);
+                loss += loss_at_stop_f32(&plan->robot, &before);
             }
         }
         ledgers[i] = sum;

@@ -11,14 +11,14 @@
 /* The least of `count` minima, and the propagator there. */
 typedef struct {
     float value;
-    hopform_basis_f32 basis;
+    basis_f32 basis;
     uint32_t count;
-} hopform_least_f32;
+} minima_f32;
 
 /* The minimum between two times, between which the rate becomes positive. */
-static inline void hopform_find_minimum_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                             const jet_f32 *from, float low, const jet_f32 *to, float high,
-                                             hopform_least_f32 *least) {
+static inline void find_minimum_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                     const jet_f32 *from, float low, const jet_f32 *to, float high,
+                                     minima_f32 *least) {
     const propagator_f32 at = minimum_between_f32(poles, g, from, low, to, high);
     const float value = value_at_f32(g, &at);
     if (least->count == 0 || value < least->value) {
@@ -29,23 +29,22 @@ static inline void hopform_find_minimum_f32(const hopform_poles_f32 *poles, cons
 }
 
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
-static inline bool hopform_is_decided_f32(const event_function_f32 *g, const propagator_f32 *at,
-                                           const jet_f32 *jet) {
-    const hopform_basis_f32 *w = &at->basis;
+static inline bool is_decided_f32(const event_function_f32 *g, const propagator_f32 *at, const jet_f32 *jet) {
+    const basis_f32 *w = &at->basis;
     const float of_rate = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
     return fabs_f32(jet->rate) > 64.0f * HOPFORM_EPS_f32 * of_rate && bends_f32(g, at, jet->curvature);
 }
 
 /* d' of an event function, the deflated derivative of its rate. */
-static inline float hopform_deflated_rate_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
-                                              const event_function_f32 *g, const propagator_f32 *at) {
+static inline float deflated_rate_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
+                                      const event_function_f32 *g, const propagator_f32 *at) {
     const deflated_f32 d = deflated_at_f32(poles, node, g, at);
     return (d.B - d.sum * d.A) * d.Rd - d.product * (d.A * d.R);
 }
 
 /* Rule 2 of docs/explanation/certificate.md for the rate of an event function, which has these jets: how often it may
  * vanish between two times that lie less than half a period of the pair apart; d and d_then are those of the rate. */
-static inline int hopform_most_turns_f32(const jet_f32 *from, float d, const jet_f32 *to, float d_then) {
+static inline int most_turns_f32(const jet_f32 *from, float d, const jet_f32 *to, float d_then) {
     const int variations = (from->rate * from->curvature < 0.0f ? 1 : 0) + (from->curvature * d < 0.0f ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0f ? 1 : 0) + (to->curvature * d_then < 0.0f ? 1 : 0);
     const bool decided = fabs_f32(from->rate) > 0.0f && fabs_f32(from->curvature) > 0.0f && fabs_f32(d * d_then) > 0.0f;
@@ -56,26 +55,25 @@ static inline int hopform_most_turns_f32(const jet_f32 *from, float d, const jet
  * Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a period
  * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
  * back. */
-static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f32 *poles,
-                                                            const hopform_node_f32 *node,
-                                                            const hopform_numerator_f32 *h, float value,
-                                                            const propagator_f32 *end, float most) {
-    const event_function_f32 function = {h->H3, h->H2, h->H1, 0.0f, value, 0.0f, 0, 0, MAY_TURN_f32};
+static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
+                                             const numerator_f32 *h, float value, const propagator_f32 *end,
+                                             float most) {
+    const event_function_f32 function = event_function_of_f32(h, value);
     const event_function_f32 *g = &function;
     const jet_f32 from = jet_at_start_f32(poles, g);
     const jet_f32 to = jet_at_f32(poles, g, end);
-    hopform_least_f32 least = {0.0f, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0};
+    minima_f32 least = {0.0f, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0};
     const bool turns = from.rate < 0.0f && to.rate > 0.0f;
     const int odd = turns || (from.rate > 0.0f && to.rate < 0.0f) ? 1 : 0;
     const propagator_f32 start = propagator_at_start_f32(poles);
-    const float d = hopform_deflated_rate_f32(poles, node, g, &start);
-    if (end->t < 0.95f * node->half_period && hopform_is_decided_f32(g, end, &to)
-        && hopform_most_turns_f32(&from, d, &to, hopform_deflated_rate_f32(poles, node, g, end)) <= 1 + odd) {
-        if (turns) { hopform_find_minimum_f32(poles, g, &from, 0.0f, &to, end->t, &least); }
+    const float d = deflated_rate_f32(poles, node, g, &start);
+    if (end->t < 0.95f * node->half_period && is_decided_f32(g, end, &to)
+        && most_turns_f32(&from, d, &to, deflated_rate_f32(poles, node, g, end)) <= 1 + odd) {
+        if (turns) { find_minimum_f32(poles, g, &from, 0.0f, &to, end->t, &least); }
         return least;
     }
-    const float longest = hopform_greater_f32(end->t / most, 0.77f / sqrt_f32(poles->q));
-    float apart = hopform_lesser_f32(0.5f / (poles->s_1 + sqrt_f32(poles->s_2)), longest);
+    const float longest = greater_f32(end->t / most, 0.77f / sqrt_f32(poles->q));
+    float apart = lesser_f32(0.5f / (poles->s_1 + sqrt_f32(poles->s_2)), longest);
     float earlier = 0.0f; /* times of the jets before and last */
     float t = 0.0f;
     jet_f32 before = from;
@@ -87,7 +85,7 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f3
         const propagator_f32 at = ends ? *end : propagator_at_f32(poles, next);
         const jet_f32 now = ends ? to : jet_at_f32(poles, g, &at);
         if (last.rate < 0.0f && now.rate >= 0.0f) {
-            hopform_find_minimum_f32(poles, g, &last, t, &now, next, &least);
+            find_minimum_f32(poles, g, &last, t, &now, next, &least);
         } else if (t > 0.0f && last.rate < 0.0f && last.rate > before.rate && last.rate > now.rate) {
             const float rise = (last.rate - before.rate) / (t - earlier);
             const float bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
@@ -95,13 +93,13 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const hopform_poles_f3
             const float top = bend < 0.0f ? t - 0.5f * (rise + bend * (t - earlier)) / bend : t;
             const propagator_f32 at_top = propagator_at_f32(poles, top);
             const jet_f32 there = jet_at_f32(poles, g, &at_top);
-            if (there.rate > 0.0f) { hopform_find_minimum_f32(poles, g, &before, earlier, &there, top, &least); }
+            if (there.rate > 0.0f) { find_minimum_f32(poles, g, &before, earlier, &there, top, &least); }
         }
         earlier = t;
         t = next;
         before = last;
         last = now;
-        apart = hopform_lesser_f32(2.0f * apart, longest);
+        apart = lesser_f32(2.0f * apart, longest);
     }
     return least;
 }

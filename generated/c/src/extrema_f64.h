@@ -11,14 +11,14 @@
 /* The least of `count` minima, and the propagator there. */
 typedef struct {
     double value;
-    hopform_basis_f64 basis;
+    basis_f64 basis;
     uint32_t count;
-} hopform_least_f64;
+} minima_f64;
 
 /* The minimum between two times, between which the rate becomes positive. */
-static inline void hopform_find_minimum_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                             const jet_f64 *from, double low, const jet_f64 *to, double high,
-                                             hopform_least_f64 *least) {
+static inline void find_minimum_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                     const jet_f64 *from, double low, const jet_f64 *to, double high,
+                                     minima_f64 *least) {
     const propagator_f64 at = minimum_between_f64(poles, g, from, low, to, high);
     const double value = value_at_f64(g, &at);
     if (least->count == 0 || value < least->value) {
@@ -29,23 +29,22 @@ static inline void hopform_find_minimum_f64(const hopform_poles_f64 *poles, cons
 }
 
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
-static inline bool hopform_is_decided_f64(const event_function_f64 *g, const propagator_f64 *at,
-                                           const jet_f64 *jet) {
-    const hopform_basis_f64 *w = &at->basis;
+static inline bool is_decided_f64(const event_function_f64 *g, const propagator_f64 *at, const jet_f64 *jet) {
+    const basis_f64 *w = &at->basis;
     const double of_rate = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
     return fabs_f64(jet->rate) > 64.0 * HOPFORM_EPS_f64 * of_rate && bends_f64(g, at, jet->curvature);
 }
 
 /* d' of an event function, the deflated derivative of its rate. */
-static inline double hopform_deflated_rate_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
-                                              const event_function_f64 *g, const propagator_f64 *at) {
+static inline double deflated_rate_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
+                                      const event_function_f64 *g, const propagator_f64 *at) {
     const deflated_f64 d = deflated_at_f64(poles, node, g, at);
     return (d.B - d.sum * d.A) * d.Rd - d.product * (d.A * d.R);
 }
 
 /* Rule 2 of docs/explanation/certificate.md for the rate of an event function, which has these jets: how often it may
  * vanish between two times that lie less than half a period of the pair apart; d and d_then are those of the rate. */
-static inline int hopform_most_turns_f64(const jet_f64 *from, double d, const jet_f64 *to, double d_then) {
+static inline int most_turns_f64(const jet_f64 *from, double d, const jet_f64 *to, double d_then) {
     const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
     const bool decided = fabs_f64(from->rate) > 0.0 && fabs_f64(from->curvature) > 0.0 && fabs_f64(d * d_then) > 0.0;
@@ -56,26 +55,25 @@ static inline int hopform_most_turns_f64(const jet_f64 *from, double d, const je
  * Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a period
  * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
  * back. */
-static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f64 *poles,
-                                                            const hopform_node_f64 *node,
-                                                            const hopform_numerator_f64 *h, double value,
-                                                            const propagator_f64 *end, double most) {
-    const event_function_f64 function = {h->H3, h->H2, h->H1, 0.0, value, 0.0, 0, 0, MAY_TURN_f64};
+static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
+                                             const numerator_f64 *h, double value, const propagator_f64 *end,
+                                             double most) {
+    const event_function_f64 function = event_function_of_f64(h, value);
     const event_function_f64 *g = &function;
     const jet_f64 from = jet_at_start_f64(poles, g);
     const jet_f64 to = jet_at_f64(poles, g, end);
-    hopform_least_f64 least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
+    minima_f64 least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
     const bool turns = from.rate < 0.0 && to.rate > 0.0;
     const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
     const propagator_f64 start = propagator_at_start_f64(poles);
-    const double d = hopform_deflated_rate_f64(poles, node, g, &start);
-    if (end->t < 0.95 * node->half_period && hopform_is_decided_f64(g, end, &to)
-        && hopform_most_turns_f64(&from, d, &to, hopform_deflated_rate_f64(poles, node, g, end)) <= 1 + odd) {
-        if (turns) { hopform_find_minimum_f64(poles, g, &from, 0.0, &to, end->t, &least); }
+    const double d = deflated_rate_f64(poles, node, g, &start);
+    if (end->t < 0.95 * node->half_period && is_decided_f64(g, end, &to)
+        && most_turns_f64(&from, d, &to, deflated_rate_f64(poles, node, g, end)) <= 1 + odd) {
+        if (turns) { find_minimum_f64(poles, g, &from, 0.0, &to, end->t, &least); }
         return least;
     }
-    const double longest = hopform_greater_f64(end->t / most, 0.77 / sqrt_f64(poles->q));
-    double apart = hopform_lesser_f64(0.5 / (poles->s_1 + sqrt_f64(poles->s_2)), longest);
+    const double longest = greater_f64(end->t / most, 0.77 / sqrt_f64(poles->q));
+    double apart = lesser_f64(0.5 / (poles->s_1 + sqrt_f64(poles->s_2)), longest);
     double earlier = 0.0; /* times of the jets before and last */
     double t = 0.0;
     jet_f64 before = from;
@@ -87,7 +85,7 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f6
         const propagator_f64 at = ends ? *end : propagator_at_f64(poles, next);
         const jet_f64 now = ends ? to : jet_at_f64(poles, g, &at);
         if (last.rate < 0.0 && now.rate >= 0.0) {
-            hopform_find_minimum_f64(poles, g, &last, t, &now, next, &least);
+            find_minimum_f64(poles, g, &last, t, &now, next, &least);
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
             const double rise = (last.rate - before.rate) / (t - earlier);
             const double bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
@@ -95,13 +93,13 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const hopform_poles_f6
             const double top = bend < 0.0 ? t - 0.5 * (rise + bend * (t - earlier)) / bend : t;
             const propagator_f64 at_top = propagator_at_f64(poles, top);
             const jet_f64 there = jet_at_f64(poles, g, &at_top);
-            if (there.rate > 0.0) { hopform_find_minimum_f64(poles, g, &before, earlier, &there, top, &least); }
+            if (there.rate > 0.0) { find_minimum_f64(poles, g, &before, earlier, &there, top, &least); }
         }
         earlier = t;
         t = next;
         before = last;
         last = now;
-        apart = hopform_lesser_f64(2.0 * apart, longest);
+        apart = lesser_f64(2.0 * apart, longest);
     }
     return least;
 }

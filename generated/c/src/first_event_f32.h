@@ -34,26 +34,27 @@ enum { MOST_EVENT_FUNCTIONS_f32 = 4, MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f
 #define HOPFORM_MOST_INTERVALS 10000
 #endif
 
-/* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
- * zero it does once; that it is the distance to a limit, which is monotone until the velocity of its element vanishes,
- * and of which a touch is no event. */
-enum { MAY_TURN_f32, MONOTONE_f32, DISTANCE_f32 };
-
-/* An event function. `owner` and `side` are the caller's. */
+/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
+ * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
+ * a touch of it is no event. */
 typedef struct {
     float H3, H2, H1, H0; /* its numerator */
     float start;
     float cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
+    float decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
     int32_t owner;
     int32_t side;
-    int32_t shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    float left; /* in flight: what a damper leaves in the leg, and the rate at which that relaxes */
-    float relaxes;
-#endif
+    bool needs_certificate;
+    bool touch_is_no_event;
 } event_function_f32;
 
-/* The active event functions of a phase, in the order in which they win a tie. */
+/* A function with this numerator and value at the start, of which nothing is known. */
+static inline event_function_f32 event_function_of_f32(const numerator_f32 *h, float start) {
+    const event_function_f32 g = {h->H3, h->H2, h->H1, 0.0f, start, 0.0f, 0.0f, 0.0f, 0, 0, true, false};
+    return g;
+}
+
+/* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
     const hopform_poles_f32 *poles;
     const hopform_node_f32 *node;
@@ -64,7 +65,7 @@ typedef struct {
 /* A time since the start of the phase, and the propagator there. */
 typedef struct {
     float t;
-    hopform_basis_f32 basis;
+    basis_f32 basis;
     float W_third; /* W''' */
 } propagator_f32;
 
@@ -82,55 +83,53 @@ typedef struct {
     float third;
 } jet_f32;
 
-static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis) {
+static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const basis_f32 *basis) {
     return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
 }
 
-static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t,
-                                                 const hopform_basis_f32 *basis) {
+static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t, const basis_f32 *basis) {
     const propagator_f32 at = {t, *basis, third_of_basis_f32(poles, basis)};
     return at;
 }
 
 static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, float t) {
-    const hopform_basis_f32 basis = hopform_basis_at_f32(poles, t);
+    const basis_f32 basis = basis_at_f32(poles, t);
     return propagator_of_f32(poles, t, &basis);
 }
 
-/* The n-th derivative of what a damper leaves in the leg. */
-static inline float relaxing_f32(const event_function_f32 *g, float t, int n) {
-    float value = 0.0f;
-#if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_f32(g->left) > 0.0f) { value = g->left * hopform_exp_f32(-g->relaxes * t); }
+/* Whether a function has a further term, which decays: only where a damper is in the leg. */
+static inline bool has_decay_f32(const event_function_f32 *g) {
+    return HOPFORM_LEG_HAS_DAMPER && fabs_f32(g->decaying) > 0.0f;
+}
+
+/* The n-th derivative of a function from that of its other terms. */
+static inline float with_decay_f32(const event_function_f32 *g, float t, int n, float others) {
+    if (!has_decay_f32(g)) { return others; }
+    float value = g->decaying * exponential_f32(-g->decay * t);
     for (int i = 0; i < n; i++) {
-        value *= -g->relaxes;
+        value *= -g->decay;
     }
-#else
-    (void)g;
-    (void)t;
-    (void)n;
-#endif
-    return value;
+    return others + value;
 }
 
 static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f32(g, at->t, 0) : value;
+    return with_decay_f32(g, at->t, 0, value);
 }
 
 static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f32(g, at->t, 1) : rate;
+    return with_decay_f32(g, at->t, 1, rate);
 }
 
 static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                  const propagator_f32 *at) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const float third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f32(g, at->t, 3) : third;
+    return with_decay_f32(g, at->t, 3, third);
 }
 
 static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
@@ -144,10 +143,9 @@ static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const eve
 
 /* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at),
-                          HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_f32(g, at->t, 2) : curvature, 0.0f};
+    const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at), with_decay_f32(g, at->t, 2, curvature), 0.0f};
     return jet;
 }
 
@@ -175,7 +173,7 @@ static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float
     const float start = above ? from->value : rise;
     const float slope = above ? rise : 0.5f * h * h * from->curvature;
     const float square = slope * slope + 4.0f * start * (start + slope - to->value);
-    const float below = sqrt_f32(hopform_greater_f32(square, 0.0f)) - slope;
+    const float below = sqrt_f32(greater_f32(square, 0.0f)) - slope;
     const float share = 2.0f * start / (below > 0.0f ? below : 1.0f);
     return ((start > 0.0f) & (share < 1.0f)) ? share : 0.75f;
 }
@@ -273,11 +271,10 @@ static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const 
 }
 
 /* The propagator's basis d later. */
-static inline hopform_basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *from,
-                                                    float d) {
+static inline basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const basis_f32 *from, float d) {
     const derivatives_f32 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
     const derivatives_f32 later = carried_f32(poles, &w, d);
-    const hopform_basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
+    const basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return basis;
 }
 
@@ -325,13 +322,13 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
             }
         }
         at->t = t;
-        at->basis = hopform_basis_at_f32(poles, t);
+        at->basis = basis_at_f32(poles, t);
         at->W_third = third_of_basis_f32(poles, &at->basis);
         const jet_f32 jet = jet_at_f32(poles, g, at);
         if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) { return; }
         const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
-        /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
-        if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_f32(relaxing_f32(g, t, 0)) > 0.0f)) {
+        /* The rate of the further term is none of the poles: no step is known to land. */
+        if (step.lands && !has_decay_f32(g)) {
             at->basis = carried_basis_f32(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f32(poles, &at->basis);
             at->t = step.next;
@@ -366,7 +363,7 @@ static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const
                        sum,
                        product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const hopform_pair_f32 pair = hopform_pair_at_f32(poles, at->t);
+        const pair_f32 pair = pair_at_f32(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
     }
@@ -394,7 +391,7 @@ static inline float deflated_derivative_f32(const event_set_f32 *set, const even
 
 /* Whether a rate is negative by more than rounding. */
 static inline bool falls_for_certain_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float terms = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
     return decided_f32(rate, terms) < 0.0f;
 }
@@ -410,9 +407,9 @@ static inline bool has_no_root_f32(const jet_f32 *from, float d, bool falls_then
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float bound) {
+static inline bool stays_positive_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float bound) {
     const float left = from->value + bound;
-    return left > -h * from->rate && left * hopform_greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
+    return left > -h * from->rate && left * greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
 }
 
 /* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
@@ -421,7 +418,7 @@ static inline bool is_held_up_by_slope_f32(float l, const jet_f32 *from, const j
 static inline bool has_faded_f32(const event_set_f32 *set, const event_function_f32 *g, const propagator_f32 *start,
                                   const jet_f32 *from, float h, float bound) {
     const hopform_poles_f32 *poles = set->poles;
-    const hopform_basis_f32 *w = &start->basis;
+    const basis_f32 *w = &start->basis;
     const deflated_f32 deflated = deflated_at_f32(poles, set->node, g, start);
     const float mu = 0.5f * poles->p;
     const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
@@ -430,7 +427,7 @@ static inline bool has_faded_f32(const event_set_f32 *set, const event_function_
     const float amplitude = sqrt_f32(d * d + wY * wY / (poles->q - mu * mu));
     const float rounding =
         16.0f * HOPFORM_EPS_f32 * (fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W));
-    const float falls = rounding - hopform_lesser_f32(from->rate, 0.0f) + 1.001f * h * amplitude;
+    const float falls = rounding - lesser_f32(from->rate, 0.0f) + 1.001f * h * amplitude;
     return from->value + bound > h * falls;
 }
 
@@ -439,7 +436,7 @@ static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, c
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
     const float a = poles->a;
-    const float e = (g->H1 - a * (g->H2 - a * g->H3)) / hopform_residue_f32(poles);
+    const float e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_f32(poles);
     const float c = g->H3 - e;
     const float sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
     return poles->q * poles->q * sqrt_f32(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f32(e);
@@ -447,9 +444,9 @@ static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, c
 
 /* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
-static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                const jet_f32 *from, const jet_f32 *to, float h, bool root_at_end,
-                                                float rounding) {
+static inline bool stays_positive_by_bernstein_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                                    const jet_f32 *from, const jet_f32 *to, float h, bool root_at_end,
+                                                    float rounding) {
     const float M6 = sixth_derivative_bound_f32(poles, g);
     const float f = 0.2f * h;
     const float tw = 0.05f * h * h;
@@ -457,10 +454,10 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
     const float b2 = b1 + f * from->rate + tw * from->curvature;
     const float b4 = to->value - f * to->rate;
     const float b3 = b4 - f * to->rate + tw * to->curvature;
-    float low = hopform_lesser_f32(hopform_lesser_f32(b1, b2), hopform_lesser_f32(b3, b4));
-    const float at_start = hopform_lesser_f32(low, from->value);
+    float low = lesser_f32(lesser_f32(b1, b2), lesser_f32(b3, b4));
+    const float at_start = lesser_f32(low, from->value);
     low = from->value > 0.0f ? at_start : low;
-    const float at_end = hopform_lesser_f32(low, to->value);
+    const float at_end = lesser_f32(low, to->value);
     low = root_at_end ? low : at_end;
     const float hhh = h * h * h;
     return low > M6 * hhh * hhh / 4.32e4f + rounding;
@@ -468,7 +465,7 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
 
 /* Whether the curvature of an event function is more than what rounding may have left of it. */
 static inline bool bends_f32(const event_function_f32 *g, const propagator_f32 *at, float curvature) {
-    const hopform_basis_f32 *w = &at->basis;
+    const basis_f32 *w = &at->basis;
     const float terms = fabs_f32(g->H3 * at->W_third) + fabs_f32(g->H2 * w->Wdd) + fabs_f32(g->H1 * w->Wd);
     return fabs_f32(curvature) > 64.0f * HOPFORM_EPS_f32 * terms;
 }
@@ -526,7 +523,7 @@ static inline float quiet_time_of_ringing_f32(const event_set_f32 *set, const ev
     const deflated_f32 deflated = deflated_at_f32(set->poles, set->node, g, start);
     const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const float D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
-    const float r = (poles->a * d - D) / hopform_residue_f32(poles);
+    const float r = (poles->a * d - D) / residue_f32(poles);
     const bool stiff = poles->a * poles->a > poles->q;
     const float X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
     const float x = at->rate - r;
@@ -550,9 +547,9 @@ static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const even
     if (!(product > 0.0f)) { return 0.0f; }
     const deflated_f32 d = deflated_at_f32(set->poles, set->node, g, start);
     const float slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
-    const float first = hopform_lesser_f32(at->rate, 0.0f);
-    const float second = hopform_lesser_f32(d.A * d.Rd + d.B * d.R, 0.0f);
-    const float third = hopform_lesser_f32(slowest * (d.Rd + l_2 * d.R), 0.0f);
+    const float first = lesser_f32(at->rate, 0.0f);
+    const float second = lesser_f32(d.A * d.Rd + d.B * d.R, 0.0f);
+    const float third = lesser_f32(slowest * (d.Rd + l_2 * d.R), 0.0f);
     const float left = at->value + first / l_1 + second / product - rounding;
     const float falls = third / product;
     if (!(left > 0.0f)) { return 0.0f; }
@@ -593,7 +590,7 @@ static inline bool has_crossed_f32(const jet_f32 *to, float h, float rounding, b
 static inline float guessed_crossing_f32(const event_function_f32 *g, const interval_f32 *in, const jet_f32 *from,
                                          jet_f32 *to) {
     const float h = in->high.t - in->low.t;
-    const bool is_last = in->found < 0 && g->shape != DISTANCE_f32;
+    const bool is_last = in->found < 0 && !g->touch_is_no_event;
     *to = short_jet_at_f32(g, &in->high);
     return has_crossed_f32(to, h, rounding_of_f32(g, &in->high, to->rate), is_last) ? rough_root_f32(from, to, h)
                                                                                       : 2.0f;
@@ -605,16 +602,16 @@ typedef struct {
     float share;
 } crossing_f32;
 
-/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
- * has. */
-static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape,
+/* Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
+ * alone. */
+static inline bool first_crossing_f32(const event_set_f32 *set, interval_f32 *in, bool distances,
                                        crossing_f32 *first) {
     const propagator_f32 end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0f;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (n != in->found && g->shape >= shape && value_at_f32(g, &end) < 0.0f) {
+        if (n != in->found && (!distances || g->touch_is_no_event) && value_at_f32(g, &end) < 0.0f) {
             jet_f32 to;
             const float share = guessed_crossing_f32(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -636,10 +633,10 @@ static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *i
     in->found = crossing->function;
 }
 
-/* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
-static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, int32_t shape) {
+/* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
+static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, bool distances) {
     crossing_f32 first;
-    for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, shape, &first); n++) {
+    for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, distances, &first); n++) {
         end_at_crossing_f32(set, in, &first);
     }
 }
@@ -656,9 +653,9 @@ static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in) {
         const float rounding = rounding_of_f32(g, &in->high, rate);
         if (!(rate * (in->high.t - in->low.t) < -16.0f * rounding)) { continue; }
         const float value = value_at_f32(g, &in->high);
-        if (found->shape == DISTANCE_f32 ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
-                                          : (value - 4.0f * rounding) * fabs_f32(other)
-                                                < fabs_f32(rate) * rounding_of_f32(found, &in->high, other)) {
+        if (found->touch_is_no_event ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
+                                     : (value - 4.0f * rounding) * fabs_f32(other)
+                                           < fabs_f32(rate) * rounding_of_f32(found, &in->high, other)) {
             if (value > 0.0f) { end_interval_at_f32(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
@@ -686,10 +683,10 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
     if (has_no_root_f32(from, d, falls_for_certain_f32(g, &in->high, to->rate), d_then)) { return true; }
     const float h = in->high.t - in->low.t;
     const float rounding = rounding_of_f32(g, &in->high, to->rate);
-    return (!(d < 0.0f) && is_held_up_by_slope_f32(set->node->pole, from, to, h, rounding))
+    return (!(d < 0.0f) && stays_positive_by_slope_f32(set->node->pole, from, to, h, rounding))
            || quiet_time_f32(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f32
-               && (is_held_up_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding)
+               && (stays_positive_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding)
                    || has_faded_f32(set, g, &in->low, from, h, rounding)));
 }
 
@@ -720,12 +717,14 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
 static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (g->shape != MAY_TURN_f32) { continue; }
+        if (!g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const float d = deflated_derivative_f32(set, g, &in->low, 1.0f);
-        const bool soon = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
-                                  : (d > 0.0f) & !(in->from[n].rate < 0.0f);
-        if (!soon && !is_certified_f32(set, in, n, d) && !is_certified_inside_f32(set, in, n, d)) { return false; }
+        const bool no_root_by_signs = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
+                                              : (d > 0.0f) & !(in->from[n].rate < 0.0f);
+        if (!no_root_by_signs && !is_certified_f32(set, in, n, d) && !is_certified_inside_f32(set, in, n, d)) {
+            return false;
+        }
     }
     if (in->found > 0) { settle_ties_f32(set, in); }
     return true;
@@ -736,7 +735,7 @@ static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *i
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
-        end_at_first_crossing_f32(set, in, MAY_TURN_f32);
+        end_at_first_crossing_f32(set, in, false);
     } while (!are_certified_f32(set, in));
     return true;
 }
@@ -747,18 +746,17 @@ static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
         in->from[n] = jet_at_f32(set->poles, &set->function[n], &in->high);
-        in->from[n].value = hopform_greater_f32(in->from[n].value, 0.0f);
+        in->from[n].value = greater_f32(in->from[n].value, 0.0f);
     }
 }
 
 /* Rule 5: until when no function has a root, for certain. */
-static inline float quiet_until_f32(const event_set_f32 *set, const interval_f32 *in) {
+static inline float root_free_until_f32(const event_set_f32 *set, const interval_f32 *in) {
     float quiet = HOPFORM_NEVER_f32;
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
         const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(set->function[n].start) + set->function[n].cancels);
-        if (set->function[n].shape != DISTANCE_f32) { /* one that is monotone is looked at where the interval ends */
-            quiet =
-                hopform_lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
+        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+            quiet = lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
     return in->low.t + quiet;
@@ -780,10 +778,10 @@ static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 
 
 /* ---- closed forms, contacts ---- */
 
-/* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
+/* Rule 3 of a pair that rings with omega. From rest a mass moves for half a period. */
 static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, float omega, float v, float acc) {
     const float back = v > 0.0f ? -(acc + 0.5f * poles->p * v) / omega : 1.0f;
-    const float slowing = hopform_angle_f32(back, v) / omega;
+    const float slowing = angle_f32(back, v) / omega;
     const float at_once = acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
     const float from_rest = acc > 0.0f ? 3.1415927f / omega : at_once;
     return v > 0.0f ? slowing : from_rest;
@@ -807,20 +805,20 @@ static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, fl
     const float x = back > 0.0f ? 2.0f * half * (v / back) : 1.0f;
     if (!(x < 1.0f)) { return HOPFORM_NEVER_f32; }
     const float s = x / (2.0f - x);
-    if (s < 0.1716f) { return 2.0f * (v / back) * hopform_area_tangent_f32(s) / (2.0f - x); }
+    if (s < 0.1716f) { return 2.0f * (v / back) * area_tangent_f32(s) / (2.0f - x); }
     const float ratio = -(acc + (mean + half) * v) / back;
-    return ratio > 0.0f ? -hopform_log_f32(ratio) / (2.0f * half) : HOPFORM_NEVER_f32;
+    return ratio > 0.0f ? -logarithm_f32(ratio) / (2.0f * half) : HOPFORM_NEVER_f32;
 }
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
 static inline float steady_state_correction_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                float settled, const hopform_basis_f32 *basis, float t) {
+                                                float settled, const basis_f32 *basis, float t) {
     const float residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
     const float by_2 = residual * poles->s_2;
-    const hopform_numerator_f32 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const float value = settled - hopform_residual_to_steady_state_f32(poles, &fading, basis, residual);
+    const numerator_f32 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
+    const float value = settled - residual_to_steady_state_f32(poles, &fading, basis, residual);
     const float rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
     const float of_time = t * fabs_f32(rate);
     const float of_rise = fabs_f32(g->start) + fabs_f32(g->H3 * basis->Wd) + fabs_f32(g->H2 * basis->W)

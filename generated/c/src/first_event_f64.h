@@ -34,26 +34,27 @@ enum { MOST_EVENT_FUNCTIONS_f64 = 4, MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f
 #define HOPFORM_MOST_INTERVALS 10000
 #endif
 
-/* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
- * zero it does once; that it is the distance to a limit, which is monotone until the velocity of its element vanishes,
- * and of which a touch is no event. */
-enum { MAY_TURN_f64, MONOTONE_f64, DISTANCE_f64 };
-
-/* An event function. `owner` and `side` are the caller's. */
+/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
+ * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
+ * a touch of it is no event. */
 typedef struct {
     double H3, H2, H1, H0; /* its numerator */
     double start;
     double cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
+    double decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
     int32_t owner;
     int32_t side;
-    int32_t shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    double left; /* in flight: what a damper leaves in the leg, and the rate at which that relaxes */
-    double relaxes;
-#endif
+    bool needs_certificate;
+    bool touch_is_no_event;
 } event_function_f64;
 
-/* The active event functions of a phase, in the order in which they win a tie. */
+/* A function with this numerator and value at the start, of which nothing is known. */
+static inline event_function_f64 event_function_of_f64(const numerator_f64 *h, double start) {
+    const event_function_f64 g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, true, false};
+    return g;
+}
+
+/* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
     const hopform_poles_f64 *poles;
     const hopform_node_f64 *node;
@@ -64,7 +65,7 @@ typedef struct {
 /* A time since the start of the phase, and the propagator there. */
 typedef struct {
     double t;
-    hopform_basis_f64 basis;
+    basis_f64 basis;
     double W_third; /* W''' */
 } propagator_f64;
 
@@ -82,55 +83,53 @@ typedef struct {
     double third;
 } jet_f64;
 
-static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *basis) {
+static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const basis_f64 *basis) {
     return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
 }
 
-static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t,
-                                                 const hopform_basis_f64 *basis) {
+static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t, const basis_f64 *basis) {
     const propagator_f64 at = {t, *basis, third_of_basis_f64(poles, basis)};
     return at;
 }
 
 static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, double t) {
-    const hopform_basis_f64 basis = hopform_basis_at_f64(poles, t);
+    const basis_f64 basis = basis_at_f64(poles, t);
     return propagator_of_f64(poles, t, &basis);
 }
 
-/* The n-th derivative of what a damper leaves in the leg. */
-static inline double relaxing_f64(const event_function_f64 *g, double t, int n) {
-    double value = 0.0;
-#if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_f64(g->left) > 0.0) { value = g->left * hopform_exp_f64(-g->relaxes * t); }
+/* Whether a function has a further term, which decays: only where a damper is in the leg. */
+static inline bool has_decay_f64(const event_function_f64 *g) {
+    return HOPFORM_LEG_HAS_DAMPER && fabs_f64(g->decaying) > 0.0;
+}
+
+/* The n-th derivative of a function from that of its other terms. */
+static inline double with_decay_f64(const event_function_f64 *g, double t, int n, double others) {
+    if (!has_decay_f64(g)) { return others; }
+    double value = g->decaying * exponential_f64(-g->decay * t);
     for (int i = 0; i < n; i++) {
-        value *= -g->relaxes;
+        value *= -g->decay;
     }
-#else
-    (void)g;
-    (void)t;
-    (void)n;
-#endif
-    return value;
+    return others + value;
 }
 
 static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_f64(g, at->t, 0) : value;
+    return with_decay_f64(g, at->t, 0, value);
 }
 
 static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_f64(g, at->t, 1) : rate;
+    return with_decay_f64(g, at->t, 1, rate);
 }
 
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                  const propagator_f64 *at) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const double third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_f64(g, at->t, 3) : third;
+    return with_decay_f64(g, at->t, 3, third);
 }
 
 static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
@@ -144,10 +143,9 @@ static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const eve
 
 /* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at),
-                          HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_f64(g, at->t, 2) : curvature, 0.0};
+    const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at), with_decay_f64(g, at->t, 2, curvature), 0.0};
     return jet;
 }
 
@@ -175,7 +173,7 @@ static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, doub
     const double start = above ? from->value : rise;
     const double slope = above ? rise : 0.5 * h * h * from->curvature;
     const double square = slope * slope + 4.0 * start * (start + slope - to->value);
-    const double below = sqrt_f64(hopform_greater_f64(square, 0.0)) - slope;
+    const double below = sqrt_f64(greater_f64(square, 0.0)) - slope;
     const double share = 2.0 * start / (below > 0.0 ? below : 1.0);
     return ((start > 0.0) & (share < 1.0)) ? share : 0.75;
 }
@@ -273,11 +271,10 @@ static inline derivatives_f64 carried_f64(const hopform_poles_f64 *poles, const 
 }
 
 /* The propagator's basis d later. */
-static inline hopform_basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *from,
-                                                    double d) {
+static inline basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const basis_f64 *from, double d) {
     const derivatives_f64 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
     const derivatives_f64 later = carried_f64(poles, &w, d);
-    const hopform_basis_f64 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
+    const basis_f64 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return basis;
 }
 
@@ -325,13 +322,13 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
             }
         }
         at->t = t;
-        at->basis = hopform_basis_at_f64(poles, t);
+        at->basis = basis_at_f64(poles, t);
         at->W_third = third_of_basis_f64(poles, &at->basis);
         const jet_f64 jet = jet_at_f64(poles, g, at);
         if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) { return; }
         const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
-        /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
-        if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_f64(relaxing_f64(g, t, 0)) > 0.0)) {
+        /* The rate of the further term is none of the poles: no step is known to land. */
+        if (step.lands && !has_decay_f64(g)) {
             at->basis = carried_basis_f64(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_f64(poles, &at->basis);
             at->t = step.next;
@@ -366,7 +363,7 @@ static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const
                        sum,
                        product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const hopform_pair_f64 pair = hopform_pair_at_f64(poles, at->t);
+        const pair_f64 pair = pair_at_f64(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
     }
@@ -394,7 +391,7 @@ static inline double deflated_derivative_f64(const event_set_f64 *set, const eve
 
 /* Whether a rate is negative by more than rounding. */
 static inline bool falls_for_certain_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double terms = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
     return decided_f64(rate, terms) < 0.0;
 }
@@ -410,9 +407,9 @@ static inline bool has_no_root_f64(const jet_f64 *from, double d, bool falls_the
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double bound) {
+static inline bool stays_positive_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double bound) {
     const double left = from->value + bound;
-    return left > -h * from->rate && left * hopform_greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
+    return left > -h * from->rate && left * greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
 }
 
 /* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
@@ -421,7 +418,7 @@ static inline bool is_held_up_by_slope_f64(double l, const jet_f64 *from, const 
 static inline bool has_faded_f64(const event_set_f64 *set, const event_function_f64 *g, const propagator_f64 *start,
                                   const jet_f64 *from, double h, double bound) {
     const hopform_poles_f64 *poles = set->poles;
-    const hopform_basis_f64 *w = &start->basis;
+    const basis_f64 *w = &start->basis;
     const deflated_f64 deflated = deflated_at_f64(poles, set->node, g, start);
     const double mu = 0.5 * poles->p;
     const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
@@ -430,7 +427,7 @@ static inline bool has_faded_f64(const event_set_f64 *set, const event_function_
     const double amplitude = sqrt_f64(d * d + wY * wY / (poles->q - mu * mu));
     const double rounding =
         16.0 * HOPFORM_EPS_f64 * (fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W));
-    const double falls = rounding - hopform_lesser_f64(from->rate, 0.0) + 1.001 * h * amplitude;
+    const double falls = rounding - lesser_f64(from->rate, 0.0) + 1.001 * h * amplitude;
     return from->value + bound > h * falls;
 }
 
@@ -439,7 +436,7 @@ static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, 
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
     const double a = poles->a;
-    const double e = (g->H1 - a * (g->H2 - a * g->H3)) / hopform_residue_f64(poles);
+    const double e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_f64(poles);
     const double c = g->H3 - e;
     const double sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
     return poles->q * poles->q * sqrt_f64(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f64(e);
@@ -447,9 +444,9 @@ static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, 
 
 /* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
-static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                const jet_f64 *from, const jet_f64 *to, double h, bool root_at_end,
-                                                double rounding) {
+static inline bool stays_positive_by_bernstein_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                                    const jet_f64 *from, const jet_f64 *to, double h, bool root_at_end,
+                                                    double rounding) {
     const double M6 = sixth_derivative_bound_f64(poles, g);
     const double f = 0.2 * h;
     const double tw = 0.05 * h * h;
@@ -457,10 +454,10 @@ static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, c
     const double b2 = b1 + f * from->rate + tw * from->curvature;
     const double b4 = to->value - f * to->rate;
     const double b3 = b4 - f * to->rate + tw * to->curvature;
-    double low = hopform_lesser_f64(hopform_lesser_f64(b1, b2), hopform_lesser_f64(b3, b4));
-    const double at_start = hopform_lesser_f64(low, from->value);
+    double low = lesser_f64(lesser_f64(b1, b2), lesser_f64(b3, b4));
+    const double at_start = lesser_f64(low, from->value);
     low = from->value > 0.0 ? at_start : low;
-    const double at_end = hopform_lesser_f64(low, to->value);
+    const double at_end = lesser_f64(low, to->value);
     low = root_at_end ? low : at_end;
     const double hhh = h * h * h;
     return low > M6 * hhh * hhh / 43200.0 + rounding;
@@ -468,7 +465,7 @@ static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, c
 
 /* Whether the curvature of an event function is more than what rounding may have left of it. */
 static inline bool bends_f64(const event_function_f64 *g, const propagator_f64 *at, double curvature) {
-    const hopform_basis_f64 *w = &at->basis;
+    const basis_f64 *w = &at->basis;
     const double terms = fabs_f64(g->H3 * at->W_third) + fabs_f64(g->H2 * w->Wdd) + fabs_f64(g->H1 * w->Wd);
     return fabs_f64(curvature) > 64.0 * HOPFORM_EPS_f64 * terms;
 }
@@ -526,7 +523,7 @@ static inline double quiet_time_of_ringing_f64(const event_set_f64 *set, const e
     const deflated_f64 deflated = deflated_at_f64(set->poles, set->node, g, start);
     const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const double D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
-    const double r = (poles->a * d - D) / hopform_residue_f64(poles);
+    const double r = (poles->a * d - D) / residue_f64(poles);
     const bool stiff = poles->a * poles->a > poles->q;
     const double X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
     const double x = at->rate - r;
@@ -550,9 +547,9 @@ static inline double quiet_time_of_decay_f64(const event_set_f64 *set, const eve
     if (!(product > 0.0)) { return 0.0; }
     const deflated_f64 d = deflated_at_f64(set->poles, set->node, g, start);
     const double slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
-    const double first = hopform_lesser_f64(at->rate, 0.0);
-    const double second = hopform_lesser_f64(d.A * d.Rd + d.B * d.R, 0.0);
-    const double third = hopform_lesser_f64(slowest * (d.Rd + l_2 * d.R), 0.0);
+    const double first = lesser_f64(at->rate, 0.0);
+    const double second = lesser_f64(d.A * d.Rd + d.B * d.R, 0.0);
+    const double third = lesser_f64(slowest * (d.Rd + l_2 * d.R), 0.0);
     const double left = at->value + first / l_1 + second / product - rounding;
     const double falls = third / product;
     if (!(left > 0.0)) { return 0.0; }
@@ -593,7 +590,7 @@ static inline bool has_crossed_f64(const jet_f64 *to, double h, double rounding,
 static inline double guessed_crossing_f64(const event_function_f64 *g, const interval_f64 *in, const jet_f64 *from,
                                          jet_f64 *to) {
     const double h = in->high.t - in->low.t;
-    const bool is_last = in->found < 0 && g->shape != DISTANCE_f64;
+    const bool is_last = in->found < 0 && !g->touch_is_no_event;
     *to = short_jet_at_f64(g, &in->high);
     return has_crossed_f64(to, h, rounding_of_f64(g, &in->high, to->rate), is_last) ? rough_root_f64(from, to, h)
                                                                                       : 2.0;
@@ -605,16 +602,16 @@ typedef struct {
     double share;
 } crossing_f64;
 
-/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
- * has. */
-static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape,
+/* Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
+ * alone. */
+static inline bool first_crossing_f64(const event_set_f64 *set, interval_f64 *in, bool distances,
                                        crossing_f64 *first) {
     const propagator_f64 end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (n != in->found && g->shape >= shape && value_at_f64(g, &end) < 0.0) {
+        if (n != in->found && (!distances || g->touch_is_no_event) && value_at_f64(g, &end) < 0.0) {
             jet_f64 to;
             const double share = guessed_crossing_f64(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -636,10 +633,10 @@ static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *i
     in->found = crossing->function;
 }
 
-/* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
-static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, int32_t shape) {
+/* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
+static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, bool distances) {
     crossing_f64 first;
-    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, shape, &first); n++) {
+    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, distances, &first); n++) {
         end_at_crossing_f64(set, in, &first);
     }
 }
@@ -656,9 +653,9 @@ static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in) {
         const double rounding = rounding_of_f64(g, &in->high, rate);
         if (!(rate * (in->high.t - in->low.t) < -16.0 * rounding)) { continue; }
         const double value = value_at_f64(g, &in->high);
-        if (found->shape == DISTANCE_f64 ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
-                                          : (value - 4.0 * rounding) * fabs_f64(other)
-                                                < fabs_f64(rate) * rounding_of_f64(found, &in->high, other)) {
+        if (found->touch_is_no_event ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
+                                     : (value - 4.0 * rounding) * fabs_f64(other)
+                                           < fabs_f64(rate) * rounding_of_f64(found, &in->high, other)) {
             if (value > 0.0) { end_interval_at_f64(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
@@ -686,10 +683,10 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
     if (has_no_root_f64(from, d, falls_for_certain_f64(g, &in->high, to->rate), d_then)) { return true; }
     const double h = in->high.t - in->low.t;
     const double rounding = rounding_of_f64(g, &in->high, to->rate);
-    return (!(d < 0.0) && is_held_up_by_slope_f64(set->node->pole, from, to, h, rounding))
+    return (!(d < 0.0) && stays_positive_by_slope_f64(set->node->pole, from, to, h, rounding))
            || quiet_time_f64(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f64
-               && (is_held_up_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding)
+               && (stays_positive_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding)
                    || has_faded_f64(set, g, &in->low, from, h, rounding)));
 }
 
@@ -720,12 +717,14 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
 static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (g->shape != MAY_TURN_f64) { continue; }
+        if (!g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const double d = deflated_derivative_f64(set, g, &in->low, 1.0);
-        const bool soon = d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high))
-                                  : (d > 0.0) & !(in->from[n].rate < 0.0);
-        if (!soon && !is_certified_f64(set, in, n, d) && !is_certified_inside_f64(set, in, n, d)) { return false; }
+        const bool no_root_by_signs = d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high))
+                                              : (d > 0.0) & !(in->from[n].rate < 0.0);
+        if (!no_root_by_signs && !is_certified_f64(set, in, n, d) && !is_certified_inside_f64(set, in, n, d)) {
+            return false;
+        }
     }
     if (in->found > 0) { settle_ties_f64(set, in); }
     return true;
@@ -736,7 +735,7 @@ static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *i
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
-        end_at_first_crossing_f64(set, in, MAY_TURN_f64);
+        end_at_first_crossing_f64(set, in, false);
     } while (!are_certified_f64(set, in));
     return true;
 }
@@ -747,18 +746,17 @@ static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
         in->from[n] = jet_at_f64(set->poles, &set->function[n], &in->high);
-        in->from[n].value = hopform_greater_f64(in->from[n].value, 0.0);
+        in->from[n].value = greater_f64(in->from[n].value, 0.0);
     }
 }
 
 /* Rule 5: until when no function has a root, for certain. */
-static inline double quiet_until_f64(const event_set_f64 *set, const interval_f64 *in) {
+static inline double root_free_until_f64(const event_set_f64 *set, const interval_f64 *in) {
     double quiet = HOPFORM_NEVER_f64;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(set->function[n].start) + set->function[n].cancels);
-        if (set->function[n].shape != DISTANCE_f64) { /* one that is monotone is looked at where the interval ends */
-            quiet =
-                hopform_lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
+        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+            quiet = lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
     return in->low.t + quiet;
@@ -780,10 +778,10 @@ static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 
 
 /* ---- closed forms, contacts ---- */
 
-/* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
+/* Rule 3 of a pair that rings with omega. From rest a mass moves for half a period. */
 static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles, double omega, double v, double acc) {
     const double back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
-    const double slowing = hopform_angle_f64(back, v) / omega;
+    const double slowing = angle_f64(back, v) / omega;
     const double at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
     const double from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
     return v > 0.0 ? slowing : from_rest;
@@ -807,20 +805,20 @@ static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, 
     const double x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
     if (!(x < 1.0)) { return HOPFORM_NEVER_f64; }
     const double s = x / (2.0 - x);
-    if (s < 0.1716) { return 2.0 * (v / back) * hopform_area_tangent_f64(s) / (2.0 - x); }
+    if (s < 0.1716) { return 2.0 * (v / back) * area_tangent_f64(s) / (2.0 - x); }
     const double ratio = -(acc + (mean + half) * v) / back;
-    return ratio > 0.0 ? -hopform_log_f64(ratio) / (2.0 * half) : HOPFORM_NEVER_f64;
+    return ratio > 0.0 ? -logarithm_f64(ratio) / (2.0 * half) : HOPFORM_NEVER_f64;
 }
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
 static inline double steady_state_correction_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                double settled, const hopform_basis_f64 *basis, double t) {
+                                                double settled, const basis_f64 *basis, double t) {
     const double residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const double by_2 = residual * poles->s_2;
-    const hopform_numerator_f64 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const double value = settled - hopform_residual_to_steady_state_f64(poles, &fading, basis, residual);
+    const numerator_f64 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
+    const double value = settled - residual_to_steady_state_f64(poles, &fading, basis, residual);
     const double rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
     const double of_time = t * fabs_f64(rate);
     const double of_rise = fabs_f64(g->start) + fabs_f64(g->H3 * basis->Wd) + fabs_f64(g->H2 * basis->W)

@@ -5,8 +5,8 @@
  *
  * Its phases are phases of the engine (first_event_f32.h) whose real pole is 0. The distance to a stop and the pull of
  * the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
- * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a turn of the
- * pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
+ * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a period of
+ * the pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
  * compression is in the height, too, and fades as exp(-l t).
  */
 #ifndef HOPFORM_FLIGHT_H_f32
@@ -39,7 +39,7 @@ typedef struct {
 typedef struct {
     const hopform_robot_f32 *robot;
     hopform_gains_f32 gains;
-    hopform_flight_rates_f32 rates;
+    flight_rates_f32 rates;
     float largest, fall, horizon;
     hopform_state_f32 start;       /* its compression is that over the ground ahead */
     float leg, relaxes;              /* compression that a damper leaves in the leg, and the rate of that */
@@ -61,34 +61,34 @@ typedef struct {
 /* The largest force of the motor, 0 if it has none. */
 static float largest_force_f32(const hopform_robot_f32 *robot) {
     const float force = fabs_f32(robot->gamma2) * robot->u_max;
-    return fabs_f32(robot->gamma2) > 0.0f ? hopform_lesser_f32(force, HOPFORM_NEVER_f32) : 0.0f;
+    return fabs_f32(robot->gamma2) > 0.0f ? lesser_f32(force, HOPFORM_NEVER_f32) : 0.0f;
 }
 
-static hopform_poles_f32 poles_in_flight_f32(const hopform_flight_rates_f32 *rates, int limit) {
+static hopform_poles_f32 poles_in_flight_f32(const flight_rates_f32 *rates, int limit) {
     return limit == 0 ? pair_alone_f32(rates->p_law, rates->q_law) : pair_alone_f32(rates->p_free, 0.0f);
 }
 
 /* How far the element has moved since a phase began, its velocity and its acceleration. */
-static jet_f32 way_in_flight_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase,
-                                   const propagator_f32 *at) {
+static jet_f32 displacement_in_flight_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase,
+                                            const propagator_f32 *at) {
     const jet_f32 rest = {0.0f, 0.0f, 0.0f, 0.0f};
-    const hopform_numerator_f32 h = hopform_way_numerator_f32(phase->v1, phase->acc1, poles);
-    const event_function_f32 way = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
-    return phase->side != 0 ? short_jet_at_f32(&way, at) : rest;
+    const numerator_f32 h = displacement_numerator_f32(phase->v1, phase->acc1, poles);
+    const event_function_f32 displacement = event_function_of_f32(&h, 0.0f);
+    return phase->side != 0 ? short_jet_at_f32(&displacement, at) : rest;
 }
 
 /* The state at a time of a phase; rounding or underflow may have put the position a last digit beyond a stop. */
 static hopform_state_f32 state_in_flight_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start,
-                                               const hopform_flight_phase_f32 *phase, const jet_f32 *way,
+                                               const hopform_flight_phase_f32 *phase, const jet_f32 *displacement,
                                                float after) {
-    const float g = hopform_fall_of_f32(robot);
+    const float g = fall_of_f32(robot);
     const float t = phase->t + after;
     const float rise = (start->v2 - 0.5f * g * t) * t;
-    const float moved = (phase->x1 - start->x1) + way->value;
-    const float position = hopform_lesser_f32(robot->x1_max, phase->x1 + way->value);
+    const float moved = (phase->x1 - start->x1) + displacement->value;
+    const float position = lesser_f32(robot->x1_max, phase->x1 + displacement->value);
     hopform_state_f32 state;
-    state.x1 = hopform_greater_f32(robot->x1_min, position);
-    state.v1 = way->rate;
+    state.x1 = greater_f32(robot->x1_min, position);
+    state.v1 = displacement->rate;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
     return state;
@@ -96,7 +96,7 @@ static hopform_state_f32 state_in_flight_f32(const hopform_robot_f32 *robot, con
 
 /* What a damper leaves of the leg's compression, at a time of the flight. */
 static float left_in_leg_f32(const flight_chain_f32 *chain, float t) {
-    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * hopform_exp_f32(-chain->relaxes * t) : 0.0f;
+    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * exponential_f32(-chain->relaxes * t) : 0.0f;
 }
 
 /* ---- the height over the ground ---- */
@@ -113,53 +113,41 @@ static event_function_f32 height_in_flight_f32(const flight_chain_f32 *chain) {
     const float g = chain->fall;
     const float rate = start->v2 - g * now->t;
     const float rise = (start->v2 - 0.5f * g * now->t) * now->t;
-    const hopform_numerator_f32 way = hopform_way_numerator_f32(now->v1, now->acc1, poles);
-    event_function_f32 height = {rate - way.H3,
-                                  poles->p * rate - g - way.H2,
-                                  poles->q * rate - poles->p * g,
-                                  -poles->q * g,
-                                  (start->x1 - now->x1) + rise - start->y,
-                                  0.0f,
-                                  0,
-                                  0,
-                                  MAY_TURN_f32};
-#if HOPFORM_LEG_HAS_DAMPER
-    height.left = left_in_leg_f32(chain, now->t);
-    height.relaxes = chain->relaxes;
-#endif
+    const numerator_f32 displacement = displacement_numerator_f32(now->v1, now->acc1, poles);
+    const numerator_f32 h = {rate - displacement.H3, poles->p * rate - g - displacement.H2,
+                              poles->q * rate - poles->p * g};
+    event_function_f32 height = event_function_of_f32(&h, (start->x1 - now->x1) + rise - start->y);
+    height.H0 = -poles->q * g;
+    height.decaying = left_in_leg_f32(chain, now->t);
+    height.decay = chain->relaxes;
     return height;
 }
 
 /* Its rate, with a sign. */
 static event_function_f32 rate_of_height_f32(const flight_chain_f32 *chain, float sign) {
     const event_function_f32 *g = &chain->height;
-    event_function_f32 rate = {sign * (g->H2 - chain->poles.p * g->H3),
-                                sign * (g->H1 - chain->poles.q * g->H3),
-                                sign * g->H0,
-                                0.0f,
-                                sign * g->H3,
-                                0.0f,
-                                0,
-                                0,
-                                MAY_TURN_f32};
-#if HOPFORM_LEG_HAS_DAMPER
-    rate.left = -sign * g->relaxes * g->left;
-    rate.relaxes = g->relaxes;
-#endif
+    const numerator_f32 h = {sign * (g->H2 - chain->poles.p * g->H3), sign * (g->H1 - chain->poles.q * g->H3),
+                              sign * g->H0};
+    event_function_f32 rate = event_function_of_f32(&h, sign * g->H3);
+    rate.decaying = -sign * g->decay * g->decaying;
+    rate.decay = g->decay;
     return rate;
 }
 
 /* The search for a root of one of the two, of the height itself or of its rate, with a sign: three derivatives of the
  * height remove what falls freely, (D + l) what fades. */
-static fall_f32 fall_of_f32(const flight_chain_f32 *chain, const event_function_f32 *g, bool is_rate, float sign) {
+static fall_f32 fall_search_f32(const flight_chain_f32 *chain, const event_function_f32 *g, bool is_rate,
+                                  float sign) {
     const hopform_poles_f32 *poles = &chain->poles;
     const float l = chain->relaxes;
-    float way[6] = {0.0f, chain->now.v1, chain->now.acc1};
+    float displacement[6] = {0.0f, chain->now.v1, chain->now.acc1};
     for (int i = 3; i < 6; i++) {
-        way[i] = -poles->p * way[i - 1] - poles->q * way[i - 2];
+        displacement[i] = -poles->p * displacement[i - 1] - poles->q * displacement[i - 2];
     }
-    const float value = -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? way[4] + l * way[3] : way[3]);
-    const float rate = -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? way[5] + l * way[4] : way[4]);
+    const float value =
+        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? displacement[4] + l * displacement[3] : displacement[3]);
+    const float rate =
+        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_f32 fall;
     fall.set.poles = poles;
     fall.set.node = NULL;
@@ -188,7 +176,7 @@ static int variations_in_fall_f32(const fall_f32 *fall, const jet_f32 *at, bool 
 static float lower_bound_f32(const jet_f32 *from, const jet_f32 *to, float m, float h) {
     const float meet = from->value - to->value + (to->rate - 0.5f * m * h) * h;
     const float steeper = to->rate - from->rate - m * h;
-    const float t = meet > 0.0f && steeper > 0.0f ? hopform_lesser_f32(meet / steeper, h) : 0.0f;
+    const float t = meet > 0.0f && steeper > 0.0f ? lesser_f32(meet / steeper, h) : 0.0f;
     return from->value + (from->rate + 0.5f * m * t) * t;
 }
 
@@ -205,11 +193,11 @@ static bool is_certified_in_fall_f32(const fall_f32 *fall, interval_f32 *in) {
         <= variations_in_fall_f32(fall, &to, after)) {
         return true;
     }
-    const bool dips = begins_to_fall_f32(from) && !(to.rate < 0.0f); /* a rate may have faded */
+    const bool has_minimum = begins_to_fall_f32(from) && !(to.rate < 0.0f); /* a rate may have faded */
     const float inside =
-        dips ? cut_between_f32(from->rate, to.rate, h) : cut_between_f32(from->curvature, to.curvature, h);
+        has_minimum ? cut_between_f32(from->rate, to.rate, h) : cut_between_f32(from->curvature, to.curvature, h);
     const float cut = before != after ? fall->turn : in->low.t + inside;
-    float m = hopform_lesser_f32(hopform_lesser_f32(from->curvature, to.curvature), 0.0f);
+    float m = lesser_f32(lesser_f32(from->curvature, to.curvature), 0.0f);
     if (HOPFORM_LEG_HAS_DAMPER && fall->relaxes > 0.0f && from->third < 0.0f && to.third > 0.0f) {
         m += h * from->third; /* exp(l t) g''' rises */
     }
@@ -227,7 +215,7 @@ static bool is_certified_in_fall_f32(const fall_f32 *fall, interval_f32 *in) {
 static bool is_certified_in_slip_f32(const event_set_f32 *set, interval_f32 *in) {
     const event_function_f32 *g = &set->function[0];
     const jet_f32 *from = &in->from[0];
-    if (g->shape == DISTANCE_f32 || !begins_to_fall_f32(from) || rate_at_f32(g, &in->high) < 0.0f) { return true; }
+    if (g->touch_is_no_event || !begins_to_fall_f32(from) || rate_at_f32(g, &in->high) < 0.0f) { return true; }
     const float lowest = in->low.t + time_to_rest_f32(set->poles, -from->rate, -from->curvature);
     if (!(lowest > in->low.t && lowest < in->high.t)) { return true; }
     end_interval_at_f32(set, in, lowest);
@@ -257,7 +245,7 @@ static bool has_root_in_flight_f32(flight_chain_f32 *chain, event_set_f32 *set, 
         return true;
     }
     for (; chain->intervals < HOPFORM_MOST_INTERVALS; chain->intervals++) {
-        end_at_first_crossing_f32(set, &in, MAY_TURN_f32);
+        end_at_first_crossing_f32(set, &in, false);
         if (!(fall != NULL ? is_certified_in_fall_f32(fall, &in) : is_certified_in_slip_f32(set, &in))) { continue; }
         if (in.found >= 0 || !(in.high.t < end->t)) {
             *end = in.high;
@@ -278,19 +266,19 @@ static float gap_in_flight_f32(const flight_chain_f32 *chain) {
 }
 
 /* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
- * of the stop, and of the way between. */
+ * of the stop, and of the displacement between. */
 static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 end) {
     const hopform_flight_phase_f32 *now = &chain->now;
-    const hopform_numerator_f32 way = hopform_way_numerator_f32(now->v1, now->acc1, &chain->poles);
+    const numerator_f32 displacement = displacement_numerator_f32(now->v1, now->acc1, &chain->poles);
     const propagator_f32 first = propagator_at_start_f32(&chain->poles);
     const float away = -(float)now->side;
     const float gap = gap_in_flight_f32(chain);
-    if (!hopform_is_finite_f32(gap)) { return end; }
+    if (!is_finite_f32(gap)) { return end; }
     event_set_f32 set;
     set.poles = &chain->poles;
     set.count = 0;
-    const event_function_f32 *stop =
-        add_event_function_f32(&set, &way, away * gap, away, ELEMENT_f32, DISTANCE_f32);
+    event_function_f32 *stop = add_event_function_f32(&set, &displacement, away * gap, away, ELEMENT_f32, false);
+    stop->touch_is_no_event = true;
     const float left = value_at_f32(stop, &chain->last);
     const float position = now->x1;
     const float size = fabs_f32(position) + fabs_f32(position - away * gap) + fabs_f32(gap - left);
@@ -305,15 +293,15 @@ static flight_end_f32 end_at_pull_f32(flight_chain_f32 *chain, flight_end_f32 en
     const float proportional = gains->Kp * now->x1;
     const float derivative = gains->Kd * now->v1;
     const float bound = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(proportional) + fabs_f32(derivative) + chain->largest);
-    const hopform_numerator_f32 pull = hopform_pull_numerator_f32(gains, now->v1, now->acc1, &chain->poles);
+    const numerator_f32 pull = pull_numerator_f32(gains, now->v1, now->acc1, &chain->poles);
     const propagator_f32 first = propagator_at_start_f32(&chain->poles);
     for (int side = -1; side <= 1 && (gains->Kp > 0.0f || gains->Kd > 0.0f); side += 2) {
         const float start = proportional + derivative - (float)side * chain->largest;
         event_set_f32 set;
         set.poles = &chain->poles;
         set.count = 0;
-        event_function_f32 *room = add_event_function_f32(&set, &pull, start, (float)(now->limit == 0 ? -side : side),
-                                                            ELEMENT_f32, MAY_TURN_f32);
+        event_function_f32 *room =
+            add_event_function_f32(&set, &pull, start, (float)(now->limit == 0 ? -side : side), ELEMENT_f32, true);
         room->start = room->H3 > 0.0f && room->start < bound ? 0.0f : room->start;
         propagator_f32 at = chain->last;
         if (side != -now->limit && has_root_in_flight_f32(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {
@@ -326,19 +314,19 @@ static flight_end_f32 end_at_pull_f32(flight_chain_f32 *chain, flight_end_f32 en
 }
 
 /* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
-static void put_ending_f32(const flight_chain_f32 *chain, const jet_f32 *way, float t) {
-    chain->flight->duration = hopform_lesser_f32(chain->now.t + t, chain->horizon);
-    chain->flight->end = state_in_flight_f32(chain->robot, &chain->start, &chain->now, way, t);
+static void put_ending_f32(const flight_chain_f32 *chain, const jet_f32 *displacement, float t) {
+    chain->flight->duration = lesser_f32(chain->now.t + t, chain->horizon);
+    chain->flight->end = state_in_flight_f32(chain->robot, &chain->start, &chain->now, displacement, t);
 }
 
 /* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
 static void look_at_foot_f32(flight_chain_f32 *chain, const propagator_f32 *at) {
     const float height = value_at_f32(&chain->height, at);
     if (!chain->airborne && height > chain->highest) {
-        const jet_f32 way = way_in_flight_f32(&chain->poles, &chain->now, at);
+        const jet_f32 displacement = displacement_in_flight_f32(&chain->poles, &chain->now, at);
         chain->airborne = height > rounding_of_f32(&chain->height, at, 0.0f);
         chain->highest = height;
-        put_ending_f32(chain, &way, at->t);
+        put_ending_f32(chain, &displacement, at->t);
         chain->at_highest = *chain->flight;
     }
 }
@@ -351,7 +339,7 @@ static float falling_in_flight_f32(const flight_chain_f32 *chain) {
 /* Height of the foot if the leg were the shortest. */
 static float height_of_shortest_f32(const flight_chain_f32 *chain) {
     const float longer = chain->now.x1 - chain->robot->x1_min;
-    return chain->height.start + longer + hopform_greater_f32(left_in_leg_f32(chain, chain->now.t), 0.0f);
+    return chain->height.start + longer + greater_f32(left_in_leg_f32(chain, chain->now.t), 0.0f);
 }
 
 /* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
@@ -359,16 +347,16 @@ static float longest_phase_f32(const flight_chain_f32 *chain) {
     const float until = chain->horizon - chain->now.t;
     const float height = height_of_shortest_f32(chain);
     if (!chain->airborne || !(height >= 0.0f && height <= HOPFORM_NEVER_f32)) { return until; }
-    const float fallen = 1.01f * hopform_time_of_fall_f32(chain->robot, falling_in_flight_f32(chain), height);
+    const float fallen = 1.01f * time_of_fall_f32(chain->robot, falling_in_flight_f32(chain), height);
     return fallen < until && fallen > 0.0f ? fallen : until;
 }
 
 /* The acceleration under what the motor does now, at a velocity, with the friction of a side. */
 static float acceleration_of_f32(const flight_chain_f32 *chain, float velocity, int side) {
-    const hopform_flight_rates_f32 *rates = &chain->rates;
+    const flight_rates_f32 *rates = &chain->rates;
     const int limit = chain->now.limit;
-    return limit == 0 ? hopform_acceleration_under_law_f32(chain->robot, rates, chain->now.x1, velocity, (float)side)
-                      : hopform_acceleration_at_limit_f32(chain->robot, rates, velocity, (float)side, (float)limit);
+    return limit == 0 ? acceleration_under_law_f32(chain->robot, rates, chain->now.x1, velocity, (float)side)
+                      : acceleration_at_limit_f32(chain->robot, rates, velocity, (float)side, (float)limit);
 }
 
 /* When the element comes to rest. Where nothing grows with its position, and nothing would turn it back at rest, its
@@ -386,13 +374,13 @@ static flight_end_f32 end_of_parabola_f32(flight_chain_f32 *chain) {
     const float rate = chain->height.H3;
     const float g = chain->fall;
     if (!chain->airborne && rate > 0.0f) {
-        const propagator_f32 top = propagator_at_f32(&chain->poles, hopform_lesser_f32(rate / g, until));
+        const propagator_f32 top = propagator_at_f32(&chain->poles, lesser_f32(rate / g, until));
         look_at_foot_f32(chain, &top);
     }
     const float square = rate * rate + 2.0f * g * height;
-    const float then = square <= HOPFORM_NEVER_f32 ? sqrt_f32(hopform_greater_f32(square, 0.0f)) : fabs_f32(rate);
+    const float then = square <= HOPFORM_NEVER_f32 ? sqrt_f32(greater_f32(square, 0.0f)) : fabs_f32(rate);
     const float slower = then - rate > 0.0f ? then - rate : 1.0f;
-    const float down = rate > 0.0f ? (rate + then) / g : 2.0f * hopform_greater_f32(height, 0.0f) / slower;
+    const float down = rate > 0.0f ? (rate + then) / g : 2.0f * greater_f32(height, 0.0f) / slower;
     const bool lands = chain->airborne && down <= until;
     chain->last = propagator_at_start_f32(&chain->poles); /* the element rests: nothing else is asked of it */
     chain->last.t = lands ? down : until;
@@ -407,7 +395,7 @@ static flight_end_f32 end_at_touchdown_f32(flight_chain_f32 *chain, flight_end_f
     float sign = begins_to_fall_f32(&first) ? -1.0f : 1.0f;
     while (!chain->airborne && low.t < chain->last.t) {
         const event_function_f32 onward = rate_of_height_f32(chain, sign);
-        fall_f32 fall = fall_of_f32(chain, &onward, true, sign);
+        fall_f32 fall = fall_search_f32(chain, &onward, true, sign);
         propagator_f32 turn = chain->last;
         (void)has_root_in_flight_f32(chain, &fall.set, &fall, &low, &turn);
         low = turn;
@@ -415,7 +403,7 @@ static flight_end_f32 end_at_touchdown_f32(flight_chain_f32 *chain, flight_end_f
         look_at_foot_f32(chain, &low);
     }
     if (!chain->airborne) { return end; }
-    fall_f32 fall = fall_of_f32(chain, &chain->height, false, 1.0f);
+    fall_f32 fall = fall_search_f32(chain, &chain->height, false, 1.0f);
     return has_root_in_flight_f32(chain, &fall.set, &fall, &low, &chain->last) ? FLIGHT_TOUCHDOWN_f32 : end;
 }
 
@@ -427,7 +415,7 @@ static flight_end_f32 find_end_in_flight_f32(flight_chain_f32 *chain, int *to) {
     const float until = longest_phase_f32(chain);
     const float rest = chain->now.side != 0 ? time_of_rest_f32(chain) : HOPFORM_NEVER_f32;
     flight_end_f32 end = rest <= until ? FLIGHT_REST_f32 : FLIGHT_HORIZON_f32;
-    chain->last = propagator_at_f32(&chain->poles, hopform_lesser_f32(rest, until));
+    chain->last = propagator_at_f32(&chain->poles, lesser_f32(rest, until));
     if (chain->now.side != 0) {
         end = end_at_stop_f32(chain, end);
         end = end_at_pull_f32(chain, end, to);
@@ -448,15 +436,15 @@ static void record_in_flight_f32(flight_chain_f32 *chain, int event) {
     flight->phase_count++;
 }
 
-/* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
+/* Whether the motor is at its limit: where its pull is there exactly, the sign of its rate decides. */
 static void choose_limit_f32(flight_chain_f32 *chain) {
     const hopform_flight_phase_f32 *now = &chain->now;
     const float pull = chain->gains.Kp * now->x1 + chain->gains.Kd * now->v1;
-    chain->now.limit = (int8_t)hopform_goes_f32(pull, chain->largest);
+    chain->now.limit = (int8_t)goes_f32(pull, chain->largest);
     if (now->limit == 0 && !(fabs_f32(pull) < chain->largest) && now->side != 0) {
         const float acceleration = acceleration_of_f32(chain, now->v1, now->side);
         const float rate = chain->gains.Kp * now->v1 + chain->gains.Kd * acceleration;
-        chain->now.limit = rate * pull > 0.0f ? (int8_t)hopform_goes_f32(pull, 0.0f) : 0;
+        chain->now.limit = rate * pull > 0.0f ? (int8_t)goes_f32(pull, 0.0f) : 0;
     }
 }
 
@@ -464,7 +452,7 @@ static void choose_limit_f32(flight_chain_f32 *chain) {
  * as long as it is held. */
 static void settle_in_flight_f32(flight_chain_f32 *chain, float free) {
     const float friction = level_of_f32(chain->robot, HOPFORM_STOPPED_ELEMENT);
-    chain->now.side = (int8_t)hopform_goes_f32(free, friction);
+    chain->now.side = (int8_t)goes_f32(free, friction);
     if (!(gap_in_flight_f32(chain) > 0.0f)) { chain->now.side = 0; }
     chain->now.acc1 = chain->now.side == 0 ? 0.0f : free - friction * (float)chain->now.side;
 }
@@ -487,9 +475,9 @@ static void rest_in_flight_f32(flight_chain_f32 *chain, bool at_stop) {
 
 /* What the element does at the start; no event. */
 static void begin_flight_f32(flight_chain_f32 *chain) {
-    chain->now.side = (int8_t)hopform_goes_f32(chain->now.v1, 0.0f);
+    chain->now.side = (int8_t)goes_f32(chain->now.v1, 0.0f);
     if (chain->now.side != 0 && !(gap_in_flight_f32(chain) > 0.0f)) {
-        chain->flight->start_loss = hopform_loss_at_stop_f32(chain->robot, &chain->start);
+        chain->flight->start_loss = loss_at_stop_f32(chain->robot, &chain->start);
         chain->now.v1 = 0.0f;
         chain->now.side = 0;
     }
@@ -535,8 +523,8 @@ static int32_t run_flight_f32(flight_chain_f32 *chain) {
             flight->phase_count = 0; /* report_flight refuses it */
             return HOPFORM_FLIGHT_HORIZON;
         }
-        const jet_f32 way = way_in_flight_f32(&chain->poles, &chain->now, &chain->last);
-        put_ending_f32(chain, &way, chain->last.t);
+        const jet_f32 displacement = displacement_in_flight_f32(&chain->poles, &chain->now, &chain->last);
+        put_ending_f32(chain, &displacement, chain->last.t);
         chain->now.t = flight->duration;
         if (end == FLIGHT_TOUCHDOWN_f32) {
             flight->end.y = left_in_leg_f32(chain, flight->duration);
@@ -549,12 +537,12 @@ static int32_t run_flight_f32(flight_chain_f32 *chain) {
         }
         chain->now.x1 = flight->end.x1;
         chain->now.v1 = flight->end.v1;
-        chain->now.acc1 = way.curvature;
+        chain->now.acc1 = displacement.curvature;
         if (end == FLIGHT_PULL_f32) {
             /* Through the law the acceleration would have the rounding of the position times Kp. */
             const float limit = (float)(side != 0 ? side : chain->now.limit);
             const float goes = (float)chain->now.side;
-            chain->now.acc1 = hopform_acceleration_at_limit_f32(chain->robot, &chain->rates, way.rate, goes, limit);
+            chain->now.acc1 = acceleration_at_limit_f32(chain->robot, &chain->rates, displacement.rate, goes, limit);
             chain->now.limit = (int8_t)side;
             record_in_flight_f32(chain,
                                   side == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
@@ -574,30 +562,27 @@ static bool gains_are_sound_f32(const hopform_gains_f32 *gains) {
 
 /* Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. */
 static hopform_gains_f32 gains_for_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start) {
-    const float time =
-        hopform_time_of_fall_f32(robot, start->v2, start->x1) - 0.05f; /* NaN where it does not rise that high */
-    return hopform_critical_gains_f32(robot, hopform_greater_f32(time, 0.02f));
+    const float time = time_of_fall_f32(robot, start->v2, start->x1) - 0.05f; /* NaN where it does not rise that high */
+    return critical_gains_f32(robot, greater_f32(time, 0.02f));
 }
 
-/* What follows from the ending. Numbers out of range leave no phase, or show here; so does a search without end, which
- * only they are known to cause. */
+/* Fill in what depends on the ending. False if a number left the range of the type, or the search met its cap. */
 static bool report_flight_f32(const flight_chain_f32 *chain, hopform_flight_f32 *flight) {
     const hopform_state_f32 *start = &chain->start;
     const hopform_state_f32 *end = &flight->end;
     const float g = chain->fall;
-    const float top = hopform_lesser_f32(hopform_greater_f32(start->v2, 0.0f) / g, flight->duration);
+    const float top = lesser_f32(greater_f32(start->v2, 0.0f) / g, flight->duration);
     const float left = left_in_leg_f32(chain, flight->duration);
     flight->gains = chain->gains;
     flight->v2_after = end->v2;
     if (flight->ending == HOPFORM_FLIGHT_TOUCHDOWN) {
-        flight->v2_after = hopform_velocity_after_impact_f32(chain->robot, end->v2);
-        flight->impact_loss = hopform_loss_at_impact_f32(chain->robot, end->v2);
+        flight->v2_after = velocity_after_impact_f32(chain->robot, end->v2);
+        flight->impact_loss = loss_at_impact_f32(chain->robot, end->v2);
     }
     flight->apex_time = top;
     flight->apex = start->x1 - start->y + (start->v2 - 0.5f * g * top) * top;
-    flight->leg_loss = HOPFORM_LEG_HAS_DAMPER ? hopform_leg_energy_f32(chain->robot, left)
-                                                    - hopform_leg_energy_f32(chain->robot, chain->leg)
-                                              : 0.0f;
+    flight->leg_loss =
+        HOPFORM_LEG_HAS_DAMPER ? leg_energy_f32(chain->robot, left) - leg_energy_f32(chain->robot, chain->leg) : 0.0f;
     flight->phases_kept = flight->phase_count < chain->capacity ? flight->phase_count : chain->capacity;
     const float others = fabs_f32(flight->duration) + fabs_f32(flight->v2_after) + fabs_f32(flight->apex)
                         + fabs_f32(top) - flight->impact_loss - flight->start_loss - flight->leg_loss;
@@ -605,22 +590,22 @@ static bool report_flight_f32(const flight_chain_f32 *chain, hopform_flight_f32 
 }
 
 int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopform_gains_f32 *gains) {
-    const hopform_memory_f32 read = hopform_array_f32(plan, 1, sizeof *plan);
-    const hopform_memory_f32 written = hopform_array_f32(gains, 1, sizeof *gains);
+    const memory_f32 read = array_f32(plan, 1, sizeof *plan);
+    const memory_f32 written = array_f32(gains, 1, sizeof *gains);
     int32_t status = HOPFORM_OK;
     if (plan == NULL || gains == NULL) {
         status = HOPFORM_ERROR_NULL;
-    } else if (hopform_overlap_f32(&written, 1, &read, 1)) {
+    } else if (overlap_f32(&written, 1, &read, 1)) {
         status = HOPFORM_ERROR_OVERLAP;
-    } else if (!hopform_is_made_f32(plan)) {
+    } else if (!is_made_f32(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!(time > 0.0f && time <= HOPFORM_NEVER_f32)) {
         status = HOPFORM_ERROR_TIME;
     } else {
-        *gains = hopform_critical_gains_f32(&plan->robot, time);
+        *gains = critical_gains_f32(&plan->robot, time);
         status = gains_are_sound_f32(gains) ? HOPFORM_OK : HOPFORM_ERROR_NUMBERS;
     }
-    return status < 0 ? hopform_refuse_f32(status, &written, 1, &read, 1) : status;
+    return status < 0 ? refuse_f32(status, &written, 1, &read, 1) : status;
 }
 
 int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float ground,
@@ -630,19 +615,17 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     if (flight == NULL) { return HOPFORM_ERROR_NULL; }
     const hopform_state_f32 from = start != NULL ? *start : nothing.start; /* may lie in what is written, as gains */
     const hopform_gains_f32 law = gains != NULL ? *gains : nothing.gains;
-    const hopform_memory_f32 read = hopform_array_f32(plan, 1, sizeof *plan);
-    const hopform_memory_f32 written[] = {
-        hopform_array_f32(flight, 1, sizeof *flight),
-        hopform_array_f32(phases, capacity, sizeof *phases),
+    const memory_f32 read = array_f32(plan, 1, sizeof *plan);
+    const memory_f32 written[] = {
+        array_f32(flight, 1, sizeof *flight),
+        array_f32(phases, capacity, sizeof *phases),
     };
-    if (hopform_overlap_f32(written, 2, &read, 1)) {
-        return hopform_refuse_f32(HOPFORM_ERROR_OVERLAP, written, 1, &read, 1);
-    }
+    if (overlap_f32(written, 2, &read, 1)) { return refuse_f32(HOPFORM_ERROR_OVERLAP, written, 1, &read, 1); }
     *flight = nothing;
     if (plan == NULL || start == NULL || (phases == NULL && capacity > 0)) { return HOPFORM_ERROR_NULL; }
     const hopform_robot_f32 *robot = &plan->robot;
-    if (!hopform_hops_f32(plan)) { return HOPFORM_ERROR_ROBOT; }
-    if (!is_finite_state_f32(&from) || !hopform_is_finite_f32(ground)
+    if (!hops_f32(plan)) { return HOPFORM_ERROR_ROBOT; }
+    if (!is_finite_state_f32(&from) || !is_finite_f32(ground)
         || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
@@ -650,15 +633,15 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
         return HOPFORM_ERROR_HORIZON;
     }
     if (!gains_are_sound_f32(&law)) { return HOPFORM_ERROR_GAINS; }
-    const float time = HOPFORM_LEG_HAS_DAMPER ? hopform_leg_time_f32(robot) : 0.0f;
+    const float time = HOPFORM_LEG_HAS_DAMPER ? leg_time_f32(robot) : 0.0f;
     flight_chain_f32 chain; /* what is not set here is set by its first phase */
     chain.robot = robot;
     chain.largest = largest_force_f32(robot);
     chain.gains = nothing.gains;
     if (chain.largest > 0.0f) { chain.gains = gains != NULL ? law : gains_for_f32(robot, &from); }
-    chain.rates = hopform_flight_rates_of_f32(robot, &chain.gains, chain.largest);
+    chain.rates = flight_rates_of_f32(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
-    chain.fall = hopform_fall_of_f32(robot);
+    chain.fall = fall_of_f32(robot);
     chain.start = from;
     chain.start.y = from.y + ground;
     chain.relaxes = time > HOPFORM_FASTEST_LEG_f32 ? 1.0f / time : 0.0f;
@@ -686,60 +669,59 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
 
 /* Status of a call that reads a solved flight, at times, into arrays: HOPFORM_OK if it can; else the arrays are zeros,
  * but for those that lie in an input. */
-static int32_t reading_status_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
-                                   const hopform_flight_f32 *flight, const float *times, int32_t count, bool in_order,
-                                   const hopform_memory_f32 *arrays, int array_count) {
+static int32_t flight_reading_status_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
+                                          const hopform_flight_f32 *flight, const float *times, int32_t count,
+                                          bool in_order, const memory_f32 *arrays, int array_count) {
     bool given = plan != NULL && phases != NULL && flight != NULL && (times != NULL || count <= 0);
     for (int n = 0; n < array_count; n++) {
         given = given && (arrays[n].first != NULL || count <= 0);
     }
-    const hopform_memory_f32 read[] = {
-        hopform_array_f32(plan, 1, sizeof *plan),
-        hopform_array_f32(phases, flight != NULL ? flight->phases_kept : 1, sizeof *phases),
-        hopform_array_f32(flight, 1, sizeof *flight),
-        hopform_array_f32(times, count, sizeof *times),
+    const memory_f32 read[] = {
+        array_f32(plan, 1, sizeof *plan),
+        array_f32(phases, flight != NULL ? flight->phases_kept : 1, sizeof *phases),
+        array_f32(flight, 1, sizeof *flight),
+        array_f32(times, count, sizeof *times),
     };
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (!hopform_is_made_f32(plan)) {
+    } else if (!is_made_f32(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1) {
         status = HOPFORM_ERROR_TIME;
-    } else if (hopform_overlap_f32(arrays, array_count, read, 4)) {
+    } else if (overlap_f32(arrays, array_count, read, 4)) {
         status = HOPFORM_ERROR_OVERLAP;
     }
     for (int32_t n = 0; status >= 0 && n < count; n++) {
         const bool sound = times[n] >= (in_order && n > 0 ? times[n - 1] : 0.0f) && times[n] <= flight->duration;
         status = sound ? status : HOPFORM_ERROR_TIME;
     }
-    return status < 0 ? hopform_refuse_f32(status, arrays, array_count, read, 4) : status;
+    return status < 0 ? refuse_f32(status, arrays, array_count, read, 4) : status;
 }
 
 /* The state at a time of a phase of a solved flight. */
-static hopform_state_f32 state_of_flight_f32(const hopform_plan_f32 *plan, const hopform_flight_rates_f32 *rates,
+static hopform_state_f32 state_of_flight_f32(const hopform_plan_f32 *plan, const flight_rates_f32 *rates,
                                                const hopform_flight_f32 *flight,
                                                const hopform_flight_phase_f32 *phase, float t) {
     hopform_state_f32 start = flight->start;
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
     const propagator_f32 at = propagator_at_f32(&poles, t - phase->t);
-    const jet_f32 way = way_in_flight_f32(&poles, phase, &at);
+    const jet_f32 displacement = displacement_in_flight_f32(&poles, phase, &at);
     start.y += flight->ground;
-    return state_in_flight_f32(&plan->robot, &start, phase, &way, at.t);
+    return state_in_flight_f32(&plan->robot, &start, phase, &displacement, at.t);
 }
 
-static hopform_flight_rates_f32 rates_of_flight_f32(const hopform_plan_f32 *plan,
-                                                      const hopform_flight_f32 *flight) {
-    return hopform_flight_rates_of_f32(&plan->robot, &flight->gains, largest_force_f32(&plan->robot));
+static flight_rates_f32 rates_of_flight_f32(const hopform_plan_f32 *plan, const hopform_flight_f32 *flight) {
+    return flight_rates_of_f32(&plan->robot, &flight->gains, largest_force_f32(&plan->robot));
 }
 
 int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
                                const hopform_flight_f32 *flight, const float *times, int32_t count,
                                hopform_state_f32 *states) {
-    const hopform_memory_f32 array = hopform_array_f32(states, count, sizeof *states);
-    const int32_t status = reading_status_f32(plan, phases, flight, times, count, false, &array, 1);
+    const memory_f32 array = array_f32(states, count, sizeof *states);
+    const int32_t status = flight_reading_status_f32(plan, phases, flight, times, count, false, &array, 1);
     if (status < 0) { return status; }
-    const hopform_flight_rates_f32 rates = rates_of_flight_f32(plan, flight);
+    const flight_rates_f32 rates = rates_of_flight_f32(plan, flight);
     for (int32_t i = 0; i < count; i++) {
         int32_t n = flight->phases_kept - 1;
         while (n > 0 && phases[n].t > times[i]) {
@@ -756,18 +738,18 @@ int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight
  * Phi(h)^T, as in the stance's ledger, from a short time by Gauss's rule. */
 static float square_of_velocity_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase, float t) {
     float h = t;
-    int doublings = hopform_halve_f32(poles, &h);
+    int doublings = halve_f32(poles, &h);
     float squares[] = {0.0f, 0.0f, 0.0f}; /* of v v, v a, a a */
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
-        const propagator_f32 at = propagator_at_f32(poles, hopform_place_f32[node] * h);
-        const jet_f32 way = way_in_flight_f32(poles, phase, &at);
-        const float motion[] = {way.rate, way.curvature};
+        const propagator_f32 at = propagator_at_f32(poles, place_f32[node] * h);
+        const jet_f32 displacement = displacement_in_flight_f32(poles, phase, &at);
+        const float motion[] = {displacement.rate, displacement.curvature};
         for (int n = 0; n < 3; n++) {
-            squares[n] += hopform_weight_f32[node] * h * motion[n / 2] * motion[(n + 1) / 2];
+            squares[n] += weight_f32[node] * h * motion[n / 2] * motion[(n + 1) / 2];
         }
     }
     for (; doublings > 0 && phase->side != 0; doublings--) {
-        const hopform_basis_f32 basis = hopform_basis_at_f32(poles, h);
+        const basis_f32 basis = basis_at_f32(poles, h);
         const float of_v[] = {basis.Wdd + poles->p * basis.Wd, -poles->q * basis.Wd};
         const float of_a[] = {basis.Wd, basis.Wdd};
         const float before[] = {squares[0], squares[1], squares[2]};
@@ -784,16 +766,16 @@ static float square_of_velocity_f32(const hopform_poles_f32 *poles, const hopfor
 
 /* Add the work of the first t of a phase to a ledger. */
 static void add_work_f32(hopform_flight_ledger_f32 *ledger, const hopform_plan_f32 *plan,
-                          const hopform_flight_rates_f32 *rates, const hopform_flight_f32 *flight,
+                          const flight_rates_f32 *rates, const hopform_flight_f32 *flight,
                           const hopform_flight_phase_f32 *phase, float t) {
     const hopform_robot_f32 *robot = &plan->robot;
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
     const propagator_f32 at = propagator_at_f32(&poles, t);
-    const jet_f32 moved = way_in_flight_f32(&poles, phase, &at);
-    const float rise = (flight->start.v2 - hopform_fall_of_f32(robot) * (phase->t + 0.5f * t)) * t;
-    const hopform_way_f32 way = {moved.value, square_of_velocity_f32(&poles, phase, t), rise};
-    const hopform_flight_ledger_f32 part = hopform_flight_ledger_of_f32(
-        robot, &flight->gains, largest_force_f32(robot), phase->x1, (float)phase->side, (float)phase->limit, &way);
+    const jet_f32 displacement = displacement_in_flight_f32(&poles, phase, &at);
+    const float rise = (flight->start.v2 - fall_of_f32(robot) * (phase->t + 0.5f * t)) * t;
+    const flight_integrals_f32 integrals = {displacement.value, square_of_velocity_f32(&poles, phase, t), rise};
+    const hopform_flight_ledger_f32 part = flight_ledger_of_f32(
+        robot, &flight->gains, largest_force_f32(robot), phase->x1, (float)phase->side, (float)phase->limit, &integrals);
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
@@ -803,14 +785,14 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
                                    const hopform_flight_f32 *flight, const float *times, int32_t count,
                                    hopform_energy_f32 *energies, hopform_flight_ledger_f32 *ledgers,
                                    float *stop_losses) {
-    const hopform_memory_f32 arrays[] = {
-        hopform_array_f32(energies, count, sizeof *energies),
-        hopform_array_f32(ledgers, count, sizeof *ledgers),
-        hopform_array_f32(stop_losses, count, sizeof *stop_losses),
+    const memory_f32 arrays[] = {
+        array_f32(energies, count, sizeof *energies),
+        array_f32(ledgers, count, sizeof *ledgers),
+        array_f32(stop_losses, count, sizeof *stop_losses),
     };
-    const int32_t status = reading_status_f32(plan, phases, flight, times, count, true, arrays, 3);
+    const int32_t status = flight_reading_status_f32(plan, phases, flight, times, count, true, arrays, 3);
     if (status < 0) { return status; }
-    const hopform_flight_rates_f32 rates = rates_of_flight_f32(plan, flight);
+    const flight_rates_f32 rates = rates_of_flight_f32(plan, flight);
     hopform_flight_ledger_f32 sum = {0};
     float loss = flight->start_loss;
     int32_t n = 0;
@@ -820,14 +802,14 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
             add_work_f32(&sum, plan, &rates, flight, &phases[n], until - phases[n].t);
             if (phases[n + 1].event == HOPFORM_EVENT_HITS_STOP) {
                 const hopform_state_f32 met = state_of_flight_f32(plan, &rates, flight, &phases[n], until);
-                loss += hopform_loss_at_stop_f32(&plan->robot, &met);
+                loss += loss_at_stop_f32(&plan->robot, &met);
             }
         }
         ledgers[i] = sum;
         add_work_f32(&ledgers[i], plan, &rates, flight, &phases[n], times[i] - phases[n].t);
         stop_losses[i] = loss;
         const hopform_state_f32 state = state_of_flight_f32(plan, &rates, flight, &phases[n], times[i]);
-        energies[i] = hopform_flight_energies_f32(&plan->robot, state.v1, state.v2, state.x1 - state.y);
+        energies[i] = flight_energies_f32(&plan->robot, state.v1, state.v2, state.x1 - state.y);
     }
     return HOPFORM_OK;
 }

@@ -13,7 +13,7 @@
 typedef struct {
     float C_1;  /* [m/s^2] constant acceleration of the actuator */
     float C_2;  /* [m/s^2] constant acceleration of the body */
-} hopform_drive_f32;
+} drive_f32;
 
 /* Numerators of (11), counted from where and how fast each coordinate starts. */
 typedef struct {
@@ -29,14 +29,14 @@ typedef struct {
     float N2_1;  /* [m/s^2] actuator, terms in s^2 of its whole numerator, that begins with v_1 s^3 */
     float N1_1;  /* [m/s^3] actuator, terms in s of that */
     float N0_1;  /* [m/s^4] actuator, constant terms of that */
-} hopform_motion_f32;
+} motion_f32;
 
 /* H_3 s^2 + H_2 s + H_1 of (11): how a function of time leaves its initial value. */
 typedef struct {
     float H3;  /* [1/s] terms in s^2: the initial rate */
     float H2;  /* [1/s^2] terms in s */
     float H1;  /* [1/s^3] constant terms */
-} hopform_numerator_f32;
+} numerator_f32;
 
 /* exp(-a t) and its integrals. */
 typedef struct {
@@ -44,7 +44,7 @@ typedef struct {
     float e1;  /* [s] integral of e, t phi_1(-a t) */
     float e2;  /* [s^2] integral of e1, t^2 phi_2(-a t) */
     float e3;  /* [s^3] integral of e2, t^3 phi_3(-a t) */
-} hopform_decay_f32;
+} decay_f32;
 
 /* The inverse transform R of 1/(s^2 + p s + q), its derivative and its integrals. */
 typedef struct {
@@ -53,7 +53,7 @@ typedef struct {
     float R1;  /* [s^2] integral of R */
     float R2;  /* [s^3] integral of R1 */
     float R3;  /* [s^4] integral of R2 */
-} hopform_pair_f32;
+} pair_f32;
 
 /* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */
 typedef struct {
@@ -62,32 +62,32 @@ typedef struct {
     float W;    /* [s^2] response of the three poles to an impulse */
     float W1;   /* [s^3] integral of W */
     float W2;   /* [s^4] integral of W1 */
-} hopform_basis_f32;
+} basis_f32;
 
 /* W over a short time, from its power series: the three highest integrals. */
 typedef struct {
     float W2;  /* [s^4] integral of W1 */
     float W3;  /* [s^5] third integral of W */
     float W4;  /* [s^6] fourth integral of W */
-} hopform_series_f32;
+} series_f32;
 
 /* The highest integrals of R over a short time, from its power series. */
 typedef struct {
     float R2;  /* [s^3] integral of R1 */
     float R3;  /* [s^4] integral of R2 */
-} hopform_pair_series_f32;
+} pair_series_f32;
 
 /* Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i. */
 typedef struct {
     float free_1;  /* [m/s^2] free acceleration of the actuator */
     float free_2;  /* [m/s^2] free acceleration of the body */
-} hopform_free_f32;
+} free_f32;
 
 /* Deflated numerator, s + a divided out: A s + B over s^2 + p s + q. */
 typedef struct {
     float A;  /* [1/s^2] terms in s */
     float B;  /* [1/s^3] constant terms */
-} hopform_pair_numerator_f32;
+} pair_numerator_f32;
 
 /* Time integrals over a part of a phase; x_1 counts from where the phase starts. */
 typedef struct {
@@ -96,7 +96,7 @@ typedef struct {
     float int_v1v1;  /* [m^2/s] integral of v_1^2 */
     float int_v2v2;  /* [m^2/s] integral of v_2^2 */
     float int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
-} hopform_moments_f32;
+} moments_f32;
 
 /* adj(s - M) of the core and, in the last column, times the constant accelerations. */
 typedef struct {
@@ -136,7 +136,7 @@ typedef struct {
     float y_1_2;    /* [m/s^1] of s^2 in the row of y for 1 */
     float y_1_1;    /* [m/s^2] of s^1 in the row of y for 1 */
     float y_1_0;    /* [m/s^3] of s^0 in the row of y for 1 */
-} hopform_transfer_f32;
+} transfer_f32;
 
 /* z': the rates of the members of a state. */
 typedef struct {
@@ -144,34 +144,34 @@ typedef struct {
     float v1_rate;  /* [m/s/s] rate of the velocity of the actuator */
     float v2_rate;  /* [m/s/s] rate of the velocity of the body */
     float y_rate;   /* [m/s] rate of the compression of the leg, from where it carries nothing */
-} hopform_speeds_f32;
+} speeds_f32;
 
 /* How far the free acceleration of a mass that is held may go to either side. */
 typedef struct {
     float level_1;  /* [m/s^2] of the actuator */
     float level_2;  /* [m/s^2] of the body */
-} hopform_friction_f32;
+} friction_f32;
 
 /* R, its derivative and what is left of the initial 1. */
 typedef struct {
     float Rd;      /* [1] derivative of R */
     float R;       /* [s] response of the pair of poles to an impulse */
     float turned;  /* [1] 1 - Rd - p R = q R1, small after a full turn */
-} hopform_pair_core_f32;
+} pair_core_f32;
 
 /* The integrals of R. */
 typedef struct {
     float R1;  /* [s^2] integral of R */
     float R2;  /* [s^3] integral of R1 */
     float R3;  /* [s^4] integral of R2 */
-} hopform_pair_integrals_f32;
+} pair_integrals_f32;
 
 /* R, its derivative and its first integral. */
 typedef struct {
     float Rd;  /* [1] derivative of R */
     float R;   /* [s] response of the pair of poles to an impulse */
     float R1;  /* [s^2] integral of R */
-} hopform_known_pair_f32;
+} known_pair_f32;
 
 /* W, its derivatives and its first integral. */
 typedef struct {
@@ -179,14 +179,14 @@ typedef struct {
     float Wd;   /* [s] derivative of W */
     float W;    /* [s^2] response of the three poles to an impulse */
     float W1;   /* [s^3] integral of W */
-} hopform_known_basis_f32;
+} known_basis_f32;
 
 /* Three nearly equal roots: their mean rate and s^3 + Q_s s + T_s around it. */
 typedef struct {
     float sigma;  /* [1/s] mean of the three rates, for nearly triple poles */
     float Q_s;    /* [1/s^2] coefficient of s */
     float T_s;    /* [1/s^3] constant coefficient */
-} hopform_shifted_f32;
+} shifted_f32;
 
 /* V, the inverse transform of 1/(s^3 + Q_s s + T_s), and its derivatives. */
 typedef struct {
@@ -194,20 +194,20 @@ typedef struct {
     float Vd;     /* [s] first derivative */
     float V;      /* [s^2] the function */
     float decay;  /* [1] exp(-sigma t) */
-} hopform_shifted_series_f32;
+} shifted_series_f32;
 
 /* W and its first two derivatives. */
 typedef struct {
     float Wdd;  /* [1] second derivative of W */
     float Wd;   /* [s] derivative of W */
     float W;    /* [s^2] response of the three poles to an impulse */
-} hopform_response_f32;
+} response_f32;
 
 /* The two integrals of W. */
 typedef struct {
     float W1;  /* [s^3] integral of W */
     float W2;  /* [s^4] integral of W1 */
-} hopform_integrals_f32;
+} integrals_f32;
 
 /* W, its derivatives and integrals a short time later, by a Taylor step. */
 typedef struct {
@@ -216,7 +216,7 @@ typedef struct {
     float W_t;    /* [s^2] response of the three poles to an impulse */
     float W1_t;   /* [s^3] integral of W */
     float W2_t;   /* [s^4] integral of W1 */
-} hopform_propagated_f32;
+} propagated_f32;
 
 /* The state at time t of a phase. */
 typedef struct {
@@ -224,7 +224,7 @@ typedef struct {
     float v1_t;  /* [m/s] velocity of the actuator */
     float v2_t;  /* [m/s] velocity of the body */
     float y_t;   /* [m] compression of the leg, from where it carries nothing */
-} hopform_at_f32;
+} at_f32;
 
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef struct {
@@ -236,7 +236,7 @@ typedef struct {
     float d_a2_v2;  /* [1/s] change of the acceleration of the body per v_2 */
     float d_a2_y;   /* [1/s^2] change of the acceleration of the body per compression */
     float d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
-} hopform_slopes_f32;
+} slopes_f32;
 
 /* Changes: What the hopper is made of. */
 typedef struct {
@@ -255,7 +255,7 @@ typedef struct {
     float d_x1_max;       /* [m] change of the upper end of the actuator's stroke */
     float d_u_max;        /* [A] change of the current limit */
     float d_impact_loss;  /* [1] change of the fraction of the body's kinetic energy lost at touchdown */
-} hopform_robot_change_f32;
+} robot_change_f32;
 
 /* Changes: The hopper at one instant; x_2 is x_1 - y and the length without load. */
 typedef struct {
@@ -263,7 +263,7 @@ typedef struct {
     float d_v1;  /* [m/s] change of the velocity of the actuator */
     float d_v2;  /* [m/s] change of the velocity of the body */
     float d_y;   /* [m] change of the compression of the leg, from where it carries nothing */
-} hopform_state_change_f32;
+} state_change_f32;
 
 /* The actuator in flight: accelerations, and poles under the law and at its limit. */
 typedef struct {
@@ -272,24 +272,24 @@ typedef struct {
     float p_free;     /* [1/s] rate of the actuator under a constant force */
     float a_free;     /* [m/s^2] constant acceleration without the motor */
     float a_largest;  /* [m/s^2] largest acceleration by the motor */
-} hopform_flight_rates_f32;
+} flight_rates_f32;
 
 /* The actuator at one instant of the flight. */
 typedef struct {
     float x1;    /* [m] displacement */
     float v1;    /* [m/s] velocity */
     float acc1;  /* [m/s^2] acceleration */
-} hopform_actuator_f32;
+} actuator_f32;
 
 /* Integrals over a part of a phase of the flight. */
 typedef struct {
     float moved;     /* [m] how far the actuator has moved since the phase began */
     float int_v1v1;  /* [m^2/s] integral of v_1^2 */
     float rise;      /* [m] of the body */
-} hopform_way_f32;
+} flight_integrals_f32;
 
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
-static inline hopform_rates_f32 hopform_rates_of_f32(const hopform_robot_f32 *robot)
+static inline hopform_rates_f32 rates_of_f32(const hopform_robot_f32 *robot)
 {
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const float b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2, g = robot->g;
@@ -315,7 +315,7 @@ static inline hopform_rates_f32 hopform_rates_of_f32(const hopform_robot_f32 *ro
 }
 
 /* Constant accelerations of a phase. */
-static inline hopform_drive_f32 hopform_drive_of_f32(const hopform_robot_f32 *robot,
+static inline drive_f32 drive_of_f32(const hopform_robot_f32 *robot,
     const hopform_rates_f32 *rates,
     float u,
     float side_1,
@@ -325,13 +325,13 @@ static inline hopform_drive_f32 hopform_drive_of_f32(const hopform_robot_f32 *ro
     const float a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_0 = rates->a2_0;
     const float C_1 = a1_0 + a1_u*u - f1*side_1;  /* (3), in (10) lambda_2 measured from y = 0 */
     const float C_2 = a2_0 - f2*side_2;           /* (4), in (8) -gamma measured from y = 0 */
-    const hopform_drive_f32 result = {C_1, C_2};
+    const drive_f32 result = {C_1, C_2};
     return result;
 }
 
 /* Numerators of the motion with both slipping. */
-static inline hopform_motion_f32 hopform_motion_of_both_f32(const hopform_rates_f32 *rates,
-    const hopform_drive_f32 *drive,
+static inline motion_f32 motion_of_both_f32(const hopform_rates_f32 *rates,
+    const drive_f32 *drive,
     const hopform_state_f32 *state)
 {
     const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
@@ -350,13 +350,13 @@ static inline hopform_motion_f32 hopform_motion_of_both_f32(const hopform_rates_
     const float N2_1 = C_1 + a1_y*y - a2_v2*v1;                       /* (16), (17) over the cubic */
     const float N1_1 = a2_y*v1 - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y;  /* (16), (17) over the cubic */
     const float N0_1 = C_1*a2_y - C_2*a1_y;                           /* (16), (17) over the cubic */
-    const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    const motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
 /* Numerators of the motion with actuator slipping. */
-static inline hopform_motion_f32 hopform_motion_of_actuator_f32(const hopform_rates_f32 *rates,
-    const hopform_drive_f32 *drive,
+static inline motion_f32 motion_of_actuator_f32(const hopform_rates_f32 *rates,
+    const drive_f32 *drive,
     const hopform_state_f32 *state)
 {
     const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, q_1 = rates->q_1;
@@ -374,13 +374,13 @@ static inline hopform_motion_f32 hopform_motion_of_actuator_f32(const hopform_ra
     const float H1_2 = 0.0f;                      /* held */
     const float H1_y = 0.0f;                      /* held */
     const float N0_1 = 0.0f;                      /* held */
-    const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    const motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
 /* Numerators of the motion with body slipping. */
-static inline hopform_motion_f32 hopform_motion_of_body_f32(const hopform_rates_f32 *rates,
-    const hopform_drive_f32 *drive,
+static inline motion_f32 motion_of_body_f32(const hopform_rates_f32 *rates,
+    const drive_f32 *drive,
     const hopform_state_f32 *state)
 {
     const float a2_y = rates->a2_y, a2_v2 = rates->a2_v2, q_2 = rates->q_2;
@@ -398,13 +398,13 @@ static inline hopform_motion_f32 hopform_motion_of_body_f32(const hopform_rates_
     const float N2_1 = 0.0f;                      /* held */
     const float N1_1 = 0.0f;                      /* held */
     const float N0_1 = 0.0f;                      /* held */
-    const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    const motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
 /* The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations. */
-static inline hopform_transfer_f32 hopform_transfer_of_f32(const hopform_rates_f32 *rates,
-    const hopform_drive_f32 *drive,
+static inline transfer_f32 transfer_of_f32(const hopform_rates_f32 *rates,
+    const drive_f32 *drive,
     float side_1,
     float side_2)
 {
@@ -454,13 +454,13 @@ static inline hopform_transfer_f32 hopform_transfer_of_f32(const hopform_rates_f
     const float y_1_2 = 0.0f;                                  /* (11) */
     const float y_1_1 = D1 - D2;                              /* (11) */
     const float y_1_0 = A11*D2 - A22*D1;                      /* (11) */
-    const hopform_transfer_f32 result = {v1_v1_2, v1_v1_1, v1_v1_0, v1_v2_2, v1_v2_1, v1_v2_0, v1_y_2, v1_y_1, v1_y_0, v1_1_2, v1_1_1, v1_1_0, v2_v1_2, v2_v1_1, v2_v1_0, v2_v2_2, v2_v2_1, v2_v2_0, v2_y_2, v2_y_1, v2_y_0, v2_1_2, v2_1_1, v2_1_0, y_v1_2, y_v1_1, y_v1_0, y_v2_2, y_v2_1, y_v2_0, y_y_2, y_y_1, y_y_0, y_1_2, y_1_1, y_1_0};
+    const transfer_f32 result = {v1_v1_2, v1_v1_1, v1_v1_0, v1_v2_2, v1_v2_1, v1_v2_0, v1_y_2, v1_y_1, v1_y_0, v1_1_2, v1_1_1, v1_1_0, v2_v1_2, v2_v1_1, v2_v1_0, v2_v2_2, v2_v2_1, v2_v2_0, v2_y_2, v2_y_1, v2_y_0, v2_1_2, v2_1_1, v2_1_0, y_v1_2, y_v1_1, y_v1_0, y_v2_2, y_v2_1, y_v2_0, y_y_2, y_y_1, y_y_0, y_1_2, y_1_1, y_1_0};
     return result;
 }
 
 /* z' of a state in a mode. */
-static inline hopform_speeds_f32 hopform_speeds_of_f32(const hopform_rates_f32 *rates,
-    const hopform_drive_f32 *drive,
+static inline speeds_f32 speeds_of_f32(const hopform_rates_f32 *rates,
+    const drive_f32 *drive,
     float side_1,
     float side_2,
     const hopform_state_f32 *state)
@@ -478,22 +478,22 @@ static inline hopform_speeds_f32 hopform_speeds_of_f32(const hopform_rates_f32 *
     const float v1_rate = D1 + A11*v1 + A1y*y;  /* (3), (4) */
     const float v2_rate = D2 + A22*v2 + A2y*y;  /* (3), (4) */
     const float y_rate = v1 - v2;               /* (3), (4) */
-    const hopform_speeds_f32 result = {x1_rate, v1_rate, v2_rate, y_rate};
+    const speeds_f32 result = {x1_rate, v1_rate, v2_rate, y_rate};
     return result;
 }
 
 /* Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force. */
-static inline hopform_friction_f32 hopform_friction_of_f32(const hopform_robot_f32 *robot)
+static inline friction_f32 friction_of_f32(const hopform_robot_f32 *robot)
 {
     const float f1 = robot->f1, f2 = robot->f2;
     const float level_1 = f1;  /* (3), (4) */
     const float level_2 = f2;  /* (3), (4) */
-    const hopform_friction_f32 result = {level_1, level_2};
+    const friction_f32 result = {level_1, level_2};
     return result;
 }
 
 /* Rate of the compression. */
-static inline float hopform_compression_rate_f32(const hopform_state_f32 *state)
+static inline float compression_rate_f32(const hopform_state_f32 *state)
 {
     const float v1 = state->v1, v2 = state->v2;
     const float rate_y = v1 - v2;  /* (3), (4) */
@@ -501,7 +501,7 @@ static inline float hopform_compression_rate_f32(const hopform_state_f32 *state)
 }
 
 /* Free accelerations of both masses. */
-static inline hopform_free_f32 hopform_free_accelerations_f32(const hopform_rates_f32 *rates,
+static inline free_f32 free_accelerations_f32(const hopform_rates_f32 *rates,
     const hopform_state_f32 *state,
     float u)
 {
@@ -509,51 +509,47 @@ static inline hopform_free_f32 hopform_free_accelerations_f32(const hopform_rate
     const float y = state->y;
     const float free_1 = a1_0 + a1_u*u + a1_y*y;  /* (3) at v_i = 0 */
     const float free_2 = a2_0 + a2_y*y;           /* (4) at v_i = 0 */
-    const hopform_free_f32 result = {free_1, free_2};
+    const free_f32 result = {free_1, free_2};
     return result;
 }
 
 /* Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them. */
-static inline hopform_free_f32 hopform_free_terms_f32(const hopform_rates_f32 *rates,
-    const hopform_state_f32 *state,
-    float u)
+static inline free_f32 free_terms_f32(const hopform_rates_f32 *rates, const hopform_state_f32 *state, float u)
 {
     const float a1_y = rates->a1_y, a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_y = rates->a2_y, a2_0 = rates->a2_0;
     const float y = state->y;
     const float free_1 = fabs_f32(a1_0) + fabs_f32(a1_u*u) + fabs_f32(a1_y*y);  /* (3) at v_i = 0, by magnitude */
     const float free_2 = fabs_f32(a2_0) + fabs_f32(a2_y*y);                      /* (4) at v_i = 0, by magnitude */
-    const hopform_free_f32 result = {free_1, free_2};
+    const free_f32 result = {free_1, free_2};
     return result;
 }
 
 /* Numerator of the free acceleration of mass 1 while it is held. */
-static inline hopform_numerator_f32 hopform_free_numerator_1_f32(const hopform_rates_f32 *rates,
-    const hopform_motion_f32 *motion)
+static inline numerator_f32 free_numerator_1_f32(const hopform_rates_f32 *rates, const motion_f32 *motion)
 {
     const float a1_y = rates->a1_y;
     const float H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
     const float H3 = H3_y*a1_y;  /* (3) held */
     const float H2 = H2_y*a1_y;  /* (3) held */
     const float H1 = H1_y*a1_y;  /* (3) held */
-    const hopform_numerator_f32 result = {H3, H2, H1};
+    const numerator_f32 result = {H3, H2, H1};
     return result;
 }
 
 /* Numerator of the free acceleration of mass 2 while it is held. */
-static inline hopform_numerator_f32 hopform_free_numerator_2_f32(const hopform_rates_f32 *rates,
-    const hopform_motion_f32 *motion)
+static inline numerator_f32 free_numerator_2_f32(const hopform_rates_f32 *rates, const motion_f32 *motion)
 {
     const float a2_y = rates->a2_y;
     const float H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
     const float H3 = H3_y*a2_y;  /* (4) held */
     const float H2 = H2_y*a2_y;  /* (4) held */
     const float H1 = H1_y*a2_y;  /* (4) held */
-    const hopform_numerator_f32 result = {H3, H2, H1};
+    const numerator_f32 result = {H3, H2, H1};
     return result;
 }
 
 /* Denominator of (18). */
-static inline float hopform_residue_f32(const hopform_poles_f32 *poles)
+static inline float residue_f32(const hopform_poles_f32 *poles)
 {
     const float a = poles->a, p = poles->p, q = poles->q;
     const float chi = q - a*(p - a);  /* (18) residue at s = -a */
@@ -561,10 +557,10 @@ static inline float hopform_residue_f32(const hopform_poles_f32 *poles)
 }
 
 /* W from exp(-a t) and R. */
-static inline hopform_basis_f32 hopform_split_f32(const hopform_poles_f32 *poles,
+static inline basis_f32 split_f32(const hopform_poles_f32 *poles,
     float chi,
-    const hopform_decay_f32 *decay,
-    const hopform_pair_f32 *pair)
+    const decay_f32 *decay,
+    const pair_f32 *pair)
 {
     const float a = poles->a, p = poles->p, q = poles->q;
     const float e = decay->e, e1 = decay->e1, e2 = decay->e2;
@@ -574,15 +570,15 @@ static inline hopform_basis_f32 hopform_split_f32(const hopform_poles_f32 *poles
     const float W2 = (e2 - R1 - R2*(p - a))/chi;           /* (18) integral of the integral */
     const float Wd = (R*q + a*(Rd - e))/chi;               /* (19) all poles */
     const float Wdd = (a*a*e - R*a*q - Rd*(a*p - q))/chi;  /* (19) derivative */
-    const hopform_basis_f32 result = {Wdd, Wd, W, W1, W2};
+    const basis_f32 result = {Wdd, Wd, W, W1, W2};
     return result;
 }
 
 /* W while exp(-a t) is near 1. */
-static inline float hopform_split_soon_f32(const hopform_poles_f32 *poles,
+static inline float split_soon_f32(const hopform_poles_f32 *poles,
     float chi,
-    const hopform_decay_f32 *decay,
-    const hopform_pair_f32 *pair)
+    const decay_f32 *decay,
+    const pair_f32 *pair)
 {
     const float a = poles->a, q = poles->q;
     const float e1 = decay->e1;
@@ -592,8 +588,8 @@ static inline float hopform_split_soon_f32(const hopform_poles_f32 *poles,
 }
 
 /* Integrals of R where q t^2 is not small. */
-static inline hopform_pair_integrals_f32 hopform_pair_by_quotient_f32(const hopform_poles_f32 *poles,
-    const hopform_pair_core_f32 *pair_core,
+static inline pair_integrals_f32 pair_by_quotient_f32(const hopform_poles_f32 *poles,
+    const pair_core_f32 *pair_core,
     float t)
 {
     const float p = poles->p, q = poles->q;
@@ -601,13 +597,13 @@ static inline hopform_pair_integrals_f32 hopform_pair_by_quotient_f32(const hopf
     const float R1 = turned/q;                 /* (18) pair, integral */
     const float R2 = (t - R - R1*p)/q;         /* (18) pair, integral of the integral */
     const float R3 = (0.5f*t*t - R1 - R2*p)/q;  /* (18) pair, third integral */
-    const hopform_pair_integrals_f32 result = {R1, R2, R3};
+    const pair_integrals_f32 result = {R1, R2, R3};
     return result;
 }
 
 /* R, its derivative and first integral from its two highest integrals. */
-static inline hopform_known_pair_f32 hopform_pair_from_series_f32(const hopform_poles_f32 *poles,
-    const hopform_pair_series_f32 *pair_series,
+static inline known_pair_f32 pair_from_series_f32(const hopform_poles_f32 *poles,
+    const pair_series_f32 *pair_series,
     float t)
 {
     const float p = poles->p, q = poles->q;
@@ -615,13 +611,13 @@ static inline hopform_known_pair_f32 hopform_pair_from_series_f32(const hopform_
     const float R1 = 0.5f*t*t - R2*p - R3*q;  /* (18) pair, short time */
     const float R = t - R1*p - R2*q;         /* (18) pair, short time */
     const float Rd = 1.0f - R*p - R1*q;       /* (19) pair, short time */
-    const hopform_known_pair_f32 result = {Rd, R, R1};
+    const known_pair_f32 result = {Rd, R, R1};
     return result;
 }
 
 /* W, its derivatives and first integral from its three highest integrals. */
-static inline hopform_known_basis_f32 hopform_all_from_series_f32(const hopform_poles_f32 *poles,
-    const hopform_series_f32 *series,
+static inline known_basis_f32 all_from_series_f32(const hopform_poles_f32 *poles,
+    const series_f32 *series,
     float t)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
@@ -630,12 +626,12 @@ static inline hopform_known_basis_f32 hopform_all_from_series_f32(const hopform_
     const float W = 0.5f*t*t - W1*s_1 - W2*s_2 - W3*s_3;     /* (18) short time */
     const float Wd = t - W*s_1 - W1*s_2 - W2*s_3;           /* (19) short time */
     const float Wdd = 1.0f - W*s_2 - W1*s_3 - Wd*s_1;        /* (19) short time */
-    const hopform_known_basis_f32 result = {Wdd, Wd, W, W1};
+    const known_basis_f32 result = {Wdd, Wd, W, W1};
     return result;
 }
 
 /* Three nearly equal roots, seen from their mean. */
-static inline hopform_shifted_f32 hopform_shift_f32(const hopform_poles_f32 *poles)
+static inline shifted_f32 shift_f32(const hopform_poles_f32 *poles)
 {
     const float a = poles->a, p = poles->p, q = poles->q;
     const float sigma = a/3.0f + p/3.0f;                 /* (11) mean of the poles */
@@ -643,52 +639,51 @@ static inline hopform_shifted_f32 hopform_shift_f32(const hopform_poles_f32 *pol
     const float disc = 0.25f*p*p - q;                   /* (11) discriminant of the pair */
     const float Q_s = -3.0f*apart*apart - disc;         /* (11) shifted by sigma */
     const float T_s = 2.0f*apart*(apart*apart - disc);  /* (11) shifted by sigma */
-    const hopform_shifted_f32 result = {sigma, Q_s, T_s};
+    const shifted_f32 result = {sigma, Q_s, T_s};
     return result;
 }
 
 /* W from the series around the mean root. */
-static inline hopform_response_f32 hopform_unshift_f32(float sigma,
-    const hopform_shifted_series_f32 *shifted_series)
+static inline response_f32 unshift_f32(float sigma, const shifted_series_f32 *shifted_series)
 {
     const float Vdd = shifted_series->Vdd, Vd = shifted_series->Vd, V = shifted_series->V;
     const float decay = shifted_series->decay;
     const float W = V*decay;                                       /* (18) nearly triple pole */
     const float Wd = decay*(Vd - V*sigma);                         /* (19) nearly triple pole */
     const float Wdd = decay*(Vdd + V*sigma*sigma - 2.0f*Vd*sigma);  /* (19) nearly triple pole */
-    const hopform_response_f32 result = {Wdd, Wd, W};
+    const response_f32 result = {Wdd, Wd, W};
     return result;
 }
 
 /* The integrals of W where the poles are close together and none is slow. */
-static inline hopform_integrals_f32 hopform_integrals_by_recursion_f32(const hopform_poles_f32 *poles,
-    const hopform_response_f32 *response,
+static inline integrals_f32 integrals_by_recursion_f32(const hopform_poles_f32 *poles,
+    const response_f32 *response,
     float t)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const float Wdd = response->Wdd, Wd = response->Wd, W = response->W;
     const float W1 = (1.0f - Wdd - W*s_2 - Wd*s_1)/s_3;  /* (18) integral, poles close together */
     const float W2 = (t - Wd - W*s_1 - W1*s_2)/s_3;     /* (18) integral of the integral, poles close together */
-    const hopform_integrals_f32 result = {W1, W2};
+    const integrals_f32 result = {W1, W2};
     return result;
 }
 
 /* Deflated numerator: the factor s + a divided out. */
-static inline hopform_pair_numerator_f32 hopform_deflated_numerator_f32(const hopform_poles_f32 *poles,
-    const hopform_numerator_f32 *numerator)
+static inline pair_numerator_f32 deflated_numerator_f32(const hopform_poles_f32 *poles,
+    const numerator_f32 *numerator)
 {
     const float p = poles->p, q = poles->q;
     const float H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
     const float A = H2 - H3*p;  /* (18) terms in s, pole a removed */
     const float B = H1 - H3*q;  /* (18) constant terms, pole a removed */
-    const hopform_pair_numerator_f32 result = {A, B};
+    const pair_numerator_f32 result = {A, B};
     return result;
 }
 
 /* Residual of a function of time to its steady state. */
-static inline float hopform_residual_to_steady_state_f32(const hopform_poles_f32 *poles,
-    const hopform_numerator_f32 *numerator,
-    const hopform_basis_f32 *basis,
+static inline float residual_to_steady_state_f32(const hopform_poles_f32 *poles,
+    const numerator_f32 *numerator,
+    const basis_f32 *basis,
     float residual_0)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2;
@@ -699,9 +694,7 @@ static inline float hopform_residual_to_steady_state_f32(const hopform_poles_f32
 }
 
 /* W a short time t later. */
-static inline hopform_propagated_f32 hopform_taylor_step_f32(const hopform_poles_f32 *poles,
-    const hopform_basis_f32 *basis,
-    float t)
+static inline propagated_f32 taylor_step_f32(const hopform_poles_f32 *poles, const basis_f32 *basis, float t)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
@@ -722,14 +715,14 @@ static inline hopform_propagated_f32 hopform_taylor_step_f32(const hopform_poles
     const float W1_t = W1 + more_W1;                                                  /* t later */
     const float more_W2 = W*half + W1*t + Wd*sixth + Wdd*rest;                        /* its Taylor series */
     const float W2_t = W2 + more_W2;                                                  /* t later */
-    const hopform_propagated_f32 result = {Wdd_t, Wd_t, W_t, W1_t, W2_t};
+    const propagated_f32 result = {Wdd_t, Wd_t, W_t, W1_t, W2_t};
     return result;
 }
 
 /* The state at time t of a phase. */
-static inline hopform_at_f32 hopform_state_at_f32(const hopform_state_f32 *state,
-    const hopform_motion_f32 *motion,
-    const hopform_basis_f32 *basis)
+static inline at_f32 state_at_f32(const hopform_state_f32 *state,
+    const motion_f32 *motion,
+    const basis_f32 *basis)
 {
     const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
     const float H3_1 = motion->H3_1, H2_1 = motion->H2_1, H1_1 = motion->H1_1, H3_2 = motion->H3_2;
@@ -740,13 +733,13 @@ static inline hopform_at_f32 hopform_state_at_f32(const hopform_state_f32 *state
     const float v1_t = v1 + H1_1*W1 + H2_1*W + H3_1*Wd;          /* (21) */
     const float v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd;          /* (19) */
     const float y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd;            /* (18) of y */
-    const hopform_at_f32 result = {x1_t, v1_t, v2_t, y_t};
+    const at_f32 result = {x1_t, v1_t, v2_t, y_t};
     return result;
 }
 
 /* Each entry of the ledger over a part of a phase that starts at x_1 = x1_0. */
-static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *robot,
-    const hopform_moments_f32 *moments,
+static inline hopform_ledger_f32 ledger_of_f32(const hopform_robot_f32 *robot,
+    const moments_f32 *moments,
     float u,
     float side_1,
     float side_2,
@@ -769,7 +762,7 @@ static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *
 }
 
 /* What the actuator loses where it meets a stop. */
-static inline float hopform_loss_at_stop_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+static inline float loss_at_stop_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float m_eff = robot->m_eff;
     const float v1 = state->v1;
@@ -778,7 +771,7 @@ static inline float hopform_loss_at_stop_f32(const hopform_robot_f32 *robot, con
 }
 
 /* Change of the energy of the body by the entries of a ledger. */
-static inline float hopform_aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
+static inline float aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 {
     const float viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2;
     const float spring_work = ledger->spring_work;
@@ -787,7 +780,7 @@ static inline float hopform_aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 }
 
 /* Height of the body over the ground under the foot. */
-static inline float hopform_body_height_f32(const hopform_robot_f32 *robot, float x1, float y)
+static inline float body_height_f32(const hopform_robot_f32 *robot, float x1, float y)
 {
     const float L0 = robot->L0, c = robot->c;
     const float length = x1 - y;         /* hop height of the body */
@@ -797,7 +790,7 @@ static inline float hopform_body_height_f32(const hopform_robot_f32 *robot, floa
 }
 
 /* Compression of the spring at which the leg at rest carries nothing; L_0 + c less that is its length then. */
-static inline float hopform_compression_at_rest_f32(const hopform_robot_f32 *robot)
+static inline float compression_at_rest_f32(const hopform_robot_f32 *robot)
 {
     (void)robot;
     const float rest = 0.0f;  /* N = 0 */
@@ -805,7 +798,7 @@ static inline float hopform_compression_at_rest_f32(const hopform_robot_f32 *rob
 }
 
 /* Energy of the body beside its kinetic energy and that of its height. */
-static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+static inline float stored_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float k = robot->k;
     const float x1 = state->x1, y = state->y;
@@ -815,7 +808,7 @@ static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, co
 }
 
 /* Kinetic energy of the body, and that of a given velocity, with which stored energy is compared. */
-static inline float hopform_moving_energy_f32(const hopform_robot_f32 *robot,
+static inline float moving_energy_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     float speed)
 {
@@ -826,8 +819,7 @@ static inline float hopform_moving_energy_f32(const hopform_robot_f32 *robot,
 }
 
 /* Energy of the body and of the robot. */
-static inline hopform_energy_f32 hopform_energies_f32(const hopform_robot_f32 *robot,
-    const hopform_state_f32 *state)
+static inline hopform_energy_f32 energies_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0;
     const float c = robot->c, g = robot->g;
@@ -840,9 +832,9 @@ static inline hopform_energy_f32 hopform_energies_f32(const hopform_robot_f32 *r
 }
 
 /* Change of the body's energy between two states, the AED. */
-static inline float hopform_body_energy_gain_f32(const hopform_robot_f32 *robot,
+static inline float body_energy_gain_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
-    const hopform_at_f32 *at)
+    const at_f32 *at)
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
@@ -854,7 +846,7 @@ static inline float hopform_body_energy_gain_f32(const hopform_robot_f32 *robot,
 }
 
 /* Velocity of the body after the impact of a drop from a hop height. */
-static inline float hopform_touchdown_velocity_f32(const hopform_robot_f32 *robot, float height)
+static inline float touchdown_velocity_f32(const hopform_robot_f32 *robot, float height)
 {
     const float g = robot->g, impact_loss = robot->impact_loss;
     const float v_after = -sqrt_f32(2.0f*g*height*(1.0f - impact_loss));  /* drop from rest, after the impact */
@@ -862,7 +854,7 @@ static inline float hopform_touchdown_velocity_f32(const hopform_robot_f32 *robo
 }
 
 /* Hop height of the apex after a take-off. */
-static inline float hopform_apex_of_takeoff_f32(const hopform_robot_f32 *robot, float x1, float y, float v_up)
+static inline float apex_of_takeoff_f32(const hopform_robot_f32 *robot, float x1, float y, float v_up)
 {
     const float g = robot->g;
     const float apex = x1 + 0.5f*v_up*v_up/g - y;  /* apex of the ballistic flight */
@@ -870,7 +862,7 @@ static inline float hopform_apex_of_takeoff_f32(const hopform_robot_f32 *robot, 
 }
 
 /* Hop height of the apex after a take-off in a state; that of a body that falls is behind it. */
-static inline float hopform_apex_after_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+static inline float apex_after_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
@@ -879,7 +871,7 @@ static inline float hopform_apex_after_f32(const hopform_robot_f32 *robot, const
 }
 
 /* Hop height of the apex over the ground at take-off, from the energies at touchdown and the AED. */
-static inline float hopform_apex_from_energy_f32(const hopform_robot_f32 *robot,
+static inline float apex_from_energy_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     float aed,
     float x1_T,
@@ -894,7 +886,7 @@ static inline float hopform_apex_from_energy_f32(const hopform_robot_f32 *robot,
 }
 
 /* The objective of the controller as the paper prints it. */
-static inline float hopform_printed_objective_f32(const hopform_robot_f32 *robot,
+static inline float printed_objective_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     float aed,
     float h_des,
@@ -909,7 +901,7 @@ static inline float hopform_printed_objective_f32(const hopform_robot_f32 *robot
 }
 
 /* The same objective with another share of the step, and with the spring coordinate. */
-static inline float hopform_objective_f32(const hopform_robot_f32 *robot,
+static inline float objective_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     float aed,
     float x1_T,
@@ -927,7 +919,7 @@ static inline float hopform_objective_f32(const hopform_robot_f32 *robot,
 }
 
 /* Current at which the unloaded actuator starts to move. */
-static inline float hopform_threshold_current_f32(const hopform_robot_f32 *robot)
+static inline float threshold_current_f32(const hopform_robot_f32 *robot)
 {
     const float m_eff = robot->m_eff, f1 = robot->f1, gamma2 = robot->gamma2;
     const float u_threshold = f1*m_eff/fabs_f32(gamma2);  /* (5) as a magnitude */
@@ -935,11 +927,11 @@ static inline float hopform_threshold_current_f32(const hopform_robot_f32 *robot
 }
 
 /* Change of the right sides of (3), (4) with the robot and the current. */
-static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *robot,
+static inline slopes_f32 slopes_of_f32(const hopform_robot_f32 *robot,
     float u,
     float side_1,
     float side_2,
-    const hopform_robot_change_f32 *robot_change,
+    const robot_change_f32 *robot_change,
     float d_u)
 {
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
@@ -961,15 +953,15 @@ static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *
     const float d_a2_0 = -d_g;                                                     /* change of (4) constant */
     const float d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1;                /* change of (3), in (10) lambda_2 measured from y = 0 */
     const float d_C_2 = d_a2_0 - d_f2*side_2;                                      /* change of (4), in (8) -gamma measured from y = 0 */
-    const hopform_slopes_f32 result = {d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2};
+    const slopes_f32 result = {d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2};
     return result;
 }
 
 /* Change of the energy of the body with the robot and the state, x_2 counted from the leg without load. */
-static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robot,
+static inline float body_energy_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
-    const hopform_robot_change_f32 *robot_change,
-    const hopform_state_change_f32 *state_change)
+    const robot_change_f32 *robot_change,
+    const state_change_f32 *state_change)
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
@@ -985,10 +977,10 @@ static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robo
 }
 
 /* Change of the apex with the robot and the state at take-off; a body that falls does not rise. */
-static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot,
+static inline float apex_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
-    const hopform_robot_change_f32 *robot_change,
-    const hopform_state_change_f32 *state_change)
+    const robot_change_f32 *robot_change,
+    const state_change_f32 *state_change)
 {
     const float g = robot->g;
     const float v2 = state->v2;
@@ -1000,9 +992,9 @@ static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot,
 }
 
 /* Change of the apex with the state at take-off alone. */
-static inline float hopform_apex_slope_f32(const hopform_robot_f32 *robot,
+static inline float apex_slope_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
-    const hopform_state_change_f32 *state_change)
+    const state_change_f32 *state_change)
 {
     const float g = robot->g;
     const float v2 = state->v2;
@@ -1013,9 +1005,9 @@ static inline float hopform_apex_slope_f32(const hopform_robot_f32 *robot,
 }
 
 /* Change of the body's height with the robot and the state. */
-static inline float hopform_height_change_f32(const hopform_robot_f32 *robot,
-    const hopform_robot_change_f32 *robot_change,
-    const hopform_state_change_f32 *state_change)
+static inline float height_change_f32(const hopform_robot_f32 *robot,
+    const robot_change_f32 *robot_change,
+    const state_change_f32 *state_change)
 {
     (void)robot;
     const float d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
@@ -1027,7 +1019,7 @@ static inline float hopform_height_change_f32(const hopform_robot_f32 *robot,
 }
 
 /* Contact force of the leg over its stiffness, at a state. */
-static inline float hopform_contact_of_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+static inline float contact_of_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     (void)robot;
     const float y = state->y;
@@ -1036,7 +1028,7 @@ static inline float hopform_contact_of_f32(const hopform_robot_f32 *robot, const
 }
 
 /* Contact force of the leg, at a state. */
-static inline float hopform_contact_force_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+static inline float contact_force_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float k = robot->k;
     const float y = state->y;
@@ -1046,7 +1038,7 @@ static inline float hopform_contact_force_f32(const hopform_robot_f32 *robot, co
 }
 
 /* Change of the contact force over the leg's stiffness with a change of the state, or with its rate. */
-static inline float hopform_contact_slope_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+static inline float contact_slope_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     (void)robot;
     const float y = state->y;
@@ -1055,23 +1047,22 @@ static inline float hopform_contact_slope_f32(const hopform_robot_f32 *robot, co
 }
 
 /* Numerator of the contact force over the leg's stiffness. */
-static inline hopform_numerator_f32 hopform_contact_numerator_f32(const hopform_robot_f32 *robot,
-    const hopform_motion_f32 *motion)
+static inline numerator_f32 contact_numerator_f32(const hopform_robot_f32 *robot, const motion_f32 *motion)
 {
     (void)robot;
     const float H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
     const float H3 = H3_y;  /* what the leg carries */
     const float H2 = H2_y;  /* what the leg carries */
     const float H1 = H1_y;  /* what the leg carries */
-    const hopform_numerator_f32 result = {H3, H2, H1};
+    const numerator_f32 result = {H3, H2, H1};
     return result;
 }
 
 /* Change of the contact force over the leg's stiffness with the robot and the state. */
-static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot,
+static inline float contact_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
-    const hopform_robot_change_f32 *robot_change,
-    const hopform_state_change_f32 *state_change)
+    const robot_change_f32 *robot_change,
+    const state_change_f32 *state_change)
 {
     (void)robot;
     (void)state;
@@ -1082,7 +1073,7 @@ static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot,
 }
 
 /* Compression at which the leg carries nothing, on the ground: 0 where no damper acts in it. */
-static inline float hopform_compression_at_takeoff_f32(const hopform_robot_f32 *robot, float v1, float v2)
+static inline float compression_at_takeoff_f32(const hopform_robot_f32 *robot, float v1, float v2)
 {
     (void)robot;
     (void)v1;
@@ -1092,7 +1083,7 @@ static inline float hopform_compression_at_takeoff_f32(const hopform_robot_f32 *
 }
 
 /* Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it. */
-static inline float hopform_leg_time_f32(const hopform_robot_f32 *robot)
+static inline float leg_time_f32(const hopform_robot_f32 *robot)
 {
     (void)robot;
     const float leg_time = 0.0f;  /* N = 0 in flight */
@@ -1100,7 +1091,7 @@ static inline float hopform_leg_time_f32(const hopform_robot_f32 *robot)
 }
 
 /* Energy that the leg holds beyond that at y = 0. */
-static inline float hopform_leg_energy_f32(const hopform_robot_f32 *robot, float left)
+static inline float leg_energy_f32(const hopform_robot_f32 *robot, float left)
 {
     const float k = robot->k;
     const float leg_energy = 0.5f*k*left*left;  /* what carries the contact force at rest */
@@ -1108,7 +1099,7 @@ static inline float hopform_leg_energy_f32(const hopform_robot_f32 *robot, float
 }
 
 /* Poles and accelerations of the actuator in flight. */
-static inline hopform_flight_rates_f32 hopform_flight_rates_of_f32(const hopform_robot_f32 *robot,
+static inline flight_rates_f32 flight_rates_of_f32(const hopform_robot_f32 *robot,
     const hopform_gains_f32 *gains,
     float largest)
 {
@@ -1119,13 +1110,13 @@ static inline hopform_flight_rates_f32 hopform_flight_rates_of_f32(const hopform
     const float p_free = b1/m_eff;            /* (3) in flight, per v_1 */
     const float a_free = c*k/m_eff;           /* (3) in flight, constant */
     const float a_largest = largest/m_eff;    /* (3) per u, at the limit */
-    const hopform_flight_rates_f32 result = {p_law, q_law, p_free, a_free, a_largest};
+    const flight_rates_f32 result = {p_law, q_law, p_free, a_free, a_largest};
     return result;
 }
 
 /* Acceleration with which a phase of the flight under the law begins. */
-static inline float hopform_acceleration_under_law_f32(const hopform_robot_f32 *robot,
-    const hopform_flight_rates_f32 *flight_rates,
+static inline float acceleration_under_law_f32(const hopform_robot_f32 *robot,
+    const flight_rates_f32 *flight_rates,
     float x1,
     float v1,
     float side_1)
@@ -1137,8 +1128,8 @@ static inline float hopform_acceleration_under_law_f32(const hopform_robot_f32 *
 }
 
 /* Acceleration with which a phase of the flight at the limit of the current begins. */
-static inline float hopform_acceleration_at_limit_f32(const hopform_robot_f32 *robot,
-    const hopform_flight_rates_f32 *flight_rates,
+static inline float acceleration_at_limit_f32(const hopform_robot_f32 *robot,
+    const flight_rates_f32 *flight_rates,
     float v1,
     float side_1,
     float limit)
@@ -1151,20 +1142,18 @@ static inline float hopform_acceleration_at_limit_f32(const hopform_robot_f32 *r
 }
 
 /* Numerator of how far the actuator has moved since a phase of the flight began. */
-static inline hopform_numerator_f32 hopform_way_numerator_f32(float v1,
-    float acc1,
-    const hopform_poles_f32 *poles)
+static inline numerator_f32 displacement_numerator_f32(float v1, float acc1, const hopform_poles_f32 *poles)
 {
     const float p = poles->p;
     const float H3 = v1;           /* (3) in flight */
     const float H2 = acc1 + p*v1;  /* (3) in flight */
     const float H1 = 0.0f;          /* no force grows with time */
-    const hopform_numerator_f32 result = {H3, H2, H1};
+    const numerator_f32 result = {H3, H2, H1};
     return result;
 }
 
 /* Numerator of the pull of the law in a phase of the flight. */
-static inline hopform_numerator_f32 hopform_pull_numerator_f32(const hopform_gains_f32 *gains,
+static inline numerator_f32 pull_numerator_f32(const hopform_gains_f32 *gains,
     float v1,
     float acc1,
     const hopform_poles_f32 *poles)
@@ -1174,12 +1163,12 @@ static inline hopform_numerator_f32 hopform_pull_numerator_f32(const hopform_gai
     const float H3 = Kd*acc1 + Kp*v1;             /* rate of the law's pull */
     const float H2 = Kp*(acc1 + p*v1) - Kd*q*v1;  /* v_1 = v_1(0) (1 - q W) + a W' */
     const float H1 = 0.0f;                         /* no force grows with time */
-    const hopform_numerator_f32 result = {H3, H2, H1};
+    const numerator_f32 result = {H3, H2, H1};
     return result;
 }
 
 /* Gains that bring the actuator back in a given time, critically damped. */
-static inline hopform_gains_f32 hopform_critical_gains_f32(const hopform_robot_f32 *robot, float time)
+static inline hopform_gains_f32 critical_gains_f32(const hopform_robot_f32 *robot, float time)
 {
     const float m_eff = robot->m_eff, b1 = robot->b1;
     const float settled_rate = 2e1f/(3.0f*time);                    /* (1 + 20/3) exp(-20/3) < 1/100 */
@@ -1192,7 +1181,7 @@ static inline hopform_gains_f32 hopform_critical_gains_f32(const hopform_robot_f
 }
 
 /* Acceleration with which the body falls in flight. */
-static inline float hopform_fall_of_f32(const hopform_robot_f32 *robot)
+static inline float fall_of_f32(const hopform_robot_f32 *robot)
 {
     const float g = robot->g;
     const float fall = g;  /* (4) in flight */
@@ -1200,7 +1189,7 @@ static inline float hopform_fall_of_f32(const hopform_robot_f32 *robot)
 }
 
 /* Time after which the body has come down from a height. */
-static inline float hopform_time_of_fall_f32(const hopform_robot_f32 *robot, float v2, float drop)
+static inline float time_of_fall_f32(const hopform_robot_f32 *robot, float v2, float drop)
 {
     const float g = robot->g;
     const float touchdown_time = (v2 + sqrt_f32(v2*v2 + 2.0f*drop*g))/g;  /* ballistic */
@@ -1208,7 +1197,7 @@ static inline float hopform_time_of_fall_f32(const hopform_robot_f32 *robot, flo
 }
 
 /* Velocity of the body after the impact. */
-static inline float hopform_velocity_after_impact_f32(const hopform_robot_f32 *robot, float v2)
+static inline float velocity_after_impact_f32(const hopform_robot_f32 *robot, float v2)
 {
     const float impact_loss = robot->impact_loss;
     const float v2_after = sqrt_f32(1.0f - impact_loss)*v2;  /* impact loss */
@@ -1216,7 +1205,7 @@ static inline float hopform_velocity_after_impact_f32(const hopform_robot_f32 *r
 }
 
 /* What the body loses at the impact. */
-static inline float hopform_loss_at_impact_f32(const hopform_robot_f32 *robot, float v2)
+static inline float loss_at_impact_f32(const hopform_robot_f32 *robot, float v2)
 {
     const float m_s = robot->m_s, impact_loss = robot->impact_loss;
     const float loss_at_impact = -0.5f*impact_loss*m_s*v2*v2;  /* a share of its kinetic energy */
@@ -1224,7 +1213,7 @@ static inline float hopform_loss_at_impact_f32(const hopform_robot_f32 *robot, f
 }
 
 /* Energy of the body and of the robot in flight. */
-static inline hopform_energy_f32 hopform_flight_energies_f32(const hopform_robot_f32 *robot,
+static inline hopform_energy_f32 flight_energies_f32(const hopform_robot_f32 *robot,
     float v1,
     float v2,
     float hop_height)
@@ -1238,18 +1227,18 @@ static inline hopform_energy_f32 hopform_flight_energies_f32(const hopform_robot
 }
 
 /* Each entry of the flight's ledger over a part of a phase. */
-static inline hopform_flight_ledger_f32 hopform_flight_ledger_of_f32(const hopform_robot_f32 *robot,
+static inline hopform_flight_ledger_f32 flight_ledger_of_f32(const hopform_robot_f32 *robot,
     const hopform_gains_f32 *gains,
     float largest,
     float x1,
     float side_1,
     float limit,
-    const hopform_way_f32 *way)
+    const flight_integrals_f32 *flight_integrals)
 {
     const float m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
     const float f1 = robot->f1;
     const float Kp = gains->Kp, Kd = gains->Kd;
-    const float moved = way->moved, int_v1v1 = way->int_v1v1;
+    const float moved = flight_integrals->moved, int_v1v1 = flight_integrals->int_v1v1;
     const float motor_work = (Kd*int_v1v1 + Kp*moved*(0.5f*moved + x1))*(limit*limit - 1.0f) - largest*limit*moved;  /* law, or limit */
     const float offset_work = c*k*moved;                                                                           /* constant forces */
     const float viscous_1 = -b1*int_v1v1;                                                                          /* ledger */

@@ -13,7 +13,7 @@
 typedef struct {
     double C_1;  /* [m/s^2] constant acceleration of the actuator */
     double C_2;  /* [m/s^2] constant acceleration of the body */
-} hopform_drive_f64;
+} drive_f64;
 
 /* Numerators of (11), counted from where and how fast each coordinate starts. */
 typedef struct {
@@ -29,14 +29,14 @@ typedef struct {
     double N2_1;  /* [m/s^2] actuator, terms in s^2 of its whole numerator, that begins with v_1 s^3 */
     double N1_1;  /* [m/s^3] actuator, terms in s of that */
     double N0_1;  /* [m/s^4] actuator, constant terms of that */
-} hopform_motion_f64;
+} motion_f64;
 
 /* H_3 s^2 + H_2 s + H_1 of (11): how a function of time leaves its initial value. */
 typedef struct {
     double H3;  /* [1/s] terms in s^2: the initial rate */
     double H2;  /* [1/s^2] terms in s */
     double H1;  /* [1/s^3] constant terms */
-} hopform_numerator_f64;
+} numerator_f64;
 
 /* exp(-a t) and its integrals. */
 typedef struct {
@@ -44,7 +44,7 @@ typedef struct {
     double e1;  /* [s] integral of e, t phi_1(-a t) */
     double e2;  /* [s^2] integral of e1, t^2 phi_2(-a t) */
     double e3;  /* [s^3] integral of e2, t^3 phi_3(-a t) */
-} hopform_decay_f64;
+} decay_f64;
 
 /* The inverse transform R of 1/(s^2 + p s + q), its derivative and its integrals. */
 typedef struct {
@@ -53,7 +53,7 @@ typedef struct {
     double R1;  /* [s^2] integral of R */
     double R2;  /* [s^3] integral of R1 */
     double R3;  /* [s^4] integral of R2 */
-} hopform_pair_f64;
+} pair_f64;
 
 /* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */
 typedef struct {
@@ -62,32 +62,32 @@ typedef struct {
     double W;    /* [s^2] response of the three poles to an impulse */
     double W1;   /* [s^3] integral of W */
     double W2;   /* [s^4] integral of W1 */
-} hopform_basis_f64;
+} basis_f64;
 
 /* W over a short time, from its power series: the three highest integrals. */
 typedef struct {
     double W2;  /* [s^4] integral of W1 */
     double W3;  /* [s^5] third integral of W */
     double W4;  /* [s^6] fourth integral of W */
-} hopform_series_f64;
+} series_f64;
 
 /* The highest integrals of R over a short time, from its power series. */
 typedef struct {
     double R2;  /* [s^3] integral of R1 */
     double R3;  /* [s^4] integral of R2 */
-} hopform_pair_series_f64;
+} pair_series_f64;
 
 /* Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i. */
 typedef struct {
     double free_1;  /* [m/s^2] free acceleration of the actuator */
     double free_2;  /* [m/s^2] free acceleration of the body */
-} hopform_free_f64;
+} free_f64;
 
 /* Deflated numerator, s + a divided out: A s + B over s^2 + p s + q. */
 typedef struct {
     double A;  /* [1/s^2] terms in s */
     double B;  /* [1/s^3] constant terms */
-} hopform_pair_numerator_f64;
+} pair_numerator_f64;
 
 /* Time integrals over a part of a phase; x_1 counts from where the phase starts. */
 typedef struct {
@@ -96,7 +96,7 @@ typedef struct {
     double int_v1v1;  /* [m^2/s] integral of v_1^2 */
     double int_v2v2;  /* [m^2/s] integral of v_2^2 */
     double int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
-} hopform_moments_f64;
+} moments_f64;
 
 /* adj(s - M) of the core and, in the last column, times the constant accelerations. */
 typedef struct {
@@ -136,7 +136,7 @@ typedef struct {
     double y_1_2;    /* [m/s^1] of s^2 in the row of y for 1 */
     double y_1_1;    /* [m/s^2] of s^1 in the row of y for 1 */
     double y_1_0;    /* [m/s^3] of s^0 in the row of y for 1 */
-} hopform_transfer_f64;
+} transfer_f64;
 
 /* z': the rates of the members of a state. */
 typedef struct {
@@ -144,34 +144,34 @@ typedef struct {
     double v1_rate;  /* [m/s/s] rate of the velocity of the actuator */
     double v2_rate;  /* [m/s/s] rate of the velocity of the body */
     double y_rate;   /* [m/s] rate of the compression of the leg, from where it carries nothing */
-} hopform_speeds_f64;
+} speeds_f64;
 
 /* How far the free acceleration of a mass that is held may go to either side. */
 typedef struct {
     double level_1;  /* [m/s^2] of the actuator */
     double level_2;  /* [m/s^2] of the body */
-} hopform_friction_f64;
+} friction_f64;
 
 /* R, its derivative and what is left of the initial 1. */
 typedef struct {
     double Rd;      /* [1] derivative of R */
     double R;       /* [s] response of the pair of poles to an impulse */
     double turned;  /* [1] 1 - Rd - p R = q R1, small after a full turn */
-} hopform_pair_core_f64;
+} pair_core_f64;
 
 /* The integrals of R. */
 typedef struct {
     double R1;  /* [s^2] integral of R */
     double R2;  /* [s^3] integral of R1 */
     double R3;  /* [s^4] integral of R2 */
-} hopform_pair_integrals_f64;
+} pair_integrals_f64;
 
 /* R, its derivative and its first integral. */
 typedef struct {
     double Rd;  /* [1] derivative of R */
     double R;   /* [s] response of the pair of poles to an impulse */
     double R1;  /* [s^2] integral of R */
-} hopform_known_pair_f64;
+} known_pair_f64;
 
 /* W, its derivatives and its first integral. */
 typedef struct {
@@ -179,14 +179,14 @@ typedef struct {
     double Wd;   /* [s] derivative of W */
     double W;    /* [s^2] response of the three poles to an impulse */
     double W1;   /* [s^3] integral of W */
-} hopform_known_basis_f64;
+} known_basis_f64;
 
 /* Three nearly equal roots: their mean rate and s^3 + Q_s s + T_s around it. */
 typedef struct {
     double sigma;  /* [1/s] mean of the three rates, for nearly triple poles */
     double Q_s;    /* [1/s^2] coefficient of s */
     double T_s;    /* [1/s^3] constant coefficient */
-} hopform_shifted_f64;
+} shifted_f64;
 
 /* V, the inverse transform of 1/(s^3 + Q_s s + T_s), and its derivatives. */
 typedef struct {
@@ -194,20 +194,20 @@ typedef struct {
     double Vd;     /* [s] first derivative */
     double V;      /* [s^2] the function */
     double decay;  /* [1] exp(-sigma t) */
-} hopform_shifted_series_f64;
+} shifted_series_f64;
 
 /* W and its first two derivatives. */
 typedef struct {
     double Wdd;  /* [1] second derivative of W */
     double Wd;   /* [s] derivative of W */
     double W;    /* [s^2] response of the three poles to an impulse */
-} hopform_response_f64;
+} response_f64;
 
 /* The two integrals of W. */
 typedef struct {
     double W1;  /* [s^3] integral of W */
     double W2;  /* [s^4] integral of W1 */
-} hopform_integrals_f64;
+} integrals_f64;
 
 /* W, its derivatives and integrals a short time later, by a Taylor step. */
 typedef struct {
@@ -216,7 +216,7 @@ typedef struct {
     double W_t;    /* [s^2] response of the three poles to an impulse */
     double W1_t;   /* [s^3] integral of W */
     double W2_t;   /* [s^4] integral of W1 */
-} hopform_propagated_f64;
+} propagated_f64;
 
 /* The state at time t of a phase. */
 typedef struct {
@@ -224,7 +224,7 @@ typedef struct {
     double v1_t;  /* [m/s] velocity of the actuator */
     double v2_t;  /* [m/s] velocity of the body */
     double y_t;   /* [m] compression of the leg, from where it carries nothing */
-} hopform_at_f64;
+} at_f64;
 
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef struct {
@@ -236,7 +236,7 @@ typedef struct {
     double d_a2_v2;  /* [1/s] change of the acceleration of the body per v_2 */
     double d_a2_y;   /* [1/s^2] change of the acceleration of the body per compression */
     double d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
-} hopform_slopes_f64;
+} slopes_f64;
 
 /* Changes: What the hopper is made of. */
 typedef struct {
@@ -255,7 +255,7 @@ typedef struct {
     double d_x1_max;       /* [m] change of the upper end of the actuator's stroke */
     double d_u_max;        /* [A] change of the current limit */
     double d_impact_loss;  /* [1] change of the fraction of the body's kinetic energy lost at touchdown */
-} hopform_robot_change_f64;
+} robot_change_f64;
 
 /* Changes: The hopper at one instant; x_2 is x_1 - y and the length without load. */
 typedef struct {
@@ -263,7 +263,7 @@ typedef struct {
     double d_v1;  /* [m/s] change of the velocity of the actuator */
     double d_v2;  /* [m/s] change of the velocity of the body */
     double d_y;   /* [m] change of the compression of the leg, from where it carries nothing */
-} hopform_state_change_f64;
+} state_change_f64;
 
 /* The actuator in flight: accelerations, and poles under the law and at its limit. */
 typedef struct {
@@ -272,24 +272,24 @@ typedef struct {
     double p_free;     /* [1/s] rate of the actuator under a constant force */
     double a_free;     /* [m/s^2] constant acceleration without the motor */
     double a_largest;  /* [m/s^2] largest acceleration by the motor */
-} hopform_flight_rates_f64;
+} flight_rates_f64;
 
 /* The actuator at one instant of the flight. */
 typedef struct {
     double x1;    /* [m] displacement */
     double v1;    /* [m/s] velocity */
     double acc1;  /* [m/s^2] acceleration */
-} hopform_actuator_f64;
+} actuator_f64;
 
 /* Integrals over a part of a phase of the flight. */
 typedef struct {
     double moved;     /* [m] how far the actuator has moved since the phase began */
     double int_v1v1;  /* [m^2/s] integral of v_1^2 */
     double rise;      /* [m] of the body */
-} hopform_way_f64;
+} flight_integrals_f64;
 
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
-static inline hopform_rates_f64 hopform_rates_of_f64(const hopform_robot_f64 *robot)
+static inline hopform_rates_f64 rates_of_f64(const hopform_robot_f64 *robot)
 {
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const double b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2, g = robot->g;
@@ -315,7 +315,7 @@ static inline hopform_rates_f64 hopform_rates_of_f64(const hopform_robot_f64 *ro
 }
 
 /* Constant accelerations of a phase. */
-static inline hopform_drive_f64 hopform_drive_of_f64(const hopform_robot_f64 *robot,
+static inline drive_f64 drive_of_f64(const hopform_robot_f64 *robot,
     const hopform_rates_f64 *rates,
     double u,
     double side_1,
@@ -325,13 +325,13 @@ static inline hopform_drive_f64 hopform_drive_of_f64(const hopform_robot_f64 *ro
     const double a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_0 = rates->a2_0;
     const double C_1 = a1_0 + a1_u*u - f1*side_1;  /* (3), in (10) lambda_2 measured from y = 0 */
     const double C_2 = a2_0 - f2*side_2;           /* (4), in (8) -gamma measured from y = 0 */
-    const hopform_drive_f64 result = {C_1, C_2};
+    const drive_f64 result = {C_1, C_2};
     return result;
 }
 
 /* Numerators of the motion with both slipping. */
-static inline hopform_motion_f64 hopform_motion_of_both_f64(const hopform_rates_f64 *rates,
-    const hopform_drive_f64 *drive,
+static inline motion_f64 motion_of_both_f64(const hopform_rates_f64 *rates,
+    const drive_f64 *drive,
     const hopform_state_f64 *state)
 {
     const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
@@ -350,13 +350,13 @@ static inline hopform_motion_f64 hopform_motion_of_both_f64(const hopform_rates_
     const double N2_1 = C_1 + a1_y*y - a2_v2*v1;                       /* (16), (17) over the cubic */
     const double N1_1 = a2_y*v1 - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y;  /* (16), (17) over the cubic */
     const double N0_1 = C_1*a2_y - C_2*a1_y;                           /* (16), (17) over the cubic */
-    const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    const motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
 /* Numerators of the motion with actuator slipping. */
-static inline hopform_motion_f64 hopform_motion_of_actuator_f64(const hopform_rates_f64 *rates,
-    const hopform_drive_f64 *drive,
+static inline motion_f64 motion_of_actuator_f64(const hopform_rates_f64 *rates,
+    const drive_f64 *drive,
     const hopform_state_f64 *state)
 {
     const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, q_1 = rates->q_1;
@@ -374,13 +374,13 @@ static inline hopform_motion_f64 hopform_motion_of_actuator_f64(const hopform_ra
     const double H1_2 = 0.0;                      /* held */
     const double H1_y = 0.0;                      /* held */
     const double N0_1 = 0.0;                      /* held */
-    const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    const motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
 /* Numerators of the motion with body slipping. */
-static inline hopform_motion_f64 hopform_motion_of_body_f64(const hopform_rates_f64 *rates,
-    const hopform_drive_f64 *drive,
+static inline motion_f64 motion_of_body_f64(const hopform_rates_f64 *rates,
+    const drive_f64 *drive,
     const hopform_state_f64 *state)
 {
     const double a2_y = rates->a2_y, a2_v2 = rates->a2_v2, q_2 = rates->q_2;
@@ -398,13 +398,13 @@ static inline hopform_motion_f64 hopform_motion_of_body_f64(const hopform_rates_
     const double N2_1 = 0.0;                      /* held */
     const double N1_1 = 0.0;                      /* held */
     const double N0_1 = 0.0;                      /* held */
-    const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    const motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
 /* The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations. */
-static inline hopform_transfer_f64 hopform_transfer_of_f64(const hopform_rates_f64 *rates,
-    const hopform_drive_f64 *drive,
+static inline transfer_f64 transfer_of_f64(const hopform_rates_f64 *rates,
+    const drive_f64 *drive,
     double side_1,
     double side_2)
 {
@@ -454,13 +454,13 @@ static inline hopform_transfer_f64 hopform_transfer_of_f64(const hopform_rates_f
     const double y_1_2 = 0.0;                                  /* (11) */
     const double y_1_1 = D1 - D2;                              /* (11) */
     const double y_1_0 = A11*D2 - A22*D1;                      /* (11) */
-    const hopform_transfer_f64 result = {v1_v1_2, v1_v1_1, v1_v1_0, v1_v2_2, v1_v2_1, v1_v2_0, v1_y_2, v1_y_1, v1_y_0, v1_1_2, v1_1_1, v1_1_0, v2_v1_2, v2_v1_1, v2_v1_0, v2_v2_2, v2_v2_1, v2_v2_0, v2_y_2, v2_y_1, v2_y_0, v2_1_2, v2_1_1, v2_1_0, y_v1_2, y_v1_1, y_v1_0, y_v2_2, y_v2_1, y_v2_0, y_y_2, y_y_1, y_y_0, y_1_2, y_1_1, y_1_0};
+    const transfer_f64 result = {v1_v1_2, v1_v1_1, v1_v1_0, v1_v2_2, v1_v2_1, v1_v2_0, v1_y_2, v1_y_1, v1_y_0, v1_1_2, v1_1_1, v1_1_0, v2_v1_2, v2_v1_1, v2_v1_0, v2_v2_2, v2_v2_1, v2_v2_0, v2_y_2, v2_y_1, v2_y_0, v2_1_2, v2_1_1, v2_1_0, y_v1_2, y_v1_1, y_v1_0, y_v2_2, y_v2_1, y_v2_0, y_y_2, y_y_1, y_y_0, y_1_2, y_1_1, y_1_0};
     return result;
 }
 
 /* z' of a state in a mode. */
-static inline hopform_speeds_f64 hopform_speeds_of_f64(const hopform_rates_f64 *rates,
-    const hopform_drive_f64 *drive,
+static inline speeds_f64 speeds_of_f64(const hopform_rates_f64 *rates,
+    const drive_f64 *drive,
     double side_1,
     double side_2,
     const hopform_state_f64 *state)
@@ -478,22 +478,22 @@ static inline hopform_speeds_f64 hopform_speeds_of_f64(const hopform_rates_f64 *
     const double v1_rate = D1 + A11*v1 + A1y*y;  /* (3), (4) */
     const double v2_rate = D2 + A22*v2 + A2y*y;  /* (3), (4) */
     const double y_rate = v1 - v2;               /* (3), (4) */
-    const hopform_speeds_f64 result = {x1_rate, v1_rate, v2_rate, y_rate};
+    const speeds_f64 result = {x1_rate, v1_rate, v2_rate, y_rate};
     return result;
 }
 
 /* Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force. */
-static inline hopform_friction_f64 hopform_friction_of_f64(const hopform_robot_f64 *robot)
+static inline friction_f64 friction_of_f64(const hopform_robot_f64 *robot)
 {
     const double f1 = robot->f1, f2 = robot->f2;
     const double level_1 = f1;  /* (3), (4) */
     const double level_2 = f2;  /* (3), (4) */
-    const hopform_friction_f64 result = {level_1, level_2};
+    const friction_f64 result = {level_1, level_2};
     return result;
 }
 
 /* Rate of the compression. */
-static inline double hopform_compression_rate_f64(const hopform_state_f64 *state)
+static inline double compression_rate_f64(const hopform_state_f64 *state)
 {
     const double v1 = state->v1, v2 = state->v2;
     const double rate_y = v1 - v2;  /* (3), (4) */
@@ -501,7 +501,7 @@ static inline double hopform_compression_rate_f64(const hopform_state_f64 *state
 }
 
 /* Free accelerations of both masses. */
-static inline hopform_free_f64 hopform_free_accelerations_f64(const hopform_rates_f64 *rates,
+static inline free_f64 free_accelerations_f64(const hopform_rates_f64 *rates,
     const hopform_state_f64 *state,
     double u)
 {
@@ -509,51 +509,47 @@ static inline hopform_free_f64 hopform_free_accelerations_f64(const hopform_rate
     const double y = state->y;
     const double free_1 = a1_0 + a1_u*u + a1_y*y;  /* (3) at v_i = 0 */
     const double free_2 = a2_0 + a2_y*y;           /* (4) at v_i = 0 */
-    const hopform_free_f64 result = {free_1, free_2};
+    const free_f64 result = {free_1, free_2};
     return result;
 }
 
 /* Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them. */
-static inline hopform_free_f64 hopform_free_terms_f64(const hopform_rates_f64 *rates,
-    const hopform_state_f64 *state,
-    double u)
+static inline free_f64 free_terms_f64(const hopform_rates_f64 *rates, const hopform_state_f64 *state, double u)
 {
     const double a1_y = rates->a1_y, a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_y = rates->a2_y, a2_0 = rates->a2_0;
     const double y = state->y;
     const double free_1 = fabs_f64(a1_0) + fabs_f64(a1_u*u) + fabs_f64(a1_y*y);  /* (3) at v_i = 0, by magnitude */
     const double free_2 = fabs_f64(a2_0) + fabs_f64(a2_y*y);                      /* (4) at v_i = 0, by magnitude */
-    const hopform_free_f64 result = {free_1, free_2};
+    const free_f64 result = {free_1, free_2};
     return result;
 }
 
 /* Numerator of the free acceleration of mass 1 while it is held. */
-static inline hopform_numerator_f64 hopform_free_numerator_1_f64(const hopform_rates_f64 *rates,
-    const hopform_motion_f64 *motion)
+static inline numerator_f64 free_numerator_1_f64(const hopform_rates_f64 *rates, const motion_f64 *motion)
 {
     const double a1_y = rates->a1_y;
     const double H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
     const double H3 = H3_y*a1_y;  /* (3) held */
     const double H2 = H2_y*a1_y;  /* (3) held */
     const double H1 = H1_y*a1_y;  /* (3) held */
-    const hopform_numerator_f64 result = {H3, H2, H1};
+    const numerator_f64 result = {H3, H2, H1};
     return result;
 }
 
 /* Numerator of the free acceleration of mass 2 while it is held. */
-static inline hopform_numerator_f64 hopform_free_numerator_2_f64(const hopform_rates_f64 *rates,
-    const hopform_motion_f64 *motion)
+static inline numerator_f64 free_numerator_2_f64(const hopform_rates_f64 *rates, const motion_f64 *motion)
 {
     const double a2_y = rates->a2_y;
     const double H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
     const double H3 = H3_y*a2_y;  /* (4) held */
     const double H2 = H2_y*a2_y;  /* (4) held */
     const double H1 = H1_y*a2_y;  /* (4) held */
-    const hopform_numerator_f64 result = {H3, H2, H1};
+    const numerator_f64 result = {H3, H2, H1};
     return result;
 }
 
 /* Denominator of (18). */
-static inline double hopform_residue_f64(const hopform_poles_f64 *poles)
+static inline double residue_f64(const hopform_poles_f64 *poles)
 {
     const double a = poles->a, p = poles->p, q = poles->q;
     const double chi = q - a*(p - a);  /* (18) residue at s = -a */
@@ -561,10 +557,10 @@ static inline double hopform_residue_f64(const hopform_poles_f64 *poles)
 }
 
 /* W from exp(-a t) and R. */
-static inline hopform_basis_f64 hopform_split_f64(const hopform_poles_f64 *poles,
+static inline basis_f64 split_f64(const hopform_poles_f64 *poles,
     double chi,
-    const hopform_decay_f64 *decay,
-    const hopform_pair_f64 *pair)
+    const decay_f64 *decay,
+    const pair_f64 *pair)
 {
     const double a = poles->a, p = poles->p, q = poles->q;
     const double e = decay->e, e1 = decay->e1, e2 = decay->e2;
@@ -574,15 +570,15 @@ static inline hopform_basis_f64 hopform_split_f64(const hopform_poles_f64 *poles
     const double W2 = (e2 - R1 - R2*(p - a))/chi;           /* (18) integral of the integral */
     const double Wd = (R*q + a*(Rd - e))/chi;               /* (19) all poles */
     const double Wdd = (a*a*e - R*a*q - Rd*(a*p - q))/chi;  /* (19) derivative */
-    const hopform_basis_f64 result = {Wdd, Wd, W, W1, W2};
+    const basis_f64 result = {Wdd, Wd, W, W1, W2};
     return result;
 }
 
 /* W while exp(-a t) is near 1. */
-static inline double hopform_split_soon_f64(const hopform_poles_f64 *poles,
+static inline double split_soon_f64(const hopform_poles_f64 *poles,
     double chi,
-    const hopform_decay_f64 *decay,
-    const hopform_pair_f64 *pair)
+    const decay_f64 *decay,
+    const pair_f64 *pair)
 {
     const double a = poles->a, q = poles->q;
     const double e1 = decay->e1;
@@ -592,8 +588,8 @@ static inline double hopform_split_soon_f64(const hopform_poles_f64 *poles,
 }
 
 /* Integrals of R where q t^2 is not small. */
-static inline hopform_pair_integrals_f64 hopform_pair_by_quotient_f64(const hopform_poles_f64 *poles,
-    const hopform_pair_core_f64 *pair_core,
+static inline pair_integrals_f64 pair_by_quotient_f64(const hopform_poles_f64 *poles,
+    const pair_core_f64 *pair_core,
     double t)
 {
     const double p = poles->p, q = poles->q;
@@ -601,13 +597,13 @@ static inline hopform_pair_integrals_f64 hopform_pair_by_quotient_f64(const hopf
     const double R1 = turned/q;                 /* (18) pair, integral */
     const double R2 = (t - R - R1*p)/q;         /* (18) pair, integral of the integral */
     const double R3 = (0.5*t*t - R1 - R2*p)/q;  /* (18) pair, third integral */
-    const hopform_pair_integrals_f64 result = {R1, R2, R3};
+    const pair_integrals_f64 result = {R1, R2, R3};
     return result;
 }
 
 /* R, its derivative and first integral from its two highest integrals. */
-static inline hopform_known_pair_f64 hopform_pair_from_series_f64(const hopform_poles_f64 *poles,
-    const hopform_pair_series_f64 *pair_series,
+static inline known_pair_f64 pair_from_series_f64(const hopform_poles_f64 *poles,
+    const pair_series_f64 *pair_series,
     double t)
 {
     const double p = poles->p, q = poles->q;
@@ -615,13 +611,13 @@ static inline hopform_known_pair_f64 hopform_pair_from_series_f64(const hopform_
     const double R1 = 0.5*t*t - R2*p - R3*q;  /* (18) pair, short time */
     const double R = t - R1*p - R2*q;         /* (18) pair, short time */
     const double Rd = 1.0 - R*p - R1*q;       /* (19) pair, short time */
-    const hopform_known_pair_f64 result = {Rd, R, R1};
+    const known_pair_f64 result = {Rd, R, R1};
     return result;
 }
 
 /* W, its derivatives and first integral from its three highest integrals. */
-static inline hopform_known_basis_f64 hopform_all_from_series_f64(const hopform_poles_f64 *poles,
-    const hopform_series_f64 *series,
+static inline known_basis_f64 all_from_series_f64(const hopform_poles_f64 *poles,
+    const series_f64 *series,
     double t)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
@@ -630,12 +626,12 @@ static inline hopform_known_basis_f64 hopform_all_from_series_f64(const hopform_
     const double W = 0.5*t*t - W1*s_1 - W2*s_2 - W3*s_3;     /* (18) short time */
     const double Wd = t - W*s_1 - W1*s_2 - W2*s_3;           /* (19) short time */
     const double Wdd = 1.0 - W*s_2 - W1*s_3 - Wd*s_1;        /* (19) short time */
-    const hopform_known_basis_f64 result = {Wdd, Wd, W, W1};
+    const known_basis_f64 result = {Wdd, Wd, W, W1};
     return result;
 }
 
 /* Three nearly equal roots, seen from their mean. */
-static inline hopform_shifted_f64 hopform_shift_f64(const hopform_poles_f64 *poles)
+static inline shifted_f64 shift_f64(const hopform_poles_f64 *poles)
 {
     const double a = poles->a, p = poles->p, q = poles->q;
     const double sigma = a/3.0 + p/3.0;                 /* (11) mean of the poles */
@@ -643,52 +639,51 @@ static inline hopform_shifted_f64 hopform_shift_f64(const hopform_poles_f64 *pol
     const double disc = 0.25*p*p - q;                   /* (11) discriminant of the pair */
     const double Q_s = -3.0*apart*apart - disc;         /* (11) shifted by sigma */
     const double T_s = 2.0*apart*(apart*apart - disc);  /* (11) shifted by sigma */
-    const hopform_shifted_f64 result = {sigma, Q_s, T_s};
+    const shifted_f64 result = {sigma, Q_s, T_s};
     return result;
 }
 
 /* W from the series around the mean root. */
-static inline hopform_response_f64 hopform_unshift_f64(double sigma,
-    const hopform_shifted_series_f64 *shifted_series)
+static inline response_f64 unshift_f64(double sigma, const shifted_series_f64 *shifted_series)
 {
     const double Vdd = shifted_series->Vdd, Vd = shifted_series->Vd, V = shifted_series->V;
     const double decay = shifted_series->decay;
     const double W = V*decay;                                       /* (18) nearly triple pole */
     const double Wd = decay*(Vd - V*sigma);                         /* (19) nearly triple pole */
     const double Wdd = decay*(Vdd + V*sigma*sigma - 2.0*Vd*sigma);  /* (19) nearly triple pole */
-    const hopform_response_f64 result = {Wdd, Wd, W};
+    const response_f64 result = {Wdd, Wd, W};
     return result;
 }
 
 /* The integrals of W where the poles are close together and none is slow. */
-static inline hopform_integrals_f64 hopform_integrals_by_recursion_f64(const hopform_poles_f64 *poles,
-    const hopform_response_f64 *response,
+static inline integrals_f64 integrals_by_recursion_f64(const hopform_poles_f64 *poles,
+    const response_f64 *response,
     double t)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const double Wdd = response->Wdd, Wd = response->Wd, W = response->W;
     const double W1 = (1.0 - Wdd - W*s_2 - Wd*s_1)/s_3;  /* (18) integral, poles close together */
     const double W2 = (t - Wd - W*s_1 - W1*s_2)/s_3;     /* (18) integral of the integral, poles close together */
-    const hopform_integrals_f64 result = {W1, W2};
+    const integrals_f64 result = {W1, W2};
     return result;
 }
 
 /* Deflated numerator: the factor s + a divided out. */
-static inline hopform_pair_numerator_f64 hopform_deflated_numerator_f64(const hopform_poles_f64 *poles,
-    const hopform_numerator_f64 *numerator)
+static inline pair_numerator_f64 deflated_numerator_f64(const hopform_poles_f64 *poles,
+    const numerator_f64 *numerator)
 {
     const double p = poles->p, q = poles->q;
     const double H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
     const double A = H2 - H3*p;  /* (18) terms in s, pole a removed */
     const double B = H1 - H3*q;  /* (18) constant terms, pole a removed */
-    const hopform_pair_numerator_f64 result = {A, B};
+    const pair_numerator_f64 result = {A, B};
     return result;
 }
 
 /* Residual of a function of time to its steady state. */
-static inline double hopform_residual_to_steady_state_f64(const hopform_poles_f64 *poles,
-    const hopform_numerator_f64 *numerator,
-    const hopform_basis_f64 *basis,
+static inline double residual_to_steady_state_f64(const hopform_poles_f64 *poles,
+    const numerator_f64 *numerator,
+    const basis_f64 *basis,
     double residual_0)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2;
@@ -699,9 +694,7 @@ static inline double hopform_residual_to_steady_state_f64(const hopform_poles_f6
 }
 
 /* W a short time t later. */
-static inline hopform_propagated_f64 hopform_taylor_step_f64(const hopform_poles_f64 *poles,
-    const hopform_basis_f64 *basis,
-    double t)
+static inline propagated_f64 taylor_step_f64(const hopform_poles_f64 *poles, const basis_f64 *basis, double t)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const double Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
@@ -722,14 +715,14 @@ static inline hopform_propagated_f64 hopform_taylor_step_f64(const hopform_poles
     const double W1_t = W1 + more_W1;                                                  /* t later */
     const double more_W2 = W*half + W1*t + Wd*sixth + Wdd*rest;                        /* its Taylor series */
     const double W2_t = W2 + more_W2;                                                  /* t later */
-    const hopform_propagated_f64 result = {Wdd_t, Wd_t, W_t, W1_t, W2_t};
+    const propagated_f64 result = {Wdd_t, Wd_t, W_t, W1_t, W2_t};
     return result;
 }
 
 /* The state at time t of a phase. */
-static inline hopform_at_f64 hopform_state_at_f64(const hopform_state_f64 *state,
-    const hopform_motion_f64 *motion,
-    const hopform_basis_f64 *basis)
+static inline at_f64 state_at_f64(const hopform_state_f64 *state,
+    const motion_f64 *motion,
+    const basis_f64 *basis)
 {
     const double x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
     const double H3_1 = motion->H3_1, H2_1 = motion->H2_1, H1_1 = motion->H1_1, H3_2 = motion->H3_2;
@@ -740,13 +733,13 @@ static inline hopform_at_f64 hopform_state_at_f64(const hopform_state_f64 *state
     const double v1_t = v1 + H1_1*W1 + H2_1*W + H3_1*Wd;          /* (21) */
     const double v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd;          /* (19) */
     const double y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd;            /* (18) of y */
-    const hopform_at_f64 result = {x1_t, v1_t, v2_t, y_t};
+    const at_f64 result = {x1_t, v1_t, v2_t, y_t};
     return result;
 }
 
 /* Each entry of the ledger over a part of a phase that starts at x_1 = x1_0. */
-static inline hopform_ledger_f64 hopform_ledger_of_f64(const hopform_robot_f64 *robot,
-    const hopform_moments_f64 *moments,
+static inline hopform_ledger_f64 ledger_of_f64(const hopform_robot_f64 *robot,
+    const moments_f64 *moments,
     double u,
     double side_1,
     double side_2,
@@ -769,7 +762,7 @@ static inline hopform_ledger_f64 hopform_ledger_of_f64(const hopform_robot_f64 *
 }
 
 /* What the actuator loses where it meets a stop. */
-static inline double hopform_loss_at_stop_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+static inline double loss_at_stop_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double m_eff = robot->m_eff;
     const double v1 = state->v1;
@@ -778,7 +771,7 @@ static inline double hopform_loss_at_stop_f64(const hopform_robot_f64 *robot, co
 }
 
 /* Change of the energy of the body by the entries of a ledger. */
-static inline double hopform_aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
+static inline double aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
 {
     const double viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2;
     const double spring_work = ledger->spring_work;
@@ -787,7 +780,7 @@ static inline double hopform_aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
 }
 
 /* Height of the body over the ground under the foot. */
-static inline double hopform_body_height_f64(const hopform_robot_f64 *robot, double x1, double y)
+static inline double body_height_f64(const hopform_robot_f64 *robot, double x1, double y)
 {
     const double L0 = robot->L0, c = robot->c;
     const double length = x1 - y;         /* hop height of the body */
@@ -797,7 +790,7 @@ static inline double hopform_body_height_f64(const hopform_robot_f64 *robot, dou
 }
 
 /* Compression of the spring at which the leg at rest carries nothing; L_0 + c less that is its length then. */
-static inline double hopform_compression_at_rest_f64(const hopform_robot_f64 *robot)
+static inline double compression_at_rest_f64(const hopform_robot_f64 *robot)
 {
     (void)robot;
     const double rest = 0.0;  /* N = 0 */
@@ -805,7 +798,7 @@ static inline double hopform_compression_at_rest_f64(const hopform_robot_f64 *ro
 }
 
 /* Energy of the body beside its kinetic energy and that of its height. */
-static inline double hopform_stored_energy_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+static inline double stored_energy_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double k = robot->k;
     const double x1 = state->x1, y = state->y;
@@ -815,7 +808,7 @@ static inline double hopform_stored_energy_f64(const hopform_robot_f64 *robot, c
 }
 
 /* Kinetic energy of the body, and that of a given velocity, with which stored energy is compared. */
-static inline double hopform_moving_energy_f64(const hopform_robot_f64 *robot,
+static inline double moving_energy_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     double speed)
 {
@@ -826,8 +819,7 @@ static inline double hopform_moving_energy_f64(const hopform_robot_f64 *robot,
 }
 
 /* Energy of the body and of the robot. */
-static inline hopform_energy_f64 hopform_energies_f64(const hopform_robot_f64 *robot,
-    const hopform_state_f64 *state)
+static inline hopform_energy_f64 energies_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0;
     const double c = robot->c, g = robot->g;
@@ -840,9 +832,9 @@ static inline hopform_energy_f64 hopform_energies_f64(const hopform_robot_f64 *r
 }
 
 /* Change of the body's energy between two states, the AED. */
-static inline double hopform_body_energy_gain_f64(const hopform_robot_f64 *robot,
+static inline double body_energy_gain_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
-    const hopform_at_f64 *at)
+    const at_f64 *at)
 {
     const double m_s = robot->m_s, k = robot->k, g = robot->g;
     const double x1 = state->x1, v2 = state->v2, y = state->y;
@@ -854,7 +846,7 @@ static inline double hopform_body_energy_gain_f64(const hopform_robot_f64 *robot
 }
 
 /* Velocity of the body after the impact of a drop from a hop height. */
-static inline double hopform_touchdown_velocity_f64(const hopform_robot_f64 *robot, double height)
+static inline double touchdown_velocity_f64(const hopform_robot_f64 *robot, double height)
 {
     const double g = robot->g, impact_loss = robot->impact_loss;
     const double v_after = -sqrt_f64(2.0*g*height*(1.0 - impact_loss));  /* drop from rest, after the impact */
@@ -862,7 +854,7 @@ static inline double hopform_touchdown_velocity_f64(const hopform_robot_f64 *rob
 }
 
 /* Hop height of the apex after a take-off. */
-static inline double hopform_apex_of_takeoff_f64(const hopform_robot_f64 *robot, double x1, double y, double v_up)
+static inline double apex_of_takeoff_f64(const hopform_robot_f64 *robot, double x1, double y, double v_up)
 {
     const double g = robot->g;
     const double apex = x1 + 0.5*v_up*v_up/g - y;  /* apex of the ballistic flight */
@@ -870,7 +862,7 @@ static inline double hopform_apex_of_takeoff_f64(const hopform_robot_f64 *robot,
 }
 
 /* Hop height of the apex after a take-off in a state; that of a body that falls is behind it. */
-static inline double hopform_apex_after_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+static inline double apex_after_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double g = robot->g;
     const double x1 = state->x1, v2 = state->v2, y = state->y;
@@ -879,7 +871,7 @@ static inline double hopform_apex_after_f64(const hopform_robot_f64 *robot, cons
 }
 
 /* Hop height of the apex over the ground at take-off, from the energies at touchdown and the AED. */
-static inline double hopform_apex_from_energy_f64(const hopform_robot_f64 *robot,
+static inline double apex_from_energy_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     double aed,
     double x1_T,
@@ -894,7 +886,7 @@ static inline double hopform_apex_from_energy_f64(const hopform_robot_f64 *robot
 }
 
 /* The objective of the controller as the paper prints it. */
-static inline double hopform_printed_objective_f64(const hopform_robot_f64 *robot,
+static inline double printed_objective_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     double aed,
     double h_des,
@@ -909,7 +901,7 @@ static inline double hopform_printed_objective_f64(const hopform_robot_f64 *robo
 }
 
 /* The same objective with another share of the step, and with the spring coordinate. */
-static inline double hopform_objective_f64(const hopform_robot_f64 *robot,
+static inline double objective_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     double aed,
     double x1_T,
@@ -927,7 +919,7 @@ static inline double hopform_objective_f64(const hopform_robot_f64 *robot,
 }
 
 /* Current at which the unloaded actuator starts to move. */
-static inline double hopform_threshold_current_f64(const hopform_robot_f64 *robot)
+static inline double threshold_current_f64(const hopform_robot_f64 *robot)
 {
     const double m_eff = robot->m_eff, f1 = robot->f1, gamma2 = robot->gamma2;
     const double u_threshold = f1*m_eff/fabs_f64(gamma2);  /* (5) as a magnitude */
@@ -935,11 +927,11 @@ static inline double hopform_threshold_current_f64(const hopform_robot_f64 *robo
 }
 
 /* Change of the right sides of (3), (4) with the robot and the current. */
-static inline hopform_slopes_f64 hopform_slopes_of_f64(const hopform_robot_f64 *robot,
+static inline slopes_f64 slopes_of_f64(const hopform_robot_f64 *robot,
     double u,
     double side_1,
     double side_2,
-    const hopform_robot_change_f64 *robot_change,
+    const robot_change_f64 *robot_change,
     double d_u)
 {
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
@@ -961,15 +953,15 @@ static inline hopform_slopes_f64 hopform_slopes_of_f64(const hopform_robot_f64 *
     const double d_a2_0 = -d_g;                                                     /* change of (4) constant */
     const double d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1;                /* change of (3), in (10) lambda_2 measured from y = 0 */
     const double d_C_2 = d_a2_0 - d_f2*side_2;                                      /* change of (4), in (8) -gamma measured from y = 0 */
-    const hopform_slopes_f64 result = {d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2};
+    const slopes_f64 result = {d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2};
     return result;
 }
 
 /* Change of the energy of the body with the robot and the state, x_2 counted from the leg without load. */
-static inline double hopform_body_energy_change_f64(const hopform_robot_f64 *robot,
+static inline double body_energy_change_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
-    const hopform_robot_change_f64 *robot_change,
-    const hopform_state_change_f64 *state_change)
+    const robot_change_f64 *robot_change,
+    const state_change_f64 *state_change)
 {
     const double m_s = robot->m_s, k = robot->k, g = robot->g;
     const double x1 = state->x1, v2 = state->v2, y = state->y;
@@ -985,10 +977,10 @@ static inline double hopform_body_energy_change_f64(const hopform_robot_f64 *rob
 }
 
 /* Change of the apex with the robot and the state at take-off; a body that falls does not rise. */
-static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot,
+static inline double apex_change_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
-    const hopform_robot_change_f64 *robot_change,
-    const hopform_state_change_f64 *state_change)
+    const robot_change_f64 *robot_change,
+    const state_change_f64 *state_change)
 {
     const double g = robot->g;
     const double v2 = state->v2;
@@ -1000,9 +992,9 @@ static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot,
 }
 
 /* Change of the apex with the state at take-off alone. */
-static inline double hopform_apex_slope_f64(const hopform_robot_f64 *robot,
+static inline double apex_slope_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
-    const hopform_state_change_f64 *state_change)
+    const state_change_f64 *state_change)
 {
     const double g = robot->g;
     const double v2 = state->v2;
@@ -1013,9 +1005,9 @@ static inline double hopform_apex_slope_f64(const hopform_robot_f64 *robot,
 }
 
 /* Change of the body's height with the robot and the state. */
-static inline double hopform_height_change_f64(const hopform_robot_f64 *robot,
-    const hopform_robot_change_f64 *robot_change,
-    const hopform_state_change_f64 *state_change)
+static inline double height_change_f64(const hopform_robot_f64 *robot,
+    const robot_change_f64 *robot_change,
+    const state_change_f64 *state_change)
 {
     (void)robot;
     const double d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
@@ -1027,7 +1019,7 @@ static inline double hopform_height_change_f64(const hopform_robot_f64 *robot,
 }
 
 /* Contact force of the leg over its stiffness, at a state. */
-static inline double hopform_contact_of_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+static inline double contact_of_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     (void)robot;
     const double y = state->y;
@@ -1036,7 +1028,7 @@ static inline double hopform_contact_of_f64(const hopform_robot_f64 *robot, cons
 }
 
 /* Contact force of the leg, at a state. */
-static inline double hopform_contact_force_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+static inline double contact_force_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double k = robot->k;
     const double y = state->y;
@@ -1046,7 +1038,7 @@ static inline double hopform_contact_force_f64(const hopform_robot_f64 *robot, c
 }
 
 /* Change of the contact force over the leg's stiffness with a change of the state, or with its rate. */
-static inline double hopform_contact_slope_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+static inline double contact_slope_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     (void)robot;
     const double y = state->y;
@@ -1055,23 +1047,22 @@ static inline double hopform_contact_slope_f64(const hopform_robot_f64 *robot, c
 }
 
 /* Numerator of the contact force over the leg's stiffness. */
-static inline hopform_numerator_f64 hopform_contact_numerator_f64(const hopform_robot_f64 *robot,
-    const hopform_motion_f64 *motion)
+static inline numerator_f64 contact_numerator_f64(const hopform_robot_f64 *robot, const motion_f64 *motion)
 {
     (void)robot;
     const double H3_y = motion->H3_y, H2_y = motion->H2_y, H1_y = motion->H1_y;
     const double H3 = H3_y;  /* what the leg carries */
     const double H2 = H2_y;  /* what the leg carries */
     const double H1 = H1_y;  /* what the leg carries */
-    const hopform_numerator_f64 result = {H3, H2, H1};
+    const numerator_f64 result = {H3, H2, H1};
     return result;
 }
 
 /* Change of the contact force over the leg's stiffness with the robot and the state. */
-static inline double hopform_contact_change_f64(const hopform_robot_f64 *robot,
+static inline double contact_change_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
-    const hopform_robot_change_f64 *robot_change,
-    const hopform_state_change_f64 *state_change)
+    const robot_change_f64 *robot_change,
+    const state_change_f64 *state_change)
 {
     (void)robot;
     (void)state;
@@ -1082,7 +1073,7 @@ static inline double hopform_contact_change_f64(const hopform_robot_f64 *robot,
 }
 
 /* Compression at which the leg carries nothing, on the ground: 0 where no damper acts in it. */
-static inline double hopform_compression_at_takeoff_f64(const hopform_robot_f64 *robot, double v1, double v2)
+static inline double compression_at_takeoff_f64(const hopform_robot_f64 *robot, double v1, double v2)
 {
     (void)robot;
     (void)v1;
@@ -1092,7 +1083,7 @@ static inline double hopform_compression_at_takeoff_f64(const hopform_robot_f64 
 }
 
 /* Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it. */
-static inline double hopform_leg_time_f64(const hopform_robot_f64 *robot)
+static inline double leg_time_f64(const hopform_robot_f64 *robot)
 {
     (void)robot;
     const double leg_time = 0.0;  /* N = 0 in flight */
@@ -1100,7 +1091,7 @@ static inline double hopform_leg_time_f64(const hopform_robot_f64 *robot)
 }
 
 /* Energy that the leg holds beyond that at y = 0. */
-static inline double hopform_leg_energy_f64(const hopform_robot_f64 *robot, double left)
+static inline double leg_energy_f64(const hopform_robot_f64 *robot, double left)
 {
     const double k = robot->k;
     const double leg_energy = 0.5*k*left*left;  /* what carries the contact force at rest */
@@ -1108,7 +1099,7 @@ static inline double hopform_leg_energy_f64(const hopform_robot_f64 *robot, doub
 }
 
 /* Poles and accelerations of the actuator in flight. */
-static inline hopform_flight_rates_f64 hopform_flight_rates_of_f64(const hopform_robot_f64 *robot,
+static inline flight_rates_f64 flight_rates_of_f64(const hopform_robot_f64 *robot,
     const hopform_gains_f64 *gains,
     double largest)
 {
@@ -1119,13 +1110,13 @@ static inline hopform_flight_rates_f64 hopform_flight_rates_of_f64(const hopform
     const double p_free = b1/m_eff;            /* (3) in flight, per v_1 */
     const double a_free = c*k/m_eff;           /* (3) in flight, constant */
     const double a_largest = largest/m_eff;    /* (3) per u, at the limit */
-    const hopform_flight_rates_f64 result = {p_law, q_law, p_free, a_free, a_largest};
+    const flight_rates_f64 result = {p_law, q_law, p_free, a_free, a_largest};
     return result;
 }
 
 /* Acceleration with which a phase of the flight under the law begins. */
-static inline double hopform_acceleration_under_law_f64(const hopform_robot_f64 *robot,
-    const hopform_flight_rates_f64 *flight_rates,
+static inline double acceleration_under_law_f64(const hopform_robot_f64 *robot,
+    const flight_rates_f64 *flight_rates,
     double x1,
     double v1,
     double side_1)
@@ -1137,8 +1128,8 @@ static inline double hopform_acceleration_under_law_f64(const hopform_robot_f64 
 }
 
 /* Acceleration with which a phase of the flight at the limit of the current begins. */
-static inline double hopform_acceleration_at_limit_f64(const hopform_robot_f64 *robot,
-    const hopform_flight_rates_f64 *flight_rates,
+static inline double acceleration_at_limit_f64(const hopform_robot_f64 *robot,
+    const flight_rates_f64 *flight_rates,
     double v1,
     double side_1,
     double limit)
@@ -1151,20 +1142,18 @@ static inline double hopform_acceleration_at_limit_f64(const hopform_robot_f64 *
 }
 
 /* Numerator of how far the actuator has moved since a phase of the flight began. */
-static inline hopform_numerator_f64 hopform_way_numerator_f64(double v1,
-    double acc1,
-    const hopform_poles_f64 *poles)
+static inline numerator_f64 displacement_numerator_f64(double v1, double acc1, const hopform_poles_f64 *poles)
 {
     const double p = poles->p;
     const double H3 = v1;           /* (3) in flight */
     const double H2 = acc1 + p*v1;  /* (3) in flight */
     const double H1 = 0.0;          /* no force grows with time */
-    const hopform_numerator_f64 result = {H3, H2, H1};
+    const numerator_f64 result = {H3, H2, H1};
     return result;
 }
 
 /* Numerator of the pull of the law in a phase of the flight. */
-static inline hopform_numerator_f64 hopform_pull_numerator_f64(const hopform_gains_f64 *gains,
+static inline numerator_f64 pull_numerator_f64(const hopform_gains_f64 *gains,
     double v1,
     double acc1,
     const hopform_poles_f64 *poles)
@@ -1174,12 +1163,12 @@ static inline hopform_numerator_f64 hopform_pull_numerator_f64(const hopform_gai
     const double H3 = Kd*acc1 + Kp*v1;             /* rate of the law's pull */
     const double H2 = Kp*(acc1 + p*v1) - Kd*q*v1;  /* v_1 = v_1(0) (1 - q W) + a W' */
     const double H1 = 0.0;                         /* no force grows with time */
-    const hopform_numerator_f64 result = {H3, H2, H1};
+    const numerator_f64 result = {H3, H2, H1};
     return result;
 }
 
 /* Gains that bring the actuator back in a given time, critically damped. */
-static inline hopform_gains_f64 hopform_critical_gains_f64(const hopform_robot_f64 *robot, double time)
+static inline hopform_gains_f64 critical_gains_f64(const hopform_robot_f64 *robot, double time)
 {
     const double m_eff = robot->m_eff, b1 = robot->b1;
     const double settled_rate = 20.0/(3.0*time);                    /* (1 + 20/3) exp(-20/3) < 1/100 */
@@ -1192,7 +1181,7 @@ static inline hopform_gains_f64 hopform_critical_gains_f64(const hopform_robot_f
 }
 
 /* Acceleration with which the body falls in flight. */
-static inline double hopform_fall_of_f64(const hopform_robot_f64 *robot)
+static inline double fall_of_f64(const hopform_robot_f64 *robot)
 {
     const double g = robot->g;
     const double fall = g;  /* (4) in flight */
@@ -1200,7 +1189,7 @@ static inline double hopform_fall_of_f64(const hopform_robot_f64 *robot)
 }
 
 /* Time after which the body has come down from a height. */
-static inline double hopform_time_of_fall_f64(const hopform_robot_f64 *robot, double v2, double drop)
+static inline double time_of_fall_f64(const hopform_robot_f64 *robot, double v2, double drop)
 {
     const double g = robot->g;
     const double touchdown_time = (v2 + sqrt_f64(v2*v2 + 2.0*drop*g))/g;  /* ballistic */
@@ -1208,7 +1197,7 @@ static inline double hopform_time_of_fall_f64(const hopform_robot_f64 *robot, do
 }
 
 /* Velocity of the body after the impact. */
-static inline double hopform_velocity_after_impact_f64(const hopform_robot_f64 *robot, double v2)
+static inline double velocity_after_impact_f64(const hopform_robot_f64 *robot, double v2)
 {
     const double impact_loss = robot->impact_loss;
     const double v2_after = sqrt_f64(1.0 - impact_loss)*v2;  /* impact loss */
@@ -1216,7 +1205,7 @@ static inline double hopform_velocity_after_impact_f64(const hopform_robot_f64 *
 }
 
 /* What the body loses at the impact. */
-static inline double hopform_loss_at_impact_f64(const hopform_robot_f64 *robot, double v2)
+static inline double loss_at_impact_f64(const hopform_robot_f64 *robot, double v2)
 {
     const double m_s = robot->m_s, impact_loss = robot->impact_loss;
     const double loss_at_impact = -0.5*impact_loss*m_s*v2*v2;  /* a share of its kinetic energy */
@@ -1224,7 +1213,7 @@ static inline double hopform_loss_at_impact_f64(const hopform_robot_f64 *robot, 
 }
 
 /* Energy of the body and of the robot in flight. */
-static inline hopform_energy_f64 hopform_flight_energies_f64(const hopform_robot_f64 *robot,
+static inline hopform_energy_f64 flight_energies_f64(const hopform_robot_f64 *robot,
     double v1,
     double v2,
     double hop_height)
@@ -1238,18 +1227,18 @@ static inline hopform_energy_f64 hopform_flight_energies_f64(const hopform_robot
 }
 
 /* Each entry of the flight's ledger over a part of a phase. */
-static inline hopform_flight_ledger_f64 hopform_flight_ledger_of_f64(const hopform_robot_f64 *robot,
+static inline hopform_flight_ledger_f64 flight_ledger_of_f64(const hopform_robot_f64 *robot,
     const hopform_gains_f64 *gains,
     double largest,
     double x1,
     double side_1,
     double limit,
-    const hopform_way_f64 *way)
+    const flight_integrals_f64 *flight_integrals)
 {
     const double m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
     const double f1 = robot->f1;
     const double Kp = gains->Kp, Kd = gains->Kd;
-    const double moved = way->moved, int_v1v1 = way->int_v1v1;
+    const double moved = flight_integrals->moved, int_v1v1 = flight_integrals->int_v1v1;
     const double motor_work = (Kd*int_v1v1 + Kp*moved*(0.5*moved + x1))*(limit*limit - 1.0) - largest*limit*moved;  /* law, or limit */
     const double offset_work = c*k*moved;                                                                           /* constant forces */
     const double viscous_1 = -b1*int_v1v1;                                                                          /* ledger */

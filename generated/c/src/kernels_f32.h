@@ -13,16 +13,16 @@
 #include "formulas_f32.h"
 #include "series_f32.h"
 
-static inline float hopform_lesser_f32(float a, float b) {
+static inline float lesser_f32(float a, float b) {
     return a < b ? a : b;
 }
 
 /* b if a is not a number. */
-static inline float hopform_greater_f32(float a, float b) {
+static inline float greater_f32(float a, float b) {
     return a > b ? a : b;
 }
 
-static inline bool hopform_is_finite_f32(float value) {
+static inline bool is_finite_f32(float value) {
     return fabs_f32(value) <= HOPFORM_NEVER_f32;
 }
 
@@ -33,21 +33,21 @@ static inline hopform_poles_f32 pair_alone_f32(float p, float q) {
 }
 
 /* 1/n for n from 1 on. */
-static const float hopform_inverse_f32[] = {0.0f, HOPFORM_INVERSES_f32};
+static const float inverse_f32[] = {0.0f, HOPFORM_INVERSES_f32};
 
 /* What is left of 1, and what is gone. */
 typedef struct {
     float left;
     float gone;
-} hopform_fade_f32;
+} fade_f32;
 
 typedef struct {
     float sine;
     float cosine;
-} hopform_turn_f32;
+} turn_f32;
 
 /* artanh(s)/s for |s| <= 0.1716, by its power series. */
-static inline float hopform_area_tangent_f32(float s) {
+static inline float area_tangent_f32(float s) {
     const float ss = s * s;
     float sum = 0.0f;
 #define ADD_TERM(coefficient) sum = sum * ss + (coefficient);
@@ -57,17 +57,17 @@ static inline float hopform_area_tangent_f32(float s) {
 }
 
 /* The number whose bits are these. */
-static inline float hopform_real_of_bits_f32(hopform_bits_f32 bits) {
+static inline float real_of_bits_f32(bits_f32 bits) {
     const union {
-        hopform_bits_f32 bits;
+        bits_f32 bits;
         float value;
     } number = {bits};
     return number.value;
 }
 
-static inline hopform_bits_f32 hopform_bits_of_real_f32(float value) {
+static inline bits_f32 bits_of_real_f32(float value) {
     union {
-        hopform_bits_f32 bits;
+        bits_f32 bits;
         float value;
     } number;
     number.value = value;
@@ -77,8 +77,8 @@ static inline hopform_bits_f32 hopform_bits_of_real_f32(float value) {
 #ifdef HOPFORM_LIBM
 
 /* exp(x) and 1 - exp(x) for x <= 0; exp(x) counts as 0 below the normal numbers. */
-static inline hopform_fade_f32 hopform_fade_by_f32(float x) {
-    hopform_fade_f32 fade = {0.0f, 1.0f};
+static inline fade_f32 fade_by_f32(float x) {
+    fade_f32 fade = {0.0f, 1.0f};
     if (x > HOPFORM_SMALLEST_EXPONENT_f32) {
         fade.left = exp_f32(x);
         fade.gone = -expm1_f32(x);
@@ -87,24 +87,24 @@ static inline hopform_fade_f32 hopform_fade_by_f32(float x) {
 }
 
 /* sin(x) and cos(x) for x >= 0; an angle without a digit left counts as 0. */
-static inline hopform_turn_f32 hopform_turn_by_f32(float x) {
+static inline turn_f32 turn_by_f32(float x) {
     const float angle = x > 0.0f && x < HOPFORM_LARGEST_ANGLE_f32 ? x : 0.0f;
-    const hopform_turn_f32 turn = {sin_f32(angle), cos_f32(angle)};
+    const turn_f32 turn = {sin_f32(angle), cos_f32(angle)};
     return turn;
 }
 
 /* The angle of (x, y), y >= 0, from 0 to pi. */
-static inline float hopform_angle_f32(float x, float y) {
+static inline float angle_f32(float x, float y) {
     return atan2_f32(y, x);
 }
 
 /* ln(x) for a normal x > 0. */
-static inline float hopform_log_f32(float x) {
+static inline float logarithm_f32(float x) {
     return log_f32(x);
 }
 
 /* The cube root of x >= 0; 0 of what is not above 0. */
-static inline float hopform_cube_root_f32(float x) {
+static inline float cube_root_f32(float x) {
     return x > 0.0f ? cbrt_f32(x) : 0.0f;
 }
 
@@ -112,7 +112,7 @@ static inline float hopform_cube_root_f32(float x) {
 
 /* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
  * exp(x) counts as 0 below the normal numbers. No jump: loops over many x become vector instructions. */
-static inline hopform_fade_f32 hopform_fade_by_f32(float x) {
+static inline fade_f32 fade_by_f32(float x) {
     const bool faded = !(x > HOPFORM_SMALLEST_EXPONENT_f32);
     const float above = x > HOPFORM_SMALLEST_EXPONENT_f32 ? x : 0.0f;
     const float down = above < 0.0f ? above : 0.0f; /* above 0 by rounding at most */
@@ -123,20 +123,19 @@ static inline hopform_fade_f32 hopform_fade_by_f32(float x) {
 #define ADD_TERM(coefficient) sum = sum * r + (coefficient);
     HOPFORM_EXPONENTIAL_f32(ADD_TERM)
 #undef ADD_TERM
-        const hopform_signed_bits_f32 exponent = n + HOPFORM_EXPONENT_BIAS_f32;
-    const float left =
-        (1.0f + r * sum) * hopform_real_of_bits_f32((hopform_bits_f32)exponent << HOPFORM_FRACTION_BITS_f32);
+        const signed_bits_f32 exponent = n + HOPFORM_EXPONENT_BIAS_f32;
+    const float left = (1.0f + r * sum) * real_of_bits_f32((bits_f32)exponent << HOPFORM_FRACTION_BITS_f32);
     const float gone = n < 0 ? 1.0f - left : -r * sum;
-    const hopform_fade_f32 fade = {faded ? 0.0f : left, faded ? 1.0f : gone};
+    const fade_f32 fade = {faded ? 0.0f : left, faded ? 1.0f : gone};
     return fade;
 }
 
 /* sin(x) and cos(x) for x >= 0, by quarter turns and power series; an angle without a digit left counts as 0. */
-static inline hopform_turn_f32 hopform_turn_by_f32(float x) {
+static inline turn_f32 turn_by_f32(float x) {
     const float below = x < HOPFORM_LARGEST_ANGLE_f32 ? x : 0.0f;
     const float angle = below > 0.0f ? below : 0.0f;
     const float shifted = angle * 0.63661975f + HOPFORM_ROUNDER_f32;
-    const hopform_bits_f32 n = hopform_bits_of_real_f32(shifted);
+    const bits_f32 n = bits_of_real_f32(shifted);
     const float quarters = shifted - HOPFORM_ROUNDER_f32;
     const float r = angle - quarters * HOPFORM_QUARTER_TURN_HIGH_f32 - quarters * HOPFORM_QUARTER_TURN_MIDDLE_f32
                    - quarters * HOPFORM_QUARTER_TURN_LOW_f32;
@@ -153,40 +152,38 @@ static inline hopform_turn_f32 hopform_turn_by_f32(float x) {
     const bool swap = (n & 1) != 0;
     const float first = swap ? cosine : sine;
     const float second = swap ? sine : cosine;
-    const hopform_turn_f32 turn = {(n & 2) != 0 ? -first : first, ((n + 1) & 2) != 0 ? -second : second};
+    const turn_f32 turn = {(n & 2) != 0 ? -first : first, ((n + 1) & 2) != 0 ? -second : second};
     return turn;
 }
 
 /* The angle of (x, y), y >= 0, from 0 to pi: a rational guess, turned back, leaves an angle whose series is short. */
-static inline float hopform_angle_f32(float x, float y) {
+static inline float angle_f32(float x, float y) {
     const bool steep = y > fabs_f32(x);
     const float tangent = steep ? fabs_f32(x) / y : y / fabs_f32(x);
     const float near = tangent * (1.0584f - 0.273f * tangent);
     const float first = steep ? 1.5707964f - near : near;
     const float guess = x < 0.0f ? 3.1415927f - first : first;
-    const hopform_turn_f32 turn = hopform_turn_by_f32(guess);
+    const turn_f32 turn = turn_by_f32(guess);
     const float e = (y * turn.cosine - x * turn.sine) / (x * turn.cosine + y * turn.sine);
     const float ee = e * e;
     return guess + e * (1.0f - ee * (1.0f / 3.0f - ee * (0.2f - ee / 7.0f)));
 }
 
 /* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
-static inline float hopform_log_f32(float x) {
-    const hopform_bits_f32 bits = hopform_bits_of_real_f32(x);
-    hopform_signed_bits_f32 n =
-        (hopform_signed_bits_f32)(bits >> HOPFORM_FRACTION_BITS_f32) - HOPFORM_EXPONENT_BIAS_f32;
-    float m = hopform_real_of_bits_f32(bits - ((hopform_bits_f32)n << HOPFORM_FRACTION_BITS_f32));
+static inline float logarithm_f32(float x) {
+    const bits_f32 bits = bits_of_real_f32(x);
+    signed_bits_f32 n = (signed_bits_f32)(bits >> HOPFORM_FRACTION_BITS_f32) - HOPFORM_EXPONENT_BIAS_f32;
+    float m = real_of_bits_f32(bits - ((bits_f32)n << HOPFORM_FRACTION_BITS_f32));
     if (m > 1.4142135f) {
         m *= 0.5f;
         n++;
     }
     const float s = (m - 1.0f) / (m + 1.0f);
-    return (float)n * HOPFORM_LOG_2_HIGH_f32
-           + ((float)n * HOPFORM_LOG_2_LOW_f32 + 2.0f * s * hopform_area_tangent_f32(s));
+    return (float)n * HOPFORM_LOG_2_HIGH_f32 + ((float)n * HOPFORM_LOG_2_LOW_f32 + 2.0f * s * area_tangent_f32(s));
 }
 
 /* A step of Halley's towards the cube root of x, from y to the third power of its relative error. */
-static inline float hopform_toward_cube_root_f32(float x, float y) {
+static inline float toward_cube_root_f32(float x, float y) {
     const float other = x / (y * y);
     return y + y * ((other - y) / (y + y + other));
 }
@@ -197,30 +194,28 @@ static inline float hopform_toward_cube_root_f32(float x, float y) {
  * a type holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are
  * rounded. They are rounded up, so that the quotient lies below the root and is not coarser than it.
  */
-static inline float hopform_cube_root_f32(float x) {
+static inline float cube_root_f32(float x) {
     if (!(x > 0.0f)) { return 0.0f; }
     const bool tiny = x < HOPFORM_SMALLEST_NORMAL_f32;
     const float scaled = tiny ? x * HOPFORM_TINY_UP_f32 : x;
-    const hopform_bits_f32 third_of_bias =
-        ((hopform_bits_f32)HOPFORM_EXPONENT_BIAS_f32 << HOPFORM_FRACTION_BITS_f32) / 3;
-    float y = hopform_real_of_bits_f32(hopform_bits_of_real_f32(scaled) / 3 + 2 * third_of_bias);
-    y = hopform_toward_cube_root_f32(scaled, y);
-    y = hopform_toward_cube_root_f32(scaled, y);
-    y = hopform_real_of_bits_f32(((hopform_bits_of_real_f32(y) >> HOPFORM_LOWER_HALF_f32) + 1)
-                                  << HOPFORM_LOWER_HALF_f32);
-    y = hopform_toward_cube_root_f32(scaled, y);
+    const bits_f32 third_of_bias = ((bits_f32)HOPFORM_EXPONENT_BIAS_f32 << HOPFORM_FRACTION_BITS_f32) / 3;
+    float y = real_of_bits_f32(bits_of_real_f32(scaled) / 3 + 2 * third_of_bias);
+    y = toward_cube_root_f32(scaled, y);
+    y = toward_cube_root_f32(scaled, y);
+    y = real_of_bits_f32(((bits_of_real_f32(y) >> HOPFORM_LOWER_HALF_f32) + 1) << HOPFORM_LOWER_HALF_f32);
+    y = toward_cube_root_f32(scaled, y);
     return tiny ? y * HOPFORM_TINY_DOWN_f32 : y;
 }
 
 #endif
 
-static inline float hopform_exp_f32(float x) {
-    return hopform_fade_by_f32(x).left;
+static inline float exponential_f32(float x) {
+    return fade_by_f32(x).left;
 }
 
 /* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
-static inline hopform_decay_f32 hopform_decay_of_tail_f32(float a, float t, float tail) {
-    hopform_decay_f32 decay;
+static inline decay_f32 decay_of_tail_f32(float a, float t, float tail) {
+    decay_f32 decay;
     decay.e3 = t * t * t * tail;
     decay.e2 = 0.5f * t * t - a * decay.e3;
     decay.e1 = t - a * decay.e2;
@@ -229,9 +224,9 @@ static inline hopform_decay_f32 hopform_decay_of_tail_f32(float a, float t, floa
 }
 
 /* The same from the first one. */
-static inline hopform_decay_f32 hopform_decay_of_exp_f32(float a, float t, float e) {
+static inline decay_f32 decay_of_exp_f32(float a, float t, float e) {
     const float inverse = 1.0f / a;
-    hopform_decay_f32 decay;
+    decay_f32 decay;
     decay.e = e;
     decay.e1 = (1.0f - decay.e) * inverse;
     decay.e2 = (t - decay.e1) * inverse;
@@ -239,20 +234,20 @@ static inline hopform_decay_f32 hopform_decay_of_exp_f32(float a, float t, float
     return decay;
 }
 
-static inline hopform_decay_f32 hopform_decay_at_f32(float a, float t) {
+static inline decay_f32 decay_at_f32(float a, float t) {
     const float z = a * t;
     if (fabs_f32(z) < 1.0f) {
         float tail = 0.0f;
 #define ADD_TERM(coefficient) tail = tail * z + (coefficient);
         HOPFORM_DECAY_TAIL_f32(ADD_TERM)
 #undef ADD_TERM
-            return hopform_decay_of_tail_f32(a, t, tail);
+            return decay_of_tail_f32(a, t, tail);
     }
-    return hopform_decay_of_exp_f32(a, t, hopform_exp_f32(-z));
+    return decay_of_exp_f32(a, t, exponential_f32(-z));
 }
 
 /* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */
-static inline hopform_pair_f32 hopform_short_pair_f32(const hopform_poles_f32 *poles, float t) {
+static inline pair_f32 short_pair_f32(const hopform_poles_f32 *poles, float t) {
     const float pt = -(poles->p * t);
     const float qtt = -(poles->q * t * t);
     float before = 0.0f;
@@ -260,7 +255,7 @@ static inline hopform_pair_f32 hopform_short_pair_f32(const hopform_poles_f32 *p
     float R2 = 1.0f / 6.0f;
     float R3 = 1.0f / 24.0f;
     for (int n = 1; n < HOPFORM_TERMS_f32 - 1; n += 2) {
-        const float *inverse = &hopform_inverse_f32[n];
+        const float *inverse = &inverse_f32[n];
         const float next = (pt * term + qtt * before * inverse[2]) * inverse[3];
         const float last = (pt * next + qtt * term * inverse[3]) * inverse[4];
         before = next;
@@ -269,37 +264,35 @@ static inline hopform_pair_f32 hopform_short_pair_f32(const hopform_poles_f32 *p
         R3 = R3 + next * inverse[4] + last * inverse[5];
         if (fabs_f32(term) + fabs_f32(before) < 0.01f * HOPFORM_EPS_f32) { break; }
     }
-    const hopform_pair_series_f32 series = {R2 * (t * t * t), R3 * (t * t * t * t)};
-    const hopform_known_pair_f32 known = hopform_pair_from_series_f32(poles, &series, t);
-    const hopform_pair_f32 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
+    const pair_series_f32 series = {R2 * (t * t * t), R3 * (t * t * t * t)};
+    const known_pair_f32 known = pair_from_series_f32(poles, &series, t);
+    const pair_f32 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
     return pair;
 }
 
-static inline hopform_pair_f32 hopform_pair_of_core_f32(const hopform_poles_f32 *poles, float t,
-                                                          const hopform_pair_core_f32 *core) {
-    const hopform_pair_integrals_f32 integrals = hopform_pair_by_quotient_f32(poles, core, t);
-    const hopform_pair_f32 pair = {core->Rd, core->R, integrals.R1, integrals.R2, integrals.R3};
+static inline pair_f32 pair_of_core_f32(const hopform_poles_f32 *poles, float t, const pair_core_f32 *core) {
+    const pair_integrals_f32 integrals = pair_by_quotient_f32(poles, core, t);
+    const pair_f32 pair = {core->Rd, core->R, integrals.R1, integrals.R2, integrals.R3};
     return pair;
 }
 
 /* What R of a pair that rings with omega is made of. */
-static inline hopform_pair_core_f32 hopform_ringing_core_f32(const hopform_poles_f32 *poles, float omega, float t) {
+static inline pair_core_f32 ringing_core_f32(const hopform_poles_f32 *poles, float omega, float t) {
     const float mean = 0.5f * poles->p;
-    const hopform_fade_f32 fade = hopform_fade_by_f32(-mean * t);
-    const hopform_turn_f32 half = hopform_turn_by_f32(0.5f * omega * t);
+    const fade_f32 fade = fade_by_f32(-mean * t);
+    const turn_f32 half = turn_by_f32(0.5f * omega * t);
     const float versine = 2.0f * half.sine * half.sine;
     const float R = fade.left * (2.0f * half.sine * half.cosine / omega);
-    const hopform_pair_core_f32 core = {fade.left * (1.0f - versine) - mean * R, R,
-                                         fade.gone + fade.left * versine - mean * R};
+    const pair_core_f32 core = {fade.left * (1.0f - versine) - mean * R, R, fade.gone + fade.left * versine - mean * R};
     return core;
 }
 
 /* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
-static inline hopform_pair_f32 hopform_distinct_pair_f32(float slow, float fast, float t) {
-    const hopform_decay_f32 of_slow = hopform_decay_at_f32(slow, t);
-    const hopform_decay_f32 of_fast = hopform_decay_at_f32(fast, t);
+static inline pair_f32 distinct_pair_f32(float slow, float fast, float t) {
+    const decay_f32 of_slow = decay_at_f32(slow, t);
+    const decay_f32 of_fast = decay_at_f32(fast, t);
     const float apart = fast - slow;
-    hopform_pair_f32 pair;
+    pair_f32 pair;
     pair.R = (of_slow.e - of_fast.e) / apart;
     pair.R1 = (of_slow.e1 - of_fast.e1) / apart;
     pair.R2 = (of_slow.e2 - of_fast.e2) / apart;
@@ -309,43 +302,43 @@ static inline hopform_pair_f32 hopform_distinct_pair_f32(float slow, float fast,
 }
 
 /* R, its derivative and integrals at t. */
-static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *poles, float t) {
+static inline pair_f32 pair_at_f32(const hopform_poles_f32 *poles, float t) {
     const float mean = 0.5f * poles->p;
     const float discriminant = mean * mean - poles->q;
-    hopform_pair_core_f32 core;
+    pair_core_f32 core;
     if (discriminant < 0.0f) {
-        if (poles->q * t * t < 1.0f) { return hopform_short_pair_f32(poles, t); }
-        core = hopform_ringing_core_f32(poles, sqrt_f32(-discriminant), t);
+        if (poles->q * t * t < 1.0f) { return short_pair_f32(poles, t); }
+        core = ringing_core_f32(poles, sqrt_f32(-discriminant), t);
     } else {
         const float half = poles->q > 0.0f ? sqrt_f32(discriminant) : mean; /* the square may underflow */
         const float fast = mean + half;
         if (!(fast * t >= 2.0f)) { /* nor where a gain over a mass has overflowed */
-            return hopform_short_pair_f32(poles, t);
+            return short_pair_f32(poles, t);
         }
         const float slow = poles->q / fast;
-        if (half * t >= 0.5f) { return hopform_distinct_pair_f32(slow, fast, t); }
-        const hopform_decay_f32 spread = hopform_decay_at_f32(-2.0f * half, t);
-        const float envelope = hopform_exp_f32(-fast * t);
+        if (half * t >= 0.5f) { return distinct_pair_f32(slow, fast, t); }
+        const decay_f32 spread = decay_at_f32(-2.0f * half, t);
+        const float envelope = exponential_f32(-fast * t);
         core.R = envelope * spread.e1;
         core.Rd = envelope - slow * core.R;
         core.turned = 1.0f - core.Rd - poles->p * core.R;
     }
-    return hopform_pair_of_core_f32(poles, t, &core);
+    return pair_of_core_f32(poles, t, &core);
 }
 
 /* The series of the three highest integrals of W, by its last three terms. */
 typedef struct {
     float earlier, before, term, W2, W3, W4;
-} hopform_basis_terms_f32;
+} basis_terms_f32;
 
-static inline hopform_basis_terms_f32 hopform_first_basis_terms_f32(void) {
-    const hopform_basis_terms_f32 terms = {0.0f, 0.0f, 1.0f / 24.0f, 1.0f / 24.0f, 1.0f / 1.2e2f, 1.0f / 7.2e2f};
+static inline basis_terms_f32 first_basis_terms_f32(void) {
+    const basis_terms_f32 terms = {0.0f, 0.0f, 1.0f / 24.0f, 1.0f / 24.0f, 1.0f / 1.2e2f, 1.0f / 7.2e2f};
     return terms;
 }
 
 /* Terms n to n + 2 of it: s_1 t, s_2 t^2 and s_3 t^3, times -1. */
-static inline void hopform_add_basis_terms_f32(hopform_basis_terms_f32 *terms, float h, float hh, float hhh, int n) {
-    const float *inverse = &hopform_inverse_f32[n];
+static inline void add_basis_terms_f32(basis_terms_f32 *terms, float h, float hh, float hhh, int n) {
+    const float *inverse = &inverse_f32[n];
     const float first =
         (h * terms->term + (hh * terms->before + hhh * terms->earlier * inverse[2]) * inverse[3]) * inverse[4];
     const float second = (h * first + (hh * terms->term + hhh * terms->before * inverse[3]) * inverse[4]) * inverse[5];
@@ -359,53 +352,51 @@ static inline void hopform_add_basis_terms_f32(hopform_basis_terms_f32 *terms, f
                 + third * inverse[7] * inverse[8];
 }
 
-static inline bool hopform_basis_terms_end_f32(const hopform_basis_terms_f32 *terms) {
+static inline bool basis_terms_end_f32(const basis_terms_f32 *terms) {
     return fabs_f32(terms->term) + fabs_f32(terms->before) + fabs_f32(terms->earlier) < 0.002f * HOPFORM_EPS_f32;
 }
 
-static inline hopform_basis_f32 hopform_basis_of_terms_f32(const hopform_poles_f32 *poles, float t,
-                                                             const hopform_basis_terms_f32 *terms) {
+static inline basis_f32 basis_of_terms_f32(const hopform_poles_f32 *poles, float t, const basis_terms_f32 *terms) {
     const float tt = t * t;
-    const hopform_series_f32 series = {terms->W2 * (tt * tt), terms->W3 * (tt * tt * t), terms->W4 * (tt * tt * tt)};
-    const hopform_known_basis_f32 known = hopform_all_from_series_f32(poles, &series, t);
-    const hopform_basis_f32 basis = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
+    const series_f32 series = {terms->W2 * (tt * tt), terms->W3 * (tt * tt * t), terms->W4 * (tt * tt * tt)};
+    const known_basis_f32 known = all_from_series_f32(poles, &series, t);
+    const basis_f32 basis = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
     return basis;
 }
 
 /* W of s^3 + s_1 s^2 + s_2 s + s_3 over a time that is short for all three poles. */
-static inline hopform_basis_f32 hopform_short_basis_f32(const hopform_poles_f32 *poles, float t) {
+static inline basis_f32 short_basis_f32(const hopform_poles_f32 *poles, float t) {
     const float h = -(poles->s_1 * t);
     const float hh = -(poles->s_2 * t * t);
     const float hhh = -(poles->s_3 * t * t * t);
-    hopform_basis_terms_f32 terms = hopform_first_basis_terms_f32();
+    basis_terms_f32 terms = first_basis_terms_f32();
     for (int n = 1; n < HOPFORM_TERMS_f32 - 2; n += 3) {
-        hopform_add_basis_terms_f32(&terms, h, hh, hhh, n);
-        if (hopform_basis_terms_end_f32(&terms)) { break; }
+        add_basis_terms_f32(&terms, h, hh, hhh, n);
+        if (basis_terms_end_f32(&terms)) { break; }
     }
-    return hopform_basis_of_terms_f32(poles, t, &terms);
+    return basis_of_terms_f32(poles, t, &terms);
 }
 
 /* W of three poles that lie within 1/t of each other and are not slow: a series around their mean. */
-static inline hopform_basis_f32 hopform_close_basis_f32(const hopform_poles_f32 *poles, float t) {
-    const hopform_shifted_f32 shifted = hopform_shift_f32(poles);
+static inline basis_f32 close_basis_f32(const hopform_poles_f32 *poles, float t) {
+    const shifted_f32 shifted = shift_f32(poles);
     const hopform_poles_f32 around = {0.0f, 0.0f, 0.0f, 0.0f, shifted.Q_s, shifted.T_s};
-    const hopform_basis_f32 near = hopform_short_basis_f32(&around, t);
-    const hopform_shifted_series_f32 series = {near.Wdd, near.Wd, near.W, hopform_exp_f32(-shifted.sigma * t)};
-    const hopform_response_f32 response = hopform_unshift_f32(shifted.sigma, &series);
-    const hopform_integrals_f32 integrals = hopform_integrals_by_recursion_f32(poles, &response, t);
-    const hopform_basis_f32 basis = {response.Wdd, response.Wd, response.W, integrals.W1, integrals.W2};
+    const basis_f32 near = short_basis_f32(&around, t);
+    const shifted_series_f32 series = {near.Wdd, near.Wd, near.W, exponential_f32(-shifted.sigma * t)};
+    const response_f32 response = unshift_f32(shifted.sigma, &series);
+    const integrals_f32 integrals = integrals_by_recursion_f32(poles, &response, t);
+    const basis_f32 basis = {response.Wdd, response.Wd, response.W, integrals.W1, integrals.W2};
     return basis;
 }
 
 /* W split into the real pole and the pair. */
-static inline hopform_basis_f32 hopform_basis_of_split_f32(const hopform_poles_f32 *poles, float chi, float t,
-                                                             const hopform_decay_f32 *decay,
-                                                             const hopform_pair_f32 *pair) {
-    hopform_basis_f32 basis = hopform_split_f32(poles, chi, decay, pair);
-    if (poles->a * t < 0.5f) { basis.W = hopform_split_soon_f32(poles, chi, decay, pair); }
+static inline basis_f32 basis_of_split_f32(const hopform_poles_f32 *poles, float chi, float t, const decay_f32 *decay,
+                                             const pair_f32 *pair) {
+    basis_f32 basis = split_f32(poles, chi, decay, pair);
+    if (poles->a * t < 0.5f) { basis.W = split_soon_f32(poles, chi, decay, pair); }
     if (chi < 0.05f * poles->q) {
-        const hopform_response_f32 response = {basis.Wdd, basis.Wd, basis.W};
-        const hopform_integrals_f32 integrals = hopform_integrals_by_recursion_f32(poles, &response, t);
+        const response_f32 response = {basis.Wdd, basis.Wd, basis.W};
+        const integrals_f32 integrals = integrals_by_recursion_f32(poles, &response, t);
         basis.W1 = integrals.W1;
         basis.W2 = integrals.W2;
     }
@@ -413,36 +404,36 @@ static inline hopform_basis_f32 hopform_basis_of_split_f32(const hopform_poles_f
 }
 
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
- * a must be the most isolated root, as hopform_factor_cubic_f32 gives it. */
-static inline hopform_basis_f32 hopform_basis_at_f32(const hopform_poles_f32 *poles, float t) {
+ * a must be the most isolated root, as factor_cubic_f32 gives it. */
+static inline basis_f32 basis_at_f32(const hopform_poles_f32 *poles, float t) {
     if (!(fabs_f32(poles->a) > 0.0f)) {
-        const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
-        const hopform_basis_f32 basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
+        const pair_f32 pair = pair_at_f32(poles, t);
+        const basis_f32 basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
         return basis;
     }
-    const float chi = hopform_residue_f32(poles);
+    const float chi = residue_f32(poles);
     if (chi * t * t >= 1.0f) {
-        const hopform_decay_f32 decay = hopform_decay_at_f32(poles->a, t);
-        const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
-        return hopform_basis_of_split_f32(poles, chi, t, &decay, &pair);
+        const decay_f32 decay = decay_at_f32(poles->a, t);
+        const pair_f32 pair = pair_at_f32(poles, t);
+        return basis_of_split_f32(poles, chi, t, &decay, &pair);
     }
-    return poles->s_1 * t < 4.0f ? hopform_short_basis_f32(poles, t) : hopform_close_basis_f32(poles, t);
+    return poles->s_1 * t < 4.0f ? short_basis_f32(poles, t) : close_basis_f32(poles, t);
 }
 
 /* Steps towards a root of the cubic, and to polish its factors, at most. */
 enum { NEWTON_STEPS_f32 = 60, POLISHES_f32 = 3 };
 
 /* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
-static inline float hopform_toward_positive_root_f32(float P, float T, float z) {
+static inline float toward_positive_root_f32(float P, float T, float z) {
     const float step = ((z * z + P) * z - T) / (3.0f * z * z + P);
     return z - step;
 }
 
 /* That root, from above, where the cubic is convex. */
-static inline float hopform_positive_root_f32(float P, float T) {
-    float z = sqrt_f32(fabs_f32(P)) + hopform_cube_root_f32(T);
+static inline float positive_root_f32(float P, float T) {
+    float z = sqrt_f32(fabs_f32(P)) + cube_root_f32(T);
     for (int n = 0; n < NEWTON_STEPS_f32; n++) {
-        const float next = hopform_toward_positive_root_f32(P, T, z);
+        const float next = toward_positive_root_f32(P, T, z);
         if (!(next < z)) { break; }
         z = next;
     }
@@ -450,7 +441,7 @@ static inline float hopform_positive_root_f32(float P, float T) {
 }
 
 /* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
-static inline float hopform_scale_of_cubic_f32(float s_1, float root_2, float root_3) {
+static inline float scale_of_cubic_f32(float s_1, float root_2, float root_3) {
     const float later = root_2 > root_3 ? root_2 : root_3;
     return s_1 > later ? s_1 : later;
 }
@@ -458,27 +449,27 @@ static inline float hopform_scale_of_cubic_f32(float s_1, float root_2, float ro
 /* A cubic in units of its scale, and around its mean root: z^3 + P z = T. */
 typedef struct {
     float c_1, c_2, c_3, mean, P, T;
-} hopform_cubic_f32;
+} cubic_f32;
 
-static inline hopform_cubic_f32 hopform_scaled_cubic_f32(float s_1, float s_2, float s_3, float scale) {
+static inline cubic_f32 scaled_cubic_f32(float s_1, float s_2, float s_3, float scale) {
     const float c_1 = s_1 / scale;
     const float c_2 = s_2 / (scale * scale);
     const float c_3 = s_3 / scale / (scale * scale);
     const float mean = c_1 / 3.0f;
     const float P = c_2 - 3.0f * mean * mean;
-    const hopform_cubic_f32 cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0f * mean * mean)};
+    const cubic_f32 cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0f * mean * mean)};
     return cubic;
 }
 
 /* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
-static inline void hopform_factor_at_f32(const hopform_cubic_f32 *cubic, float offset, hopform_poles_f32 *poles) {
+static inline void factor_at_f32(const cubic_f32 *cubic, float offset, hopform_poles_f32 *poles) {
     poles->a = cubic->T > 0.0f ? cubic->mean + offset : cubic->mean - offset;
     poles->p = cubic->c_1 - poles->a;
     poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
 }
 
 /* A step that takes the residual of the coefficients off the factors; false where there is none. */
-static inline bool hopform_polish_factors_f32(const hopform_cubic_f32 *cubic, hopform_poles_f32 *poles) {
+static inline bool polish_factors_f32(const cubic_f32 *cubic, hopform_poles_f32 *poles) {
     const float a = poles->a;
     const float p = poles->p;
     const float q = poles->q;
@@ -500,8 +491,8 @@ static inline bool hopform_polish_factors_f32(const hopform_cubic_f32 *cubic, ho
  * The root beyond the inflection on the side where it is alone is simple unless all three coincide. The
  * factors, not the roots, are then polished: the residual of the coefficients is what the motion sees.
  */
-static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, float s_3) {
-    const float scale = hopform_scale_of_cubic_f32(s_1, sqrt_f32(s_2), hopform_cube_root_f32(s_3));
+static inline hopform_poles_f32 factor_cubic_f32(float s_1, float s_2, float s_3) {
+    const float scale = scale_of_cubic_f32(s_1, sqrt_f32(s_2), cube_root_f32(s_3));
     hopform_poles_f32 poles = {0.0f, 0.0f, 0.0f, s_1, s_2, s_3};
     if (!(scale * scale * scale > 0.0f)) { return poles; /* slower than the type can say */ }
     if (!(s_3 > 0.0f)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
@@ -509,11 +500,11 @@ static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, f
         poles.q = s_2;
         return poles;
     }
-    const hopform_cubic_f32 cubic = hopform_scaled_cubic_f32(s_1, s_2, s_3, scale);
+    const cubic_f32 cubic = scaled_cubic_f32(s_1, s_2, s_3, scale);
     const float even = cubic.P < 0.0f ? sqrt_f32(-cubic.P) : 0.0f;
-    const float offset = fabs_f32(cubic.T) > 0.0f ? hopform_positive_root_f32(cubic.P, fabs_f32(cubic.T)) : even;
-    hopform_factor_at_f32(&cubic, offset, &poles);
-    for (int n = 0; n < POLISHES_f32 && hopform_polish_factors_f32(&cubic, &poles); n++) {}
+    const float offset = fabs_f32(cubic.T) > 0.0f ? positive_root_f32(cubic.P, fabs_f32(cubic.T)) : even;
+    factor_at_f32(&cubic, offset, &poles);
+    for (int n = 0; n < POLISHES_f32 && polish_factors_f32(&cubic, &poles); n++) {}
     poles.a = poles.a * scale;
     poles.p = poles.p * scale;
     poles.q = poles.q * scale * scale;

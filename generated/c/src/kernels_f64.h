@@ -13,16 +13,16 @@
 #include "formulas_f64.h"
 #include "series_f64.h"
 
-static inline double hopform_lesser_f64(double a, double b) {
+static inline double lesser_f64(double a, double b) {
     return a < b ? a : b;
 }
 
 /* b if a is not a number. */
-static inline double hopform_greater_f64(double a, double b) {
+static inline double greater_f64(double a, double b) {
     return a > b ? a : b;
 }
 
-static inline bool hopform_is_finite_f64(double value) {
+static inline bool is_finite_f64(double value) {
     return fabs_f64(value) <= HOPFORM_NEVER_f64;
 }
 
@@ -33,21 +33,21 @@ static inline hopform_poles_f64 pair_alone_f64(double p, double q) {
 }
 
 /* 1/n for n from 1 on. */
-static const double hopform_inverse_f64[] = {0.0, HOPFORM_INVERSES_f64};
+static const double inverse_f64[] = {0.0, HOPFORM_INVERSES_f64};
 
 /* What is left of 1, and what is gone. */
 typedef struct {
     double left;
     double gone;
-} hopform_fade_f64;
+} fade_f64;
 
 typedef struct {
     double sine;
     double cosine;
-} hopform_turn_f64;
+} turn_f64;
 
 /* artanh(s)/s for |s| <= 0.1716, by its power series. */
-static inline double hopform_area_tangent_f64(double s) {
+static inline double area_tangent_f64(double s) {
     const double ss = s * s;
     double sum = 0.0;
 #define ADD_TERM(coefficient) sum = sum * ss + (coefficient);
@@ -57,17 +57,17 @@ static inline double hopform_area_tangent_f64(double s) {
 }
 
 /* The number whose bits are these. */
-static inline double hopform_real_of_bits_f64(hopform_bits_f64 bits) {
+static inline double real_of_bits_f64(bits_f64 bits) {
     const union {
-        hopform_bits_f64 bits;
+        bits_f64 bits;
         double value;
     } number = {bits};
     return number.value;
 }
 
-static inline hopform_bits_f64 hopform_bits_of_real_f64(double value) {
+static inline bits_f64 bits_of_real_f64(double value) {
     union {
-        hopform_bits_f64 bits;
+        bits_f64 bits;
         double value;
     } number;
     number.value = value;
@@ -77,8 +77,8 @@ static inline hopform_bits_f64 hopform_bits_of_real_f64(double value) {
 #ifdef HOPFORM_LIBM
 
 /* exp(x) and 1 - exp(x) for x <= 0; exp(x) counts as 0 below the normal numbers. */
-static inline hopform_fade_f64 hopform_fade_by_f64(double x) {
-    hopform_fade_f64 fade = {0.0, 1.0};
+static inline fade_f64 fade_by_f64(double x) {
+    fade_f64 fade = {0.0, 1.0};
     if (x > HOPFORM_SMALLEST_EXPONENT_f64) {
         fade.left = exp_f64(x);
         fade.gone = -expm1_f64(x);
@@ -87,24 +87,24 @@ static inline hopform_fade_f64 hopform_fade_by_f64(double x) {
 }
 
 /* sin(x) and cos(x) for x >= 0; an angle without a digit left counts as 0. */
-static inline hopform_turn_f64 hopform_turn_by_f64(double x) {
+static inline turn_f64 turn_by_f64(double x) {
     const double angle = x > 0.0 && x < HOPFORM_LARGEST_ANGLE_f64 ? x : 0.0;
-    const hopform_turn_f64 turn = {sin_f64(angle), cos_f64(angle)};
+    const turn_f64 turn = {sin_f64(angle), cos_f64(angle)};
     return turn;
 }
 
 /* The angle of (x, y), y >= 0, from 0 to pi. */
-static inline double hopform_angle_f64(double x, double y) {
+static inline double angle_f64(double x, double y) {
     return atan2_f64(y, x);
 }
 
 /* ln(x) for a normal x > 0. */
-static inline double hopform_log_f64(double x) {
+static inline double logarithm_f64(double x) {
     return log_f64(x);
 }
 
 /* The cube root of x >= 0; 0 of what is not above 0. */
-static inline double hopform_cube_root_f64(double x) {
+static inline double cube_root_f64(double x) {
     return x > 0.0 ? cbrt_f64(x) : 0.0;
 }
 
@@ -112,7 +112,7 @@ static inline double hopform_cube_root_f64(double x) {
 
 /* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
  * exp(x) counts as 0 below the normal numbers. No jump: loops over many x become vector instructions. */
-static inline hopform_fade_f64 hopform_fade_by_f64(double x) {
+static inline fade_f64 fade_by_f64(double x) {
     const bool faded = !(x > HOPFORM_SMALLEST_EXPONENT_f64);
     const double above = x > HOPFORM_SMALLEST_EXPONENT_f64 ? x : 0.0;
     const double down = above < 0.0 ? above : 0.0; /* above 0 by rounding at most */
@@ -123,20 +123,19 @@ static inline hopform_fade_f64 hopform_fade_by_f64(double x) {
 #define ADD_TERM(coefficient) sum = sum * r + (coefficient);
     HOPFORM_EXPONENTIAL_f64(ADD_TERM)
 #undef ADD_TERM
-        const hopform_signed_bits_f64 exponent = n + HOPFORM_EXPONENT_BIAS_f64;
-    const double left =
-        (1.0 + r * sum) * hopform_real_of_bits_f64((hopform_bits_f64)exponent << HOPFORM_FRACTION_BITS_f64);
+        const signed_bits_f64 exponent = n + HOPFORM_EXPONENT_BIAS_f64;
+    const double left = (1.0 + r * sum) * real_of_bits_f64((bits_f64)exponent << HOPFORM_FRACTION_BITS_f64);
     const double gone = n < 0 ? 1.0 - left : -r * sum;
-    const hopform_fade_f64 fade = {faded ? 0.0 : left, faded ? 1.0 : gone};
+    const fade_f64 fade = {faded ? 0.0 : left, faded ? 1.0 : gone};
     return fade;
 }
 
 /* sin(x) and cos(x) for x >= 0, by quarter turns and power series; an angle without a digit left counts as 0. */
-static inline hopform_turn_f64 hopform_turn_by_f64(double x) {
+static inline turn_f64 turn_by_f64(double x) {
     const double below = x < HOPFORM_LARGEST_ANGLE_f64 ? x : 0.0;
     const double angle = below > 0.0 ? below : 0.0;
     const double shifted = angle * 0.6366197723675814 + HOPFORM_ROUNDER_f64;
-    const hopform_bits_f64 n = hopform_bits_of_real_f64(shifted);
+    const bits_f64 n = bits_of_real_f64(shifted);
     const double quarters = shifted - HOPFORM_ROUNDER_f64;
     const double r = angle - quarters * HOPFORM_QUARTER_TURN_HIGH_f64 - quarters * HOPFORM_QUARTER_TURN_MIDDLE_f64
                    - quarters * HOPFORM_QUARTER_TURN_LOW_f64;
@@ -153,40 +152,38 @@ static inline hopform_turn_f64 hopform_turn_by_f64(double x) {
     const bool swap = (n & 1) != 0;
     const double first = swap ? cosine : sine;
     const double second = swap ? sine : cosine;
-    const hopform_turn_f64 turn = {(n & 2) != 0 ? -first : first, ((n + 1) & 2) != 0 ? -second : second};
+    const turn_f64 turn = {(n & 2) != 0 ? -first : first, ((n + 1) & 2) != 0 ? -second : second};
     return turn;
 }
 
 /* The angle of (x, y), y >= 0, from 0 to pi: a rational guess, turned back, leaves an angle whose series is short. */
-static inline double hopform_angle_f64(double x, double y) {
+static inline double angle_f64(double x, double y) {
     const bool steep = y > fabs_f64(x);
     const double tangent = steep ? fabs_f64(x) / y : y / fabs_f64(x);
     const double near = tangent * (1.0584 - 0.273 * tangent);
     const double first = steep ? 1.5707963267948966 - near : near;
     const double guess = x < 0.0 ? 3.141592653589793 - first : first;
-    const hopform_turn_f64 turn = hopform_turn_by_f64(guess);
+    const turn_f64 turn = turn_by_f64(guess);
     const double e = (y * turn.cosine - x * turn.sine) / (x * turn.cosine + y * turn.sine);
     const double ee = e * e;
     return guess + e * (1.0 - ee * (1.0 / 3.0 - ee * (0.2 - ee / 7.0)));
 }
 
 /* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
-static inline double hopform_log_f64(double x) {
-    const hopform_bits_f64 bits = hopform_bits_of_real_f64(x);
-    hopform_signed_bits_f64 n =
-        (hopform_signed_bits_f64)(bits >> HOPFORM_FRACTION_BITS_f64) - HOPFORM_EXPONENT_BIAS_f64;
-    double m = hopform_real_of_bits_f64(bits - ((hopform_bits_f64)n << HOPFORM_FRACTION_BITS_f64));
+static inline double logarithm_f64(double x) {
+    const bits_f64 bits = bits_of_real_f64(x);
+    signed_bits_f64 n = (signed_bits_f64)(bits >> HOPFORM_FRACTION_BITS_f64) - HOPFORM_EXPONENT_BIAS_f64;
+    double m = real_of_bits_f64(bits - ((bits_f64)n << HOPFORM_FRACTION_BITS_f64));
     if (m > 1.4142135623730951) {
         m *= 0.5;
         n++;
     }
     const double s = (m - 1.0) / (m + 1.0);
-    return (double)n * HOPFORM_LOG_2_HIGH_f64
-           + ((double)n * HOPFORM_LOG_2_LOW_f64 + 2.0 * s * hopform_area_tangent_f64(s));
+    return (double)n * HOPFORM_LOG_2_HIGH_f64 + ((double)n * HOPFORM_LOG_2_LOW_f64 + 2.0 * s * area_tangent_f64(s));
 }
 
 /* A step of Halley's towards the cube root of x, from y to the third power of its relative error. */
-static inline double hopform_toward_cube_root_f64(double x, double y) {
+static inline double toward_cube_root_f64(double x, double y) {
     const double other = x / (y * y);
     return y + y * ((other - y) / (y + y + other));
 }
@@ -197,30 +194,28 @@ static inline double hopform_toward_cube_root_f64(double x, double y) {
  * a type holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are
  * rounded. They are rounded up, so that the quotient lies below the root and is not coarser than it.
  */
-static inline double hopform_cube_root_f64(double x) {
+static inline double cube_root_f64(double x) {
     if (!(x > 0.0)) { return 0.0; }
     const bool tiny = x < HOPFORM_SMALLEST_NORMAL_f64;
     const double scaled = tiny ? x * HOPFORM_TINY_UP_f64 : x;
-    const hopform_bits_f64 third_of_bias =
-        ((hopform_bits_f64)HOPFORM_EXPONENT_BIAS_f64 << HOPFORM_FRACTION_BITS_f64) / 3;
-    double y = hopform_real_of_bits_f64(hopform_bits_of_real_f64(scaled) / 3 + 2 * third_of_bias);
-    y = hopform_toward_cube_root_f64(scaled, y);
-    y = hopform_toward_cube_root_f64(scaled, y);
-    y = hopform_real_of_bits_f64(((hopform_bits_of_real_f64(y) >> HOPFORM_LOWER_HALF_f64) + 1)
-                                  << HOPFORM_LOWER_HALF_f64);
-    y = hopform_toward_cube_root_f64(scaled, y);
+    const bits_f64 third_of_bias = ((bits_f64)HOPFORM_EXPONENT_BIAS_f64 << HOPFORM_FRACTION_BITS_f64) / 3;
+    double y = real_of_bits_f64(bits_of_real_f64(scaled) / 3 + 2 * third_of_bias);
+    y = toward_cube_root_f64(scaled, y);
+    y = toward_cube_root_f64(scaled, y);
+    y = real_of_bits_f64(((bits_of_real_f64(y) >> HOPFORM_LOWER_HALF_f64) + 1) << HOPFORM_LOWER_HALF_f64);
+    y = toward_cube_root_f64(scaled, y);
     return tiny ? y * HOPFORM_TINY_DOWN_f64 : y;
 }
 
 #endif
 
-static inline double hopform_exp_f64(double x) {
-    return hopform_fade_by_f64(x).left;
+static inline double exponential_f64(double x) {
+    return fade_by_f64(x).left;
 }
 
 /* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
-static inline hopform_decay_f64 hopform_decay_of_tail_f64(double a, double t, double tail) {
-    hopform_decay_f64 decay;
+static inline decay_f64 decay_of_tail_f64(double a, double t, double tail) {
+    decay_f64 decay;
     decay.e3 = t * t * t * tail;
     decay.e2 = 0.5 * t * t - a * decay.e3;
     decay.e1 = t - a * decay.e2;
@@ -229,9 +224,9 @@ static inline hopform_decay_f64 hopform_decay_of_tail_f64(double a, double t, do
 }
 
 /* The same from the first one. */
-static inline hopform_decay_f64 hopform_decay_of_exp_f64(double a, double t, double e) {
+static inline decay_f64 decay_of_exp_f64(double a, double t, double e) {
     const double inverse = 1.0 / a;
-    hopform_decay_f64 decay;
+    decay_f64 decay;
     decay.e = e;
     decay.e1 = (1.0 - decay.e) * inverse;
     decay.e2 = (t - decay.e1) * inverse;
@@ -239,20 +234,20 @@ static inline hopform_decay_f64 hopform_decay_of_exp_f64(double a, double t, dou
     return decay;
 }
 
-static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t) {
+static inline decay_f64 decay_at_f64(double a, double t) {
     const double z = a * t;
     if (fabs_f64(z) < 1.0) {
         double tail = 0.0;
 #define ADD_TERM(coefficient) tail = tail * z + (coefficient);
         HOPFORM_DECAY_TAIL_f64(ADD_TERM)
 #undef ADD_TERM
-            return hopform_decay_of_tail_f64(a, t, tail);
+            return decay_of_tail_f64(a, t, tail);
     }
-    return hopform_decay_of_exp_f64(a, t, hopform_exp_f64(-z));
+    return decay_of_exp_f64(a, t, exponential_f64(-z));
 }
 
 /* R over a time that is short for the pair: the series of its two highest integrals, two terms at a time. */
-static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *poles, double t) {
+static inline pair_f64 short_pair_f64(const hopform_poles_f64 *poles, double t) {
     const double pt = -(poles->p * t);
     const double qtt = -(poles->q * t * t);
     double before = 0.0;
@@ -260,7 +255,7 @@ static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *p
     double R2 = 1.0 / 6.0;
     double R3 = 1.0 / 24.0;
     for (int n = 1; n < HOPFORM_TERMS_f64 - 1; n += 2) {
-        const double *inverse = &hopform_inverse_f64[n];
+        const double *inverse = &inverse_f64[n];
         const double next = (pt * term + qtt * before * inverse[2]) * inverse[3];
         const double last = (pt * next + qtt * term * inverse[3]) * inverse[4];
         before = next;
@@ -269,37 +264,35 @@ static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *p
         R3 = R3 + next * inverse[4] + last * inverse[5];
         if (fabs_f64(term) + fabs_f64(before) < 0.01 * HOPFORM_EPS_f64) { break; }
     }
-    const hopform_pair_series_f64 series = {R2 * (t * t * t), R3 * (t * t * t * t)};
-    const hopform_known_pair_f64 known = hopform_pair_from_series_f64(poles, &series, t);
-    const hopform_pair_f64 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
+    const pair_series_f64 series = {R2 * (t * t * t), R3 * (t * t * t * t)};
+    const known_pair_f64 known = pair_from_series_f64(poles, &series, t);
+    const pair_f64 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
     return pair;
 }
 
-static inline hopform_pair_f64 hopform_pair_of_core_f64(const hopform_poles_f64 *poles, double t,
-                                                          const hopform_pair_core_f64 *core) {
-    const hopform_pair_integrals_f64 integrals = hopform_pair_by_quotient_f64(poles, core, t);
-    const hopform_pair_f64 pair = {core->Rd, core->R, integrals.R1, integrals.R2, integrals.R3};
+static inline pair_f64 pair_of_core_f64(const hopform_poles_f64 *poles, double t, const pair_core_f64 *core) {
+    const pair_integrals_f64 integrals = pair_by_quotient_f64(poles, core, t);
+    const pair_f64 pair = {core->Rd, core->R, integrals.R1, integrals.R2, integrals.R3};
     return pair;
 }
 
 /* What R of a pair that rings with omega is made of. */
-static inline hopform_pair_core_f64 hopform_ringing_core_f64(const hopform_poles_f64 *poles, double omega, double t) {
+static inline pair_core_f64 ringing_core_f64(const hopform_poles_f64 *poles, double omega, double t) {
     const double mean = 0.5 * poles->p;
-    const hopform_fade_f64 fade = hopform_fade_by_f64(-mean * t);
-    const hopform_turn_f64 half = hopform_turn_by_f64(0.5 * omega * t);
+    const fade_f64 fade = fade_by_f64(-mean * t);
+    const turn_f64 half = turn_by_f64(0.5 * omega * t);
     const double versine = 2.0 * half.sine * half.sine;
     const double R = fade.left * (2.0 * half.sine * half.cosine / omega);
-    const hopform_pair_core_f64 core = {fade.left * (1.0 - versine) - mean * R, R,
-                                         fade.gone + fade.left * versine - mean * R};
+    const pair_core_f64 core = {fade.left * (1.0 - versine) - mean * R, R, fade.gone + fade.left * versine - mean * R};
     return core;
 }
 
 /* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
-static inline hopform_pair_f64 hopform_distinct_pair_f64(double slow, double fast, double t) {
-    const hopform_decay_f64 of_slow = hopform_decay_at_f64(slow, t);
-    const hopform_decay_f64 of_fast = hopform_decay_at_f64(fast, t);
+static inline pair_f64 distinct_pair_f64(double slow, double fast, double t) {
+    const decay_f64 of_slow = decay_at_f64(slow, t);
+    const decay_f64 of_fast = decay_at_f64(fast, t);
     const double apart = fast - slow;
-    hopform_pair_f64 pair;
+    pair_f64 pair;
     pair.R = (of_slow.e - of_fast.e) / apart;
     pair.R1 = (of_slow.e1 - of_fast.e1) / apart;
     pair.R2 = (of_slow.e2 - of_fast.e2) / apart;
@@ -309,43 +302,43 @@ static inline hopform_pair_f64 hopform_distinct_pair_f64(double slow, double fas
 }
 
 /* R, its derivative and integrals at t. */
-static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *poles, double t) {
+static inline pair_f64 pair_at_f64(const hopform_poles_f64 *poles, double t) {
     const double mean = 0.5 * poles->p;
     const double discriminant = mean * mean - poles->q;
-    hopform_pair_core_f64 core;
+    pair_core_f64 core;
     if (discriminant < 0.0) {
-        if (poles->q * t * t < 1.0) { return hopform_short_pair_f64(poles, t); }
-        core = hopform_ringing_core_f64(poles, sqrt_f64(-discriminant), t);
+        if (poles->q * t * t < 1.0) { return short_pair_f64(poles, t); }
+        core = ringing_core_f64(poles, sqrt_f64(-discriminant), t);
     } else {
         const double half = poles->q > 0.0 ? sqrt_f64(discriminant) : mean; /* the square may underflow */
         const double fast = mean + half;
         if (!(fast * t >= 2.0)) { /* nor where a gain over a mass has overflowed */
-            return hopform_short_pair_f64(poles, t);
+            return short_pair_f64(poles, t);
         }
         const double slow = poles->q / fast;
-        if (half * t >= 0.5) { return hopform_distinct_pair_f64(slow, fast, t); }
-        const hopform_decay_f64 spread = hopform_decay_at_f64(-2.0 * half, t);
-        const double envelope = hopform_exp_f64(-fast * t);
+        if (half * t >= 0.5) { return distinct_pair_f64(slow, fast, t); }
+        const decay_f64 spread = decay_at_f64(-2.0 * half, t);
+        const double envelope = exponential_f64(-fast * t);
         core.R = envelope * spread.e1;
         core.Rd = envelope - slow * core.R;
         core.turned = 1.0 - core.Rd - poles->p * core.R;
     }
-    return hopform_pair_of_core_f64(poles, t, &core);
+    return pair_of_core_f64(poles, t, &core);
 }
 
 /* The series of the three highest integrals of W, by its last three terms. */
 typedef struct {
     double earlier, before, term, W2, W3, W4;
-} hopform_basis_terms_f64;
+} basis_terms_f64;
 
-static inline hopform_basis_terms_f64 hopform_first_basis_terms_f64(void) {
-    const hopform_basis_terms_f64 terms = {0.0, 0.0, 1.0 / 24.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0};
+static inline basis_terms_f64 first_basis_terms_f64(void) {
+    const basis_terms_f64 terms = {0.0, 0.0, 1.0 / 24.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0};
     return terms;
 }
 
 /* Terms n to n + 2 of it: s_1 t, s_2 t^2 and s_3 t^3, times -1. */
-static inline void hopform_add_basis_terms_f64(hopform_basis_terms_f64 *terms, double h, double hh, double hhh, int n) {
-    const double *inverse = &hopform_inverse_f64[n];
+static inline void add_basis_terms_f64(basis_terms_f64 *terms, double h, double hh, double hhh, int n) {
+    const double *inverse = &inverse_f64[n];
     const double first =
         (h * terms->term + (hh * terms->before + hhh * terms->earlier * inverse[2]) * inverse[3]) * inverse[4];
     const double second = (h * first + (hh * terms->term + hhh * terms->before * inverse[3]) * inverse[4]) * inverse[5];
@@ -359,53 +352,51 @@ static inline void hopform_add_basis_terms_f64(hopform_basis_terms_f64 *terms, d
                 + third * inverse[7] * inverse[8];
 }
 
-static inline bool hopform_basis_terms_end_f64(const hopform_basis_terms_f64 *terms) {
+static inline bool basis_terms_end_f64(const basis_terms_f64 *terms) {
     return fabs_f64(terms->term) + fabs_f64(terms->before) + fabs_f64(terms->earlier) < 0.002 * HOPFORM_EPS_f64;
 }
 
-static inline hopform_basis_f64 hopform_basis_of_terms_f64(const hopform_poles_f64 *poles, double t,
-                                                             const hopform_basis_terms_f64 *terms) {
+static inline basis_f64 basis_of_terms_f64(const hopform_poles_f64 *poles, double t, const basis_terms_f64 *terms) {
     const double tt = t * t;
-    const hopform_series_f64 series = {terms->W2 * (tt * tt), terms->W3 * (tt * tt * t), terms->W4 * (tt * tt * tt)};
-    const hopform_known_basis_f64 known = hopform_all_from_series_f64(poles, &series, t);
-    const hopform_basis_f64 basis = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
+    const series_f64 series = {terms->W2 * (tt * tt), terms->W3 * (tt * tt * t), terms->W4 * (tt * tt * tt)};
+    const known_basis_f64 known = all_from_series_f64(poles, &series, t);
+    const basis_f64 basis = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
     return basis;
 }
 
 /* W of s^3 + s_1 s^2 + s_2 s + s_3 over a time that is short for all three poles. */
-static inline hopform_basis_f64 hopform_short_basis_f64(const hopform_poles_f64 *poles, double t) {
+static inline basis_f64 short_basis_f64(const hopform_poles_f64 *poles, double t) {
     const double h = -(poles->s_1 * t);
     const double hh = -(poles->s_2 * t * t);
     const double hhh = -(poles->s_3 * t * t * t);
-    hopform_basis_terms_f64 terms = hopform_first_basis_terms_f64();
+    basis_terms_f64 terms = first_basis_terms_f64();
     for (int n = 1; n < HOPFORM_TERMS_f64 - 2; n += 3) {
-        hopform_add_basis_terms_f64(&terms, h, hh, hhh, n);
-        if (hopform_basis_terms_end_f64(&terms)) { break; }
+        add_basis_terms_f64(&terms, h, hh, hhh, n);
+        if (basis_terms_end_f64(&terms)) { break; }
     }
-    return hopform_basis_of_terms_f64(poles, t, &terms);
+    return basis_of_terms_f64(poles, t, &terms);
 }
 
 /* W of three poles that lie within 1/t of each other and are not slow: a series around their mean. */
-static inline hopform_basis_f64 hopform_close_basis_f64(const hopform_poles_f64 *poles, double t) {
-    const hopform_shifted_f64 shifted = hopform_shift_f64(poles);
+static inline basis_f64 close_basis_f64(const hopform_poles_f64 *poles, double t) {
+    const shifted_f64 shifted = shift_f64(poles);
     const hopform_poles_f64 around = {0.0, 0.0, 0.0, 0.0, shifted.Q_s, shifted.T_s};
-    const hopform_basis_f64 near = hopform_short_basis_f64(&around, t);
-    const hopform_shifted_series_f64 series = {near.Wdd, near.Wd, near.W, hopform_exp_f64(-shifted.sigma * t)};
-    const hopform_response_f64 response = hopform_unshift_f64(shifted.sigma, &series);
-    const hopform_integrals_f64 integrals = hopform_integrals_by_recursion_f64(poles, &response, t);
-    const hopform_basis_f64 basis = {response.Wdd, response.Wd, response.W, integrals.W1, integrals.W2};
+    const basis_f64 near = short_basis_f64(&around, t);
+    const shifted_series_f64 series = {near.Wdd, near.Wd, near.W, exponential_f64(-shifted.sigma * t)};
+    const response_f64 response = unshift_f64(shifted.sigma, &series);
+    const integrals_f64 integrals = integrals_by_recursion_f64(poles, &response, t);
+    const basis_f64 basis = {response.Wdd, response.Wd, response.W, integrals.W1, integrals.W2};
     return basis;
 }
 
 /* W split into the real pole and the pair. */
-static inline hopform_basis_f64 hopform_basis_of_split_f64(const hopform_poles_f64 *poles, double chi, double t,
-                                                             const hopform_decay_f64 *decay,
-                                                             const hopform_pair_f64 *pair) {
-    hopform_basis_f64 basis = hopform_split_f64(poles, chi, decay, pair);
-    if (poles->a * t < 0.5) { basis.W = hopform_split_soon_f64(poles, chi, decay, pair); }
+static inline basis_f64 basis_of_split_f64(const hopform_poles_f64 *poles, double chi, double t, const decay_f64 *decay,
+                                             const pair_f64 *pair) {
+    basis_f64 basis = split_f64(poles, chi, decay, pair);
+    if (poles->a * t < 0.5) { basis.W = split_soon_f64(poles, chi, decay, pair); }
     if (chi < 0.05 * poles->q) {
-        const hopform_response_f64 response = {basis.Wdd, basis.Wd, basis.W};
-        const hopform_integrals_f64 integrals = hopform_integrals_by_recursion_f64(poles, &response, t);
+        const response_f64 response = {basis.Wdd, basis.Wd, basis.W};
+        const integrals_f64 integrals = integrals_by_recursion_f64(poles, &response, t);
         basis.W1 = integrals.W1;
         basis.W2 = integrals.W2;
     }
@@ -413,36 +404,36 @@ static inline hopform_basis_f64 hopform_basis_of_split_f64(const hopform_poles_f
 }
 
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
- * a must be the most isolated root, as hopform_factor_cubic_f64 gives it. */
-static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *poles, double t) {
+ * a must be the most isolated root, as factor_cubic_f64 gives it. */
+static inline basis_f64 basis_at_f64(const hopform_poles_f64 *poles, double t) {
     if (!(fabs_f64(poles->a) > 0.0)) {
-        const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
-        const hopform_basis_f64 basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
+        const pair_f64 pair = pair_at_f64(poles, t);
+        const basis_f64 basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
         return basis;
     }
-    const double chi = hopform_residue_f64(poles);
+    const double chi = residue_f64(poles);
     if (chi * t * t >= 1.0) {
-        const hopform_decay_f64 decay = hopform_decay_at_f64(poles->a, t);
-        const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
-        return hopform_basis_of_split_f64(poles, chi, t, &decay, &pair);
+        const decay_f64 decay = decay_at_f64(poles->a, t);
+        const pair_f64 pair = pair_at_f64(poles, t);
+        return basis_of_split_f64(poles, chi, t, &decay, &pair);
     }
-    return poles->s_1 * t < 4.0 ? hopform_short_basis_f64(poles, t) : hopform_close_basis_f64(poles, t);
+    return poles->s_1 * t < 4.0 ? short_basis_f64(poles, t) : close_basis_f64(poles, t);
 }
 
 /* Steps towards a root of the cubic, and to polish its factors, at most. */
 enum { NEWTON_STEPS_f64 = 60, POLISHES_f64 = 3 };
 
 /* A step of Newton's towards the positive root z of z^3 + P z = T, T > 0. */
-static inline double hopform_toward_positive_root_f64(double P, double T, double z) {
+static inline double toward_positive_root_f64(double P, double T, double z) {
     const double step = ((z * z + P) * z - T) / (3.0 * z * z + P);
     return z - step;
 }
 
 /* That root, from above, where the cubic is convex. */
-static inline double hopform_positive_root_f64(double P, double T) {
-    double z = sqrt_f64(fabs_f64(P)) + hopform_cube_root_f64(T);
+static inline double positive_root_f64(double P, double T) {
+    double z = sqrt_f64(fabs_f64(P)) + cube_root_f64(T);
     for (int n = 0; n < NEWTON_STEPS_f64; n++) {
-        const double next = hopform_toward_positive_root_f64(P, T, z);
+        const double next = toward_positive_root_f64(P, T, z);
         if (!(next < z)) { break; }
         z = next;
     }
@@ -450,7 +441,7 @@ static inline double hopform_positive_root_f64(double P, double T) {
 }
 
 /* No root of a cubic exceeds three times this; root_i is the root of order i of s_i. */
-static inline double hopform_scale_of_cubic_f64(double s_1, double root_2, double root_3) {
+static inline double scale_of_cubic_f64(double s_1, double root_2, double root_3) {
     const double later = root_2 > root_3 ? root_2 : root_3;
     return s_1 > later ? s_1 : later;
 }
@@ -458,27 +449,27 @@ static inline double hopform_scale_of_cubic_f64(double s_1, double root_2, doubl
 /* A cubic in units of its scale, and around its mean root: z^3 + P z = T. */
 typedef struct {
     double c_1, c_2, c_3, mean, P, T;
-} hopform_cubic_f64;
+} cubic_f64;
 
-static inline hopform_cubic_f64 hopform_scaled_cubic_f64(double s_1, double s_2, double s_3, double scale) {
+static inline cubic_f64 scaled_cubic_f64(double s_1, double s_2, double s_3, double scale) {
     const double c_1 = s_1 / scale;
     const double c_2 = s_2 / (scale * scale);
     const double c_3 = s_3 / scale / (scale * scale);
     const double mean = c_1 / 3.0;
     const double P = c_2 - 3.0 * mean * mean;
-    const hopform_cubic_f64 cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0 * mean * mean)};
+    const cubic_f64 cubic = {c_1, c_2, c_3, mean, P, c_3 - mean * (c_2 - 2.0 * mean * mean)};
     return cubic;
 }
 
 /* Its factors, as far from its mean root as the real root is; s_i are left as they are. */
-static inline void hopform_factor_at_f64(const hopform_cubic_f64 *cubic, double offset, hopform_poles_f64 *poles) {
+static inline void factor_at_f64(const cubic_f64 *cubic, double offset, hopform_poles_f64 *poles) {
     poles->a = cubic->T > 0.0 ? cubic->mean + offset : cubic->mean - offset;
     poles->p = cubic->c_1 - poles->a;
     poles->q = poles->a > cubic->mean ? cubic->c_3 / poles->a : cubic->c_2 - poles->a * poles->p;
 }
 
 /* A step that takes the residual of the coefficients off the factors; false where there is none. */
-static inline bool hopform_polish_factors_f64(const hopform_cubic_f64 *cubic, hopform_poles_f64 *poles) {
+static inline bool polish_factors_f64(const cubic_f64 *cubic, hopform_poles_f64 *poles) {
     const double a = poles->a;
     const double p = poles->p;
     const double q = poles->q;
@@ -500,8 +491,8 @@ static inline bool hopform_polish_factors_f64(const hopform_cubic_f64 *cubic, ho
  * The root beyond the inflection on the side where it is alone is simple unless all three coincide. The
  * factors, not the roots, are then polished: the residual of the coefficients is what the motion sees.
  */
-static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2, double s_3) {
-    const double scale = hopform_scale_of_cubic_f64(s_1, sqrt_f64(s_2), hopform_cube_root_f64(s_3));
+static inline hopform_poles_f64 factor_cubic_f64(double s_1, double s_2, double s_3) {
+    const double scale = scale_of_cubic_f64(s_1, sqrt_f64(s_2), cube_root_f64(s_3));
     hopform_poles_f64 poles = {0.0, 0.0, 0.0, s_1, s_2, s_3};
     if (!(scale * scale * scale > 0.0)) { return poles; /* slower than the type can say */ }
     if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
@@ -509,11 +500,11 @@ static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2,
         poles.q = s_2;
         return poles;
     }
-    const hopform_cubic_f64 cubic = hopform_scaled_cubic_f64(s_1, s_2, s_3, scale);
+    const cubic_f64 cubic = scaled_cubic_f64(s_1, s_2, s_3, scale);
     const double even = cubic.P < 0.0 ? sqrt_f64(-cubic.P) : 0.0;
-    const double offset = fabs_f64(cubic.T) > 0.0 ? hopform_positive_root_f64(cubic.P, fabs_f64(cubic.T)) : even;
-    hopform_factor_at_f64(&cubic, offset, &poles);
-    for (int n = 0; n < POLISHES_f64 && hopform_polish_factors_f64(&cubic, &poles); n++) {}
+    const double offset = fabs_f64(cubic.T) > 0.0 ? positive_root_f64(cubic.P, fabs_f64(cubic.T)) : even;
+    factor_at_f64(&cubic, offset, &poles);
+    for (int n = 0; n < POLISHES_f64 && polish_factors_f64(&cubic, &poles); n++) {}
     poles.a = poles.a * scale;
     poles.p = poles.p * scale;
     poles.q = poles.q * scale * scale;

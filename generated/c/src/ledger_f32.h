@@ -16,20 +16,19 @@
 typedef union {
     hopform_state_f32 named;
     float of[HOPFORM_AXES_AND_ONE];
-} hopform_state_and_one_f32;
+} state_and_one_f32;
 
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
-static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f32 *plan,
-                                                             const hopform_mode_f32 *mode,
-                                                             const hopform_state_f32 *start, float u, float h) {
-    const hopform_motion_f32 motion = hopform_motion_of_f32(plan, start, u, mode->side[0], mode->side[1]);
-    hopform_matrix_f32 sum = {{{0}}};
+static inline matrix_f32 short_moments_f32(const hopform_plan_f32 *plan, const mode_f32 *mode,
+                                             const hopform_state_f32 *start, float u, float h) {
+    const motion_f32 motion = motion_of_f32(plan, start, u, mode->side[0], mode->side[1]);
+    matrix_f32 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
-        const hopform_basis_f32 basis = hopform_basis_at_f32(mode->poles, hopform_place_f32[node] * h);
-        hopform_state_and_one_f32 at;
-        at.named = hopform_arrive_f32(start, &motion, &basis, mode->side[0], mode->side[1]);
+        const basis_f32 basis = basis_at_f32(mode->poles, place_f32[node] * h);
+        state_and_one_f32 at;
+        at.named = arrive_f32(start, &motion, &basis, mode->side[0], mode->side[1]);
         at.of[ONE_f32] = 1.0f;
-        const float weight = hopform_weight_f32[node] * h;
+        const float weight = weight_f32[node] * h;
         for (int i = 0; i <= HOPFORM_AXES; i++) {
             for (int j = i; j <= HOPFORM_AXES; j++) {
                 sum.at[i][j] += weight * at.of[i] * at.of[j];
@@ -40,7 +39,7 @@ static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_plan_f3
 }
 
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
-static inline void hopform_double_moments_f32(hopform_matrix_f32 *sum, const hopform_matrix_f32 *phi) {
+static inline void double_moments_f32(matrix_f32 *sum, const matrix_f32 *phi) {
     float left[HOPFORM_AXES][HOPFORM_AXES_AND_ONE];
     for (int i = 1; i <= HOPFORM_AXES; i++) {
         for (int j = 0; j < i; j++) {
@@ -70,26 +69,26 @@ static inline void hopform_double_moments_f32(hopform_matrix_f32 *sum, const hop
 }
 
 /* The ledger over the first t of a phase; axis 0 counts from where it starts. */
-static inline hopform_ledger_f32 hopform_ledger_in_phase_f32(const hopform_plan_f32 *plan,
-                                                               const hopform_phase_f32 *phase, float u, float t) {
-    const hopform_mode_f32 mode = hopform_mode_of_f32(plan, phase, u);
-    hopform_state_by_axis_f32 from;
-    from.named = hopform_start_of_phase_f32(phase);
+static inline hopform_ledger_f32 ledger_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
+                                                       float u, float t) {
+    const mode_f32 mode = mode_of_f32(plan, phase, u);
+    state_by_axis_f32 from;
+    from.named = start_of_phase_f32(phase);
     const float origin = from.of[0];
     from.of[0] = 0.0f;
     float h = t;
-    const int doublings = hopform_halve_f32(mode.poles, &h);
-    hopform_matrix_f32 sum = hopform_short_moments_f32(plan, &mode, &from.named, u, h);
+    const int doublings = halve_f32(mode.poles, &h);
+    matrix_f32 sum = short_moments_f32(plan, &mode, &from.named, u, h);
     for (int n = 0; n < doublings; n++) {
-        const hopform_basis_by_order_f32 response = hopform_response_in_mode_f32(&mode, h);
-        const hopform_matrix_f32 phi = hopform_transition_f32(&mode, response.of);
-        hopform_double_moments_f32(&sum, &phi);
+        const basis_by_order_f32 response = response_in_mode_f32(&mode, h);
+        const matrix_f32 phi = transition_f32(&mode, response.of);
+        double_moments_f32(&sum, &phi);
         h *= 2.0f;
     }
 #define TAKE_MOMENT(i, j) sum.at[i][j],
-    const hopform_moments_f32 moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
+    const moments_f32 moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
 #undef TAKE_MOMENT
-    return hopform_ledger_of_f32(&plan->robot, &moments, u, (float)mode.side[0], (float)mode.side[1], origin);
+    return ledger_of_f32(&plan->robot, &moments, u, (float)mode.side[0], (float)mode.side[1], origin);
 }
 
 #endif

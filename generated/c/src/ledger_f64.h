@@ -16,20 +16,19 @@
 typedef union {
     hopform_state_f64 named;
     double of[HOPFORM_AXES_AND_ONE];
-} hopform_state_and_one_f64;
+} state_and_one_f64;
 
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
-static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f64 *plan,
-                                                             const hopform_mode_f64 *mode,
-                                                             const hopform_state_f64 *start, double u, double h) {
-    const hopform_motion_f64 motion = hopform_motion_of_f64(plan, start, u, mode->side[0], mode->side[1]);
-    hopform_matrix_f64 sum = {{{0}}};
+static inline matrix_f64 short_moments_f64(const hopform_plan_f64 *plan, const mode_f64 *mode,
+                                             const hopform_state_f64 *start, double u, double h) {
+    const motion_f64 motion = motion_of_f64(plan, start, u, mode->side[0], mode->side[1]);
+    matrix_f64 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f64; node++) {
-        const hopform_basis_f64 basis = hopform_basis_at_f64(mode->poles, hopform_place_f64[node] * h);
-        hopform_state_and_one_f64 at;
-        at.named = hopform_arrive_f64(start, &motion, &basis, mode->side[0], mode->side[1]);
+        const basis_f64 basis = basis_at_f64(mode->poles, place_f64[node] * h);
+        state_and_one_f64 at;
+        at.named = arrive_f64(start, &motion, &basis, mode->side[0], mode->side[1]);
         at.of[ONE_f64] = 1.0;
-        const double weight = hopform_weight_f64[node] * h;
+        const double weight = weight_f64[node] * h;
         for (int i = 0; i <= HOPFORM_AXES; i++) {
             for (int j = i; j <= HOPFORM_AXES; j++) {
                 sum.at[i][j] += weight * at.of[i] * at.of[j];
@@ -40,7 +39,7 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_plan_f6
 }
 
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
-static inline void hopform_double_moments_f64(hopform_matrix_f64 *sum, const hopform_matrix_f64 *phi) {
+static inline void double_moments_f64(matrix_f64 *sum, const matrix_f64 *phi) {
     double left[HOPFORM_AXES][HOPFORM_AXES_AND_ONE];
     for (int i = 1; i <= HOPFORM_AXES; i++) {
         for (int j = 0; j < i; j++) {
@@ -70,26 +69,26 @@ static inline void hopform_double_moments_f64(hopform_matrix_f64 *sum, const hop
 }
 
 /* The ledger over the first t of a phase; axis 0 counts from where it starts. */
-static inline hopform_ledger_f64 hopform_ledger_in_phase_f64(const hopform_plan_f64 *plan,
-                                                               const hopform_phase_f64 *phase, double u, double t) {
-    const hopform_mode_f64 mode = hopform_mode_of_f64(plan, phase, u);
-    hopform_state_by_axis_f64 from;
-    from.named = hopform_start_of_phase_f64(phase);
+static inline hopform_ledger_f64 ledger_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
+                                                       double u, double t) {
+    const mode_f64 mode = mode_of_f64(plan, phase, u);
+    state_by_axis_f64 from;
+    from.named = start_of_phase_f64(phase);
     const double origin = from.of[0];
     from.of[0] = 0.0;
     double h = t;
-    const int doublings = hopform_halve_f64(mode.poles, &h);
-    hopform_matrix_f64 sum = hopform_short_moments_f64(plan, &mode, &from.named, u, h);
+    const int doublings = halve_f64(mode.poles, &h);
+    matrix_f64 sum = short_moments_f64(plan, &mode, &from.named, u, h);
     for (int n = 0; n < doublings; n++) {
-        const hopform_basis_by_order_f64 response = hopform_response_in_mode_f64(&mode, h);
-        const hopform_matrix_f64 phi = hopform_transition_f64(&mode, response.of);
-        hopform_double_moments_f64(&sum, &phi);
+        const basis_by_order_f64 response = response_in_mode_f64(&mode, h);
+        const matrix_f64 phi = transition_f64(&mode, response.of);
+        double_moments_f64(&sum, &phi);
         h *= 2.0;
     }
 #define TAKE_MOMENT(i, j) sum.at[i][j],
-    const hopform_moments_f64 moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
+    const moments_f64 moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
 #undef TAKE_MOMENT
-    return hopform_ledger_of_f64(&plan->robot, &moments, u, (double)mode.side[0], (double)mode.side[1], origin);
+    return ledger_of_f64(&plan->robot, &moments, u, (double)mode.side[0], (double)mode.side[1], origin);
 }
 
 #endif

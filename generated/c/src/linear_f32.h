@@ -15,67 +15,65 @@ enum { CORE_f32 = HOPFORM_CORE, ONE_f32 = HOPFORM_AXES, POWERS_f32 = 3, ORDERS_f
 
 typedef struct {
     float at[HOPFORM_AXES_AND_ONE][HOPFORM_AXES_AND_ONE];
-} hopform_matrix_f32;
+} matrix_f32;
 
 /* The mode of a phase under its current. */
 typedef struct {
     union {
-        hopform_transfer_f32 of;
+        transfer_f32 of;
         float at[CORE_f32][HOPFORM_AXES][POWERS_f32]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
-    hopform_drive_f32 drive;
+    drive_f32 drive;
     int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
     const hopform_poles_f32 *poles;
-} hopform_mode_f32;
+} mode_f32;
 
-static inline hopform_mode_f32 hopform_mode_of_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
-                                                     float u) {
-    hopform_mode_f32 mode;
-    mode.side[0] = hopform_side_1_f32(phase);
-    mode.side[1] = hopform_side_2_f32(phase);
+static inline mode_f32 mode_of_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u) {
+    mode_f32 mode;
+    mode.side[0] = side_1_f32(phase);
+    mode.side[1] = side_2_f32(phase);
     const float first = (float)mode.side[0];
     const float second = (float)mode.side[1];
-    mode.poles = hopform_poles_of_f32(plan, mode.side[0], mode.side[1]);
-    mode.drive = hopform_drive_of_f32(&plan->robot, &plan->rates, u, first, second);
-    mode.transfer.of = hopform_transfer_of_f32(&plan->rates, &mode.drive, first, second);
+    mode.poles = poles_of_f32(plan, mode.side[0], mode.side[1]);
+    mode.drive = drive_of_f32(&plan->robot, &plan->rates, u, first, second);
+    mode.transfer.of = transfer_of_f32(&plan->rates, &mode.drive, first, second);
     return mode;
 }
 
-static inline bool hopform_rests_f32(const hopform_mode_f32 *mode) {
+static inline bool rests_f32(const mode_f32 *mode) {
     return mode->side[0] == 0 && mode->side[1] == 0;
 }
 
 /* z' of a state. */
-static inline hopform_state_by_axis_f32 hopform_speeds_in_mode_f32(const hopform_plan_f32 *plan,
-                                                                     const hopform_mode_f32 *mode,
-                                                                     const hopform_state_f32 *state) {
-    hopform_state_by_axis_f32 speeds;
+static inline state_by_axis_f32 speeds_in_mode_f32(const hopform_plan_f32 *plan, const mode_f32 *mode,
+                                                     const hopform_state_f32 *state) {
+    state_by_axis_f32 speeds;
     const float first = (float)mode->side[0];
     const float second = (float)mode->side[1];
-    speeds.rates = hopform_speeds_of_f32(&plan->rates, &mode->drive, first, second, state);
+    speeds.rates = speeds_of_f32(&plan->rates, &mode->drive, first, second, state);
     return speeds;
 }
 
 /* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
-static inline hopform_basis_by_order_f32 hopform_response_in_mode_f32(const hopform_mode_f32 *mode, float h) {
-    hopform_basis_by_order_f32 response;
-    response.named = hopform_basis_at_f32(mode->poles, hopform_rests_f32(mode) ? 0.0f : h);
+static inline basis_by_order_f32 response_in_mode_f32(const mode_f32 *mode, float h) {
+    basis_by_order_f32 response;
+    response.named = basis_at_f32(mode->poles, rests_f32(mode) ? 0.0f : h);
     return response;
 }
 
-static inline float hopform_applied_f32(const float powers[POWERS_f32], const float *W) {
+static inline float applied_f32(const float powers[POWERS_f32], const float *W) {
     return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
 }
 
 /* Phi(h) from W at h: axis 0 and the constant part are one integral further each; the 1 of that part is left out. */
-static inline hopform_matrix_f32 hopform_transition_f32(const hopform_mode_f32 *mode, const float W[ORDERS_f32]) {
-    hopform_matrix_f32 phi = {{{0}}};
+static inline matrix_f32 transition_f32(const mode_f32 *mode, const float W[ORDERS_f32]) {
+    matrix_f32 phi = {{{0}}};
     phi.at[0][0] = 1.0f;
     for (int j = 0; j <= CORE_f32; j++) {
         const float *at = j < CORE_f32 ? W : W + 1;
-        phi.at[0][j + 1] = hopform_applied_f32(mode->transfer.at[0][j], at + 1);
+        phi.at[0][j + 1] = applied_f32(mode->transfer.at[0][j], at + 1);
         for (int i = 0; i < CORE_f32; i++) {
-            phi.at[i + 1][j + 1] = hopform_applied_f32(mode->transfer.at[i][j], at);
+            phi.at[i + 1][j + 1] = applied_f32(mode->transfer.at[i][j], at);
         }
     }
     return phi;
@@ -83,12 +81,12 @@ static inline hopform_matrix_f32 hopform_transition_f32(const hopform_mode_f32 *
 
 /* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30): exact to rounding for
  * a product of two motions over a time in which neither turns or fades by more than a factor of e^4. */
-static const float hopform_place_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_PLACES_f32};
+static const float place_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_PLACES_f32};
 
-static const float hopform_weight_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_WEIGHTS_f32};
+static const float weight_f32[HOPFORM_NODES_f32] = {HOPFORM_GAUSS_WEIGHTS_f32};
 
 /* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
-static inline int hopform_halve_f32(const hopform_poles_f32 *poles, float *h) {
+static inline int halve_f32(const hopform_poles_f32 *poles, float *h) {
     const float fastest = poles->s_1 + sqrt_f32(poles->s_2);
     int times = 0;
     while (fastest * *h > 4.0f && times < 200) {

@@ -15,67 +15,65 @@ enum { CORE_f64 = HOPFORM_CORE, ONE_f64 = HOPFORM_AXES, POWERS_f64 = 3, ORDERS_f
 
 typedef struct {
     double at[HOPFORM_AXES_AND_ONE][HOPFORM_AXES_AND_ONE];
-} hopform_matrix_f64;
+} matrix_f64;
 
 /* The mode of a phase under its current. */
 typedef struct {
     union {
-        hopform_transfer_f64 of;
+        transfer_f64 of;
         double at[CORE_f64][HOPFORM_AXES][POWERS_f64]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
-    hopform_drive_f64 drive;
+    drive_f64 drive;
     int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
     const hopform_poles_f64 *poles;
-} hopform_mode_f64;
+} mode_f64;
 
-static inline hopform_mode_f64 hopform_mode_of_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
-                                                     double u) {
-    hopform_mode_f64 mode;
-    mode.side[0] = hopform_side_1_f64(phase);
-    mode.side[1] = hopform_side_2_f64(phase);
+static inline mode_f64 mode_of_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u) {
+    mode_f64 mode;
+    mode.side[0] = side_1_f64(phase);
+    mode.side[1] = side_2_f64(phase);
     const double first = (double)mode.side[0];
     const double second = (double)mode.side[1];
-    mode.poles = hopform_poles_of_f64(plan, mode.side[0], mode.side[1]);
-    mode.drive = hopform_drive_of_f64(&plan->robot, &plan->rates, u, first, second);
-    mode.transfer.of = hopform_transfer_of_f64(&plan->rates, &mode.drive, first, second);
+    mode.poles = poles_of_f64(plan, mode.side[0], mode.side[1]);
+    mode.drive = drive_of_f64(&plan->robot, &plan->rates, u, first, second);
+    mode.transfer.of = transfer_of_f64(&plan->rates, &mode.drive, first, second);
     return mode;
 }
 
-static inline bool hopform_rests_f64(const hopform_mode_f64 *mode) {
+static inline bool rests_f64(const mode_f64 *mode) {
     return mode->side[0] == 0 && mode->side[1] == 0;
 }
 
 /* z' of a state. */
-static inline hopform_state_by_axis_f64 hopform_speeds_in_mode_f64(const hopform_plan_f64 *plan,
-                                                                     const hopform_mode_f64 *mode,
-                                                                     const hopform_state_f64 *state) {
-    hopform_state_by_axis_f64 speeds;
+static inline state_by_axis_f64 speeds_in_mode_f64(const hopform_plan_f64 *plan, const mode_f64 *mode,
+                                                     const hopform_state_f64 *state) {
+    state_by_axis_f64 speeds;
     const double first = (double)mode->side[0];
     const double second = (double)mode->side[1];
-    speeds.rates = hopform_speeds_of_f64(&plan->rates, &mode->drive, first, second, state);
+    speeds.rates = speeds_of_f64(&plan->rates, &mode->drive, first, second, state);
     return speeds;
 }
 
 /* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
-static inline hopform_basis_by_order_f64 hopform_response_in_mode_f64(const hopform_mode_f64 *mode, double h) {
-    hopform_basis_by_order_f64 response;
-    response.named = hopform_basis_at_f64(mode->poles, hopform_rests_f64(mode) ? 0.0 : h);
+static inline basis_by_order_f64 response_in_mode_f64(const mode_f64 *mode, double h) {
+    basis_by_order_f64 response;
+    response.named = basis_at_f64(mode->poles, rests_f64(mode) ? 0.0 : h);
     return response;
 }
 
-static inline double hopform_applied_f64(const double powers[POWERS_f64], const double *W) {
+static inline double applied_f64(const double powers[POWERS_f64], const double *W) {
     return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
 }
 
 /* Phi(h) from W at h: axis 0 and the constant part are one integral further each; the 1 of that part is left out. */
-static inline hopform_matrix_f64 hopform_transition_f64(const hopform_mode_f64 *mode, const double W[ORDERS_f64]) {
-    hopform_matrix_f64 phi = {{{0}}};
+static inline matrix_f64 transition_f64(const mode_f64 *mode, const double W[ORDERS_f64]) {
+    matrix_f64 phi = {{{0}}};
     phi.at[0][0] = 1.0;
     for (int j = 0; j <= CORE_f64; j++) {
         const double *at = j < CORE_f64 ? W : W + 1;
-        phi.at[0][j + 1] = hopform_applied_f64(mode->transfer.at[0][j], at + 1);
+        phi.at[0][j + 1] = applied_f64(mode->transfer.at[0][j], at + 1);
         for (int i = 0; i < CORE_f64; i++) {
-            phi.at[i + 1][j + 1] = hopform_applied_f64(mode->transfer.at[i][j], at);
+            phi.at[i + 1][j + 1] = applied_f64(mode->transfer.at[i][j], at);
         }
     }
     return phi;
@@ -83,12 +81,12 @@ static inline hopform_matrix_f64 hopform_transition_f64(const hopform_mode_f64 *
 
 /* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30): exact to rounding for
  * a product of two motions over a time in which neither turns or fades by more than a factor of e^4. */
-static const double hopform_place_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_PLACES_f64};
+static const double place_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_PLACES_f64};
 
-static const double hopform_weight_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_WEIGHTS_f64};
+static const double weight_f64[HOPFORM_NODES_f64] = {HOPFORM_GAUSS_WEIGHTS_f64};
 
 /* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
-static inline int hopform_halve_f64(const hopform_poles_f64 *poles, double *h) {
+static inline int halve_f64(const hopform_poles_f64 *poles, double *h) {
     const double fastest = poles->s_1 + sqrt_f64(poles->s_2);
     int times = 0;
     while (fastest * *h > 4.0 && times < 200) {

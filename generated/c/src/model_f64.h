@@ -11,65 +11,65 @@
 
 /* Constant accelerations of a phase: current, gravity, offset and Coulomb friction. */
 typedef union {
-    hopform_drive_f64 named;
+    drive_f64 named;
     double of[2];
-} hopform_drive_by_element_f64;
+} drive_by_element_f64;
 
 /* Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i. */
 typedef union {
-    hopform_free_f64 named;
+    free_f64 named;
     double of[2];
-} hopform_free_by_element_f64;
+} free_by_element_f64;
 
 /* How far the free acceleration of a mass that is held may go to either side. */
 typedef union {
-    hopform_friction_f64 named;
+    friction_f64 named;
     double of[2];
-} hopform_friction_by_element_f64;
+} friction_by_element_f64;
 
 /* The hopper at one instant; x_2 is x_1 - y and the length without load. */
 typedef union {
     hopform_state_f64 named;
-    hopform_at_f64 later;
-    hopform_speeds_f64 rates;
-    hopform_state_change_f64 change;
+    at_f64 later;
+    speeds_f64 rates;
+    state_change_f64 change;
     double of[4];
-} hopform_state_by_axis_f64;
+} state_by_axis_f64;
 
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef union {
-    hopform_slopes_f64 named;
+    slopes_f64 named;
     double of[8];
-} hopform_slopes_by_share_f64;
+} slopes_by_share_f64;
 
 /* Changes: What the hopper is made of. */
 typedef union {
-    hopform_robot_change_f64 named;
+    robot_change_f64 named;
     double of[15];
-} hopform_robot_change_by_field_f64;
+} robot_change_by_field_f64;
 
 /* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */
 typedef union {
-    hopform_basis_f64 named;
+    basis_f64 named;
     double of[5];
-} hopform_basis_by_order_f64;
+} basis_by_order_f64;
 
 /* Numerators of a phase: of the velocity of each element, of the compression, and of the position that has stops,
  * behind its velocity. */
 typedef union {
-    hopform_motion_f64 named;
+    motion_f64 named;
     struct {
-        hopform_numerator_f64 velocity[HOPFORM_ELEMENTS];
-        hopform_numerator_f64 compression;
-        hopform_numerator_f64 position;
+        numerator_f64 velocity[HOPFORM_ELEMENTS];
+        numerator_f64 compression;
+        numerator_f64 position;
     } of;
-    hopform_numerator_f64 core[HOPFORM_CORE]; /* by the axes of the core */
-} hopform_numerators_f64;
+    numerator_f64 core[HOPFORM_CORE]; /* by the axes of the core */
+} numerators_f64;
 
 /* A state as a batch shows it, with the height of the body in place of the compression. */
 #define HOPFORM_SHOWN_f64(robot, state)                                                                               \
     (state)->x1, (state)->v1,                                                        \
-        hopform_body_height_f64((robot), (state)->x1, (state)->y),                  \
+        body_height_f64((robot), (state)->x1, (state)->y),                  \
         (state)->v2
 
 #endif

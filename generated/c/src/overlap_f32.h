@@ -13,18 +13,17 @@
 typedef struct {
     const void *first;
     size_t size;
-} hopform_memory_f32;
+} memory_f32;
 
 /* An array; NULL, or a count below 0, stands for none. */
-static inline hopform_memory_f32 hopform_array_f32(const void *first, int32_t count, size_t element) {
-    const hopform_memory_f32 memory = {first, first != NULL && count > 0 ? (size_t)count * element : 0};
+static inline memory_f32 array_f32(const void *first, int32_t count, size_t element) {
+    const memory_f32 memory = {first, first != NULL && count > 0 ? (size_t)count * element : 0};
     return memory;
 }
 
 /* Whether a range that is written has a byte in common with one that is read. Addresses are compared as numbers,
  * because C orders pointers within one object only; the difference wraps around where the other range begins first. */
-static bool hopform_overlap_f32(const hopform_memory_f32 *written, int written_count, const hopform_memory_f32 *read,
-                                 int read_count) {
+static bool overlap_f32(const memory_f32 *written, int written_count, const memory_f32 *read, int read_count) {
     bool overlap = false;
     for (int i = 0; i < written_count; i++) {
         for (int j = 0; j < read_count && written[i].size > 0; j++) {
@@ -37,11 +36,11 @@ static bool hopform_overlap_f32(const hopform_memory_f32 *written, int written_c
 }
 
 /* The outputs of a refusal: zeros, but where one has a byte of what is read it stays as it is. Returns the status. */
-static int32_t hopform_refuse_f32(int32_t status, const hopform_memory_f32 *written, int written_count,
-                                   const hopform_memory_f32 *read, int read_count) {
+static int32_t refuse_f32(int32_t status, const memory_f32 *written, int written_count, const memory_f32 *read,
+                           int read_count) {
     for (int n = 0; n < written_count; n++) {
         unsigned char *bytes = (unsigned char *)(uintptr_t)written[n].first; /* the caller's, who may write there */
-        const bool is_input = hopform_overlap_f32(&written[n], 1, read, read_count);
+        const bool is_input = overlap_f32(&written[n], 1, read, read_count);
         for (size_t i = 0; !is_input && i < written[n].size; i++) {
             bytes[i] = 0;
         }

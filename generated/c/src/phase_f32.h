@@ -10,44 +10,42 @@
 #include "model_f32.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
-static inline bool hopform_stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start) {
-    return !(hopform_stored_energy_f32(robot, start) <= 64.0f * hopform_moving_energy_f32(robot, start, 1.0f));
+static inline bool stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start) {
+    return !(stored_energy_f32(robot, start) <= 64.0f * moving_energy_f32(robot, start, 1.0f));
 }
 
 /* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. */
-static inline const hopform_poles_f32 *hopform_poles_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2) {
+static inline const hopform_poles_f32 *poles_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2) {
 #define POLES_OF(mode) &plan->mode
     return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
 #undef POLES_OF
 }
 
-static inline const hopform_node_f32 *hopform_node_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2) {
+static inline const hopform_node_f32 *node_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2) {
 #define NODE_OF(mode) &plan->node_##mode
     return HOPFORM_OF_MODE(NODE_OF, side_1, side_2);
 #undef NODE_OF
 }
 
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
-static inline hopform_motion_f32 hopform_motion_under_f32(const hopform_rates_f32 *rates,
-                                                            const hopform_drive_f32 *drive,
-                                                            const hopform_state_f32 *state, int side_1, int side_2) {
-#define MOTION_OF(mode) hopform_motion_of_##mode##_f32(rates, drive, state)
+static inline motion_f32 motion_under_f32(const hopform_rates_f32 *rates, const drive_f32 *drive,
+                                            const hopform_state_f32 *state, int side_1, int side_2) {
+#define MOTION_OF(mode) motion_of_##mode##_f32(rates, drive, state)
     if (side_1 != 0 || side_2 != 0) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
 #undef MOTION_OF
-    const hopform_motion_f32 rest = {0};
+    const motion_f32 rest = {0};
     return rest;
 }
 
 /* The same under a current. */
-static inline hopform_motion_f32 hopform_motion_of_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *state,
-                                                         float u, int side_1, int side_2) {
-    const hopform_drive_f32 drive = hopform_drive_of_f32(&plan->robot, &plan->rates, u, (float)side_1, (float)side_2);
-    return hopform_motion_under_f32(&plan->rates, &drive, state, side_1, side_2);
+static inline motion_f32 motion_of_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *state, float u,
+                                         int side_1, int side_2) {
+    const drive_f32 drive = drive_of_f32(&plan->robot, &plan->rates, u, (float)side_1, (float)side_2);
+    return motion_under_f32(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* What a function of time with this numerator tends to in a mode, less its start; NEVER where nothing that is left of k
- * draws it. */
-static inline float hopform_settled_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *h) {
+/* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
+static inline float settled_f32(const hopform_poles_f32 *poles, const numerator_f32 *h) {
     const bool slow = poles->s_3 > 0.0f;
     const float draws = slow ? poles->s_3 : poles->s_2;
     const float settled = (slow ? h->H1 : h->H2) / (draws > 0.0f ? draws : 1.0f);
@@ -57,34 +55,35 @@ static inline float hopform_settled_f32(const hopform_poles_f32 *poles, const ho
 /* ---- the hold rule ---- */
 
 /* Where an element at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
-static inline float hopform_goes_f32(float acceleration, float friction) {
+static inline float goes_f32(float acceleration, float friction) {
     const float down = acceleration < -friction ? -1.0f : 0.0f;
     return acceleration > friction ? 1.0f : down;
 }
 
 /* The free acceleration of an element that has come to rest alone, from its motion: it fades far below the digits of
  * the state. Without friction nothing but the sign is left of it in the end, and that is kept. */
-static inline float hopform_free_after_motion_f32(float side, float friction, const hopform_numerator_f32 *velocity,
-                                                  const hopform_basis_f32 *basis) {
+static inline float free_after_motion_f32(float side, float friction, const numerator_f32 *velocity,
+                                          const basis_f32 *basis) {
     const float back = fabs_f32(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd);
     return side * (friction - (back > HOPFORM_UNDERFLOW_f32 ? back : HOPFORM_UNDERFLOW_f32));
 }
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
  * follows it. */
-static inline void hopform_go_on_f32(hopform_numerators_f32 *motion, int element, bool alone, float acceleration) {
+static inline void set_acceleration_from_rest_f32(numerators_f32 *motion, int element, bool alone,
+                                                   float acceleration) {
     motion->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { motion->of.position.H3 = acceleration; /* its velocity is 0 */ }
     if (alone) { motion->of.compression.H2 = (float)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
 }
 
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
-static inline hopform_state_f32 hopform_arrive_f32(const hopform_state_f32 *state, const hopform_motion_f32 *motion,
-                                                     const hopform_basis_f32 *basis, int side_1, int side_2) {
+static inline hopform_state_f32 arrive_f32(const hopform_state_f32 *state, const motion_f32 *motion,
+                                             const basis_f32 *basis, int side_1, int side_2) {
     const int side[] = {side_1, side_2};
     const bool stays = side[HOPFORM_STOPPED_ELEMENT] == 0;
-    hopform_state_by_axis_f32 at;
-    at.later = hopform_state_at_f32(state, motion, basis);
+    state_by_axis_f32 at;
+    at.later = state_at_f32(state, motion, basis);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; }
     }
@@ -93,17 +92,17 @@ static inline hopform_state_f32 hopform_arrive_f32(const hopform_state_f32 *stat
 }
 
 /* A plan that hopform_plan_init made, not memory that holds anything. */
-static inline bool hopform_is_made_f32(const hopform_plan_f32 *plan) {
+static inline bool is_made_f32(const hopform_plan_f32 *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
 }
 
 /* A plan of a robot that can take off, and comes down again. */
-static inline bool hopform_hops_f32(const hopform_plan_f32 *plan) {
-    return hopform_is_made_f32(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_f32(&plan->robot) > 0.0f;
+static inline bool hops_f32(const hopform_plan_f32 *plan) {
+    return is_made_f32(plan) && !HOPFORM_FOOT_IS_FIXED && fall_of_f32(&plan->robot) > 0.0f;
 }
 
 /* Index of the last phase that starts at or before t. */
-static inline int32_t hopform_phase_index_f32(const hopform_phase_f32 *phases, int32_t count, float t) {
+static inline int32_t phase_index_f32(const hopform_phase_f32 *phases, int32_t count, float t) {
     int32_t low = 0;
     int32_t high = count - 1;
     while (low < high) {
@@ -117,15 +116,15 @@ static inline int32_t hopform_phase_index_f32(const hopform_phase_f32 *phases, i
     return low;
 }
 
-static inline int hopform_side_1_f32(const hopform_phase_f32 *phase) {
+static inline int side_1_f32(const hopform_phase_f32 *phase) {
     return phase->mode / 3 - 1;
 }
 
-static inline int hopform_side_2_f32(const hopform_phase_f32 *phase) {
+static inline int side_2_f32(const hopform_phase_f32 *phase) {
     return phase->mode % 3 - 1;
 }
 
-static inline hopform_state_f32 hopform_start_of_phase_f32(const hopform_phase_f32 *phase) {
+static inline hopform_state_f32 start_of_phase_f32(const hopform_phase_f32 *phase) {
 #define TAKE_MEMBER(name, domain) phase->name,
     const hopform_state_f32 start = {HOPFORM_STATE_MEMBERS(TAKE_MEMBER)};
 #undef TAKE_MEMBER
@@ -133,34 +132,32 @@ static inline hopform_state_f32 hopform_start_of_phase_f32(const hopform_phase_f
 }
 
 /* The numerators of a phase. */
-static inline hopform_motion_f32 hopform_motion_in_phase_f32(const hopform_plan_f32 *plan,
-                                                               const hopform_phase_f32 *phase, float u) {
-    const hopform_state_f32 start = hopform_start_of_phase_f32(phase);
-    return hopform_motion_of_f32(plan, &start, u, hopform_side_1_f32(phase), hopform_side_2_f32(phase));
+static inline motion_f32 motion_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u) {
+    const hopform_state_f32 start = start_of_phase_f32(phase);
+    return motion_of_f32(plan, &start, u, side_1_f32(phase), side_2_f32(phase));
 }
 
 /* The state at time t since a phase with these numerators began. */
-static inline hopform_state_f32 hopform_state_by_motion_f32(const hopform_plan_f32 *plan,
-                                                              const hopform_phase_f32 *phase,
-                                                              const hopform_motion_f32 *motion, float t) {
-    const int side_1 = hopform_side_1_f32(phase);
-    const int side_2 = hopform_side_2_f32(phase);
-    const hopform_state_f32 start = hopform_start_of_phase_f32(phase);
+static inline hopform_state_f32 state_by_motion_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
+                                                      const motion_f32 *motion, float t) {
+    const int side_1 = side_1_f32(phase);
+    const int side_2 = side_2_f32(phase);
+    const hopform_state_f32 start = start_of_phase_f32(phase);
     if (side_1 == 0 && side_2 == 0) { return start; }
-    const hopform_basis_f32 basis = hopform_basis_at_f32(hopform_poles_of_f32(plan, side_1, side_2), t);
-    return hopform_arrive_f32(&start, motion, &basis, side_1, side_2);
+    const basis_f32 basis = basis_at_f32(poles_of_f32(plan, side_1, side_2), t);
+    return arrive_f32(&start, motion, &basis, side_1, side_2);
 }
 
-static inline hopform_state_f32 hopform_state_in_phase_f32(const hopform_plan_f32 *plan,
-                                                             const hopform_phase_f32 *phase, float u, float t) {
-    const hopform_motion_f32 motion = hopform_motion_in_phase_f32(plan, phase, u);
-    return hopform_state_by_motion_f32(plan, phase, &motion, t);
+static inline hopform_state_f32 state_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
+                                                     float u, float t) {
+    const motion_f32 motion = motion_in_phase_f32(plan, phase, u);
+    return state_by_motion_f32(plan, phase, &motion, t);
 }
 
 /* ---- through an event, at which an axis is at a value: a velocity at 0, or a position at a stop ---- */
 
 /* The axis that is at a value when an event comes; -1 where nothing jumps. */
-static inline int hopform_axis_of_event_f32(int event) {
+static inline int axis_of_event_f32(int event) {
     static const signed char axis_of_event[] = HOPFORM_AXIS_OF_EVENT;
     return axis_of_event[event];
 }
@@ -168,8 +165,8 @@ static inline int hopform_axis_of_event_f32(int event) {
 /* The change of z right after an event of `axis`, in place of that before it. The event comes `late`r, which adds (z'
  * before - z' after) late; the value changes by `wanted`, that of a velocity by 0. A stop takes the velocity at once,
  * and all that it acts on jumps. At rest the acceleration of the element jumps alone. */
-static inline void hopform_cross_f32(float change[HOPFORM_AXES], const float before[HOPFORM_AXES],
-                                      const float after[HOPFORM_AXES], int axis, float wanted, float late) {
+static inline void pass_event_at_axis_f32(float change[HOPFORM_AXES], const float before[HOPFORM_AXES],
+                                           const float after[HOPFORM_AXES], int axis, float wanted, float late) {
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = stops ? HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT) : axis;
     for (int i = 0; stops && i < HOPFORM_AXES; i++) {
@@ -183,17 +180,17 @@ static inline void hopform_cross_f32(float change[HOPFORM_AXES], const float bef
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const hopform_numerators_f32 *motion;
-    const hopform_basis_f32 *end; /* the propagator where it ends */
+    const numerators_f32 *motion;
+    const basis_f32 *end; /* the propagator where it ends */
     float length;
-    const hopform_state_by_axis_f32 *start;
-    const hopform_state_by_axis_f32 *arrived;
+    const state_by_axis_f32 *start;
+    const state_by_axis_f32 *arrived;
     const int *side; /* of each element */
     int event;       /* with which it began */
     bool leaves;     /* it ends as the contact is lost */
-} hopform_passage_f32;
+} solved_phase_f32;
 
-typedef struct hopform_tally_f32 hopform_tally_f32;
-typedef void hopform_follow_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage);
+typedef struct current_variation_f32 current_variation_f32;
+typedef void observer_f32(current_variation_f32 *variation, const solved_phase_f32 *phase);
 
 #endif

@@ -10,44 +10,42 @@
 #include "model_f64.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
-static inline bool hopform_stores_much_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start) {
-    return !(hopform_stored_energy_f64(robot, start) <= 64.0 * hopform_moving_energy_f64(robot, start, 1.0));
+static inline bool stores_much_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start) {
+    return !(stored_energy_f64(robot, start) <= 64.0 * moving_energy_f64(robot, start, 1.0));
 }
 
 /* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. */
-static inline const hopform_poles_f64 *hopform_poles_of_f64(const hopform_plan_f64 *plan, int side_1, int side_2) {
+static inline const hopform_poles_f64 *poles_of_f64(const hopform_plan_f64 *plan, int side_1, int side_2) {
 #define POLES_OF(mode) &plan->mode
     return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
 #undef POLES_OF
 }
 
-static inline const hopform_node_f64 *hopform_node_of_f64(const hopform_plan_f64 *plan, int side_1, int side_2) {
+static inline const hopform_node_f64 *node_of_f64(const hopform_plan_f64 *plan, int side_1, int side_2) {
 #define NODE_OF(mode) &plan->node_##mode
     return HOPFORM_OF_MODE(NODE_OF, side_1, side_2);
 #undef NODE_OF
 }
 
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
-static inline hopform_motion_f64 hopform_motion_under_f64(const hopform_rates_f64 *rates,
-                                                            const hopform_drive_f64 *drive,
-                                                            const hopform_state_f64 *state, int side_1, int side_2) {
-#define MOTION_OF(mode) hopform_motion_of_##mode##_f64(rates, drive, state)
+static inline motion_f64 motion_under_f64(const hopform_rates_f64 *rates, const drive_f64 *drive,
+                                            const hopform_state_f64 *state, int side_1, int side_2) {
+#define MOTION_OF(mode) motion_of_##mode##_f64(rates, drive, state)
     if (side_1 != 0 || side_2 != 0) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
 #undef MOTION_OF
-    const hopform_motion_f64 rest = {0};
+    const motion_f64 rest = {0};
     return rest;
 }
 
 /* The same under a current. */
-static inline hopform_motion_f64 hopform_motion_of_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *state,
-                                                         double u, int side_1, int side_2) {
-    const hopform_drive_f64 drive = hopform_drive_of_f64(&plan->robot, &plan->rates, u, (double)side_1, (double)side_2);
-    return hopform_motion_under_f64(&plan->rates, &drive, state, side_1, side_2);
+static inline motion_f64 motion_of_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *state, double u,
+                                         int side_1, int side_2) {
+    const drive_f64 drive = drive_of_f64(&plan->robot, &plan->rates, u, (double)side_1, (double)side_2);
+    return motion_under_f64(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* What a function of time with this numerator tends to in a mode, less its start; NEVER where nothing that is left of k
- * draws it. */
-static inline double hopform_settled_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *h) {
+/* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
+static inline double settled_f64(const hopform_poles_f64 *poles, const numerator_f64 *h) {
     const bool slow = poles->s_3 > 0.0;
     const double draws = slow ? poles->s_3 : poles->s_2;
     const double settled = (slow ? h->H1 : h->H2) / (draws > 0.0 ? draws : 1.0);
@@ -57,34 +55,35 @@ static inline double hopform_settled_f64(const hopform_poles_f64 *poles, const h
 /* ---- the hold rule ---- */
 
 /* Where an element at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
-static inline double hopform_goes_f64(double acceleration, double friction) {
+static inline double goes_f64(double acceleration, double friction) {
     const double down = acceleration < -friction ? -1.0 : 0.0;
     return acceleration > friction ? 1.0 : down;
 }
 
 /* The free acceleration of an element that has come to rest alone, from its motion: it fades far below the digits of
  * the state. Without friction nothing but the sign is left of it in the end, and that is kept. */
-static inline double hopform_free_after_motion_f64(double side, double friction, const hopform_numerator_f64 *velocity,
-                                                  const hopform_basis_f64 *basis) {
+static inline double free_after_motion_f64(double side, double friction, const numerator_f64 *velocity,
+                                          const basis_f64 *basis) {
     const double back = fabs_f64(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd);
     return side * (friction - (back > HOPFORM_UNDERFLOW_f64 ? back : HOPFORM_UNDERFLOW_f64));
 }
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
  * follows it. */
-static inline void hopform_go_on_f64(hopform_numerators_f64 *motion, int element, bool alone, double acceleration) {
+static inline void set_acceleration_from_rest_f64(numerators_f64 *motion, int element, bool alone,
+                                                   double acceleration) {
     motion->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { motion->of.position.H3 = acceleration; /* its velocity is 0 */ }
     if (alone) { motion->of.compression.H2 = (double)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
 }
 
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
-static inline hopform_state_f64 hopform_arrive_f64(const hopform_state_f64 *state, const hopform_motion_f64 *motion,
-                                                     const hopform_basis_f64 *basis, int side_1, int side_2) {
+static inline hopform_state_f64 arrive_f64(const hopform_state_f64 *state, const motion_f64 *motion,
+                                             const basis_f64 *basis, int side_1, int side_2) {
     const int side[] = {side_1, side_2};
     const bool stays = side[HOPFORM_STOPPED_ELEMENT] == 0;
-    hopform_state_by_axis_f64 at;
-    at.later = hopform_state_at_f64(state, motion, basis);
+    state_by_axis_f64 at;
+    at.later = state_at_f64(state, motion, basis);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; }
     }
@@ -93,17 +92,17 @@ static inline hopform_state_f64 hopform_arrive_f64(const hopform_state_f64 *stat
 }
 
 /* A plan that hopform_plan_init made, not memory that holds anything. */
-static inline bool hopform_is_made_f64(const hopform_plan_f64 *plan) {
+static inline bool is_made_f64(const hopform_plan_f64 *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
 }
 
 /* A plan of a robot that can take off, and comes down again. */
-static inline bool hopform_hops_f64(const hopform_plan_f64 *plan) {
-    return hopform_is_made_f64(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_f64(&plan->robot) > 0.0;
+static inline bool hops_f64(const hopform_plan_f64 *plan) {
+    return is_made_f64(plan) && !HOPFORM_FOOT_IS_FIXED && fall_of_f64(&plan->robot) > 0.0;
 }
 
 /* Index of the last phase that starts at or before t. */
-static inline int32_t hopform_phase_index_f64(const hopform_phase_f64 *phases, int32_t count, double t) {
+static inline int32_t phase_index_f64(const hopform_phase_f64 *phases, int32_t count, double t) {
     int32_t low = 0;
     int32_t high = count - 1;
     while (low < high) {
@@ -117,15 +116,15 @@ static inline int32_t hopform_phase_index_f64(const hopform_phase_f64 *phases, i
     return low;
 }
 
-static inline int hopform_side_1_f64(const hopform_phase_f64 *phase) {
+static inline int side_1_f64(const hopform_phase_f64 *phase) {
     return phase->mode / 3 - 1;
 }
 
-static inline int hopform_side_2_f64(const hopform_phase_f64 *phase) {
+static inline int side_2_f64(const hopform_phase_f64 *phase) {
     return phase->mode % 3 - 1;
 }
 
-static inline hopform_state_f64 hopform_start_of_phase_f64(const hopform_phase_f64 *phase) {
+static inline hopform_state_f64 start_of_phase_f64(const hopform_phase_f64 *phase) {
 #define TAKE_MEMBER(name, domain) phase->name,
     const hopform_state_f64 start = {HOPFORM_STATE_MEMBERS(TAKE_MEMBER)};
 #undef TAKE_MEMBER
@@ -133,34 +132,32 @@ static inline hopform_state_f64 hopform_start_of_phase_f64(const hopform_phase_f
 }
 
 /* The numerators of a phase. */
-static inline hopform_motion_f64 hopform_motion_in_phase_f64(const hopform_plan_f64 *plan,
-                                                               const hopform_phase_f64 *phase, double u) {
-    const hopform_state_f64 start = hopform_start_of_phase_f64(phase);
-    return hopform_motion_of_f64(plan, &start, u, hopform_side_1_f64(phase), hopform_side_2_f64(phase));
+static inline motion_f64 motion_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u) {
+    const hopform_state_f64 start = start_of_phase_f64(phase);
+    return motion_of_f64(plan, &start, u, side_1_f64(phase), side_2_f64(phase));
 }
 
 /* The state at time t since a phase with these numerators began. */
-static inline hopform_state_f64 hopform_state_by_motion_f64(const hopform_plan_f64 *plan,
-                                                              const hopform_phase_f64 *phase,
-                                                              const hopform_motion_f64 *motion, double t) {
-    const int side_1 = hopform_side_1_f64(phase);
-    const int side_2 = hopform_side_2_f64(phase);
-    const hopform_state_f64 start = hopform_start_of_phase_f64(phase);
+static inline hopform_state_f64 state_by_motion_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
+                                                      const motion_f64 *motion, double t) {
+    const int side_1 = side_1_f64(phase);
+    const int side_2 = side_2_f64(phase);
+    const hopform_state_f64 start = start_of_phase_f64(phase);
     if (side_1 == 0 && side_2 == 0) { return start; }
-    const hopform_basis_f64 basis = hopform_basis_at_f64(hopform_poles_of_f64(plan, side_1, side_2), t);
-    return hopform_arrive_f64(&start, motion, &basis, side_1, side_2);
+    const basis_f64 basis = basis_at_f64(poles_of_f64(plan, side_1, side_2), t);
+    return arrive_f64(&start, motion, &basis, side_1, side_2);
 }
 
-static inline hopform_state_f64 hopform_state_in_phase_f64(const hopform_plan_f64 *plan,
-                                                             const hopform_phase_f64 *phase, double u, double t) {
-    const hopform_motion_f64 motion = hopform_motion_in_phase_f64(plan, phase, u);
-    return hopform_state_by_motion_f64(plan, phase, &motion, t);
+static inline hopform_state_f64 state_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
+                                                     double u, double t) {
+    const motion_f64 motion = motion_in_phase_f64(plan, phase, u);
+    return state_by_motion_f64(plan, phase, &motion, t);
 }
 
 /* ---- through an event, at which an axis is at a value: a velocity at 0, or a position at a stop ---- */
 
 /* The axis that is at a value when an event comes; -1 where nothing jumps. */
-static inline int hopform_axis_of_event_f64(int event) {
+static inline int axis_of_event_f64(int event) {
     static const signed char axis_of_event[] = HOPFORM_AXIS_OF_EVENT;
     return axis_of_event[event];
 }
@@ -168,8 +165,8 @@ static inline int hopform_axis_of_event_f64(int event) {
 /* The change of z right after an event of `axis`, in place of that before it. The event comes `late`r, which adds (z'
  * before - z' after) late; the value changes by `wanted`, that of a velocity by 0. A stop takes the velocity at once,
  * and all that it acts on jumps. At rest the acceleration of the element jumps alone. */
-static inline void hopform_cross_f64(double change[HOPFORM_AXES], const double before[HOPFORM_AXES],
-                                      const double after[HOPFORM_AXES], int axis, double wanted, double late) {
+static inline void pass_event_at_axis_f64(double change[HOPFORM_AXES], const double before[HOPFORM_AXES],
+                                           const double after[HOPFORM_AXES], int axis, double wanted, double late) {
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = stops ? HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT) : axis;
     for (int i = 0; stops && i < HOPFORM_AXES; i++) {
@@ -183,17 +180,17 @@ static inline void hopform_cross_f64(double change[HOPFORM_AXES], const double b
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const hopform_numerators_f64 *motion;
-    const hopform_basis_f64 *end; /* the propagator where it ends */
+    const numerators_f64 *motion;
+    const basis_f64 *end; /* the propagator where it ends */
     double length;
-    const hopform_state_by_axis_f64 *start;
-    const hopform_state_by_axis_f64 *arrived;
+    const state_by_axis_f64 *start;
+    const state_by_axis_f64 *arrived;
     const int *side; /* of each element */
     int event;       /* with which it began */
     bool leaves;     /* it ends as the contact is lost */
-} hopform_passage_f64;
+} solved_phase_f64;
 
-typedef struct hopform_tally_f64 hopform_tally_f64;
-typedef void hopform_follow_f64(hopform_tally_f64 *tally, const hopform_passage_f64 *passage);
+typedef struct current_variation_f64 current_variation_f64;
+typedef void observer_f64(current_variation_f64 *variation, const solved_phase_f64 *phase);
 
 #endif

@@ -12,8 +12,8 @@
 static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles, bool whole) {
     const bool draws = poles->q > HOPFORM_UNDERFLOW_f32; /* else the node is never reached */
     const float t = draws ? 2.984f / sqrt_f32(poles->q) : HOPFORM_NEVER_f32;
-    hopform_basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    if (whole) { basis = hopform_basis_at_f32(poles, draws ? t : 0.0f); }
+    basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    if (whole) { basis = basis_at_f32(poles, draws ? t : 0.0f); }
     const float mu = 0.5f * poles->p;
     const float square = mu * mu - poles->q;
     hopform_node_f32 node = {HOPFORM_NEVER_f32, HOPFORM_NEVER_f32, poles->a, 0.0f,      0.0f,     t,
@@ -24,9 +24,9 @@ static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles,
     } else {
         const float fast = mu + sqrt_f32(square);
         const float slow = fast > 0.0f ? poles->q / fast : 0.0f;
-        node.pole = hopform_greater_f32(poles->a, fast);
-        node.second = hopform_lesser_f32(fast, hopform_greater_f32(poles->a, slow));
-        node.third = hopform_lesser_f32(poles->a, slow);
+        node.pole = greater_f32(poles->a, fast);
+        node.second = lesser_f32(fast, greater_f32(poles->a, slow));
+        node.third = lesser_f32(poles->a, slow);
     }
     return node;
 }
@@ -39,7 +39,7 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
-    const hopform_rates_f32 rates = hopform_rates_of_f32(robot);
+    const hopform_rates_f32 rates = rates_of_f32(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
     if ((value) < 0.0f) { return HOPFORM_ERROR_UNSTABLE; }
     HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
@@ -51,11 +51,11 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan) {
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_poles_f32 *both, bool whole) {
     const hopform_rates_f32 *rates = &plan->rates;
-    if (!hopform_is_finite_f32(rates->s_1 * rates->s_1) /* discriminants square it */
-        || !hopform_is_finite_f32(rates->s_2) || !hopform_is_finite_f32(rates->s_3)
+    if (!is_finite_f32(rates->s_1 * rates->s_1) /* discriminants square it */
+        || !is_finite_f32(rates->s_2) || !is_finite_f32(rates->s_3)
         || !(both->q <= HOPFORM_NEVER_f32)         /* a and p are within s_1, and NaN only if q is */
         || !(both->q > 0.0f || HOPFORM_ONE_IS_FIXED) /* both never move then */
-        || !hopform_is_finite_f32(rates->a1_0) || !hopform_is_finite_f32(rates->a1_u)) {
+        || !is_finite_f32(rates->a1_0) || !is_finite_f32(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;

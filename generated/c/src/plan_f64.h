@@ -12,8 +12,8 @@
 static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles, bool whole) {
     const bool draws = poles->q > HOPFORM_UNDERFLOW_f64; /* else the node is never reached */
     const double t = draws ? 2.984 / sqrt_f64(poles->q) : HOPFORM_NEVER_f64;
-    hopform_basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    if (whole) { basis = hopform_basis_at_f64(poles, draws ? t : 0.0); }
+    basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
+    if (whole) { basis = basis_at_f64(poles, draws ? t : 0.0); }
     const double mu = 0.5 * poles->p;
     const double square = mu * mu - poles->q;
     hopform_node_f64 node = {HOPFORM_NEVER_f64, HOPFORM_NEVER_f64, poles->a, 0.0,      0.0,     t,
@@ -24,9 +24,9 @@ static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles,
     } else {
         const double fast = mu + sqrt_f64(square);
         const double slow = fast > 0.0 ? poles->q / fast : 0.0;
-        node.pole = hopform_greater_f64(poles->a, fast);
-        node.second = hopform_lesser_f64(fast, hopform_greater_f64(poles->a, slow));
-        node.third = hopform_lesser_f64(poles->a, slow);
+        node.pole = greater_f64(poles->a, fast);
+        node.second = lesser_f64(fast, greater_f64(poles->a, slow));
+        node.third = lesser_f64(poles->a, slow);
     }
     return node;
 }
@@ -39,7 +39,7 @@ static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
-    const hopform_rates_f64 rates = hopform_rates_of_f64(robot);
+    const hopform_rates_f64 rates = rates_of_f64(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
     if ((value) < 0.0) { return HOPFORM_ERROR_UNSTABLE; }
     HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
@@ -51,11 +51,11 @@ static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan) {
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_poles_f64 *both, bool whole) {
     const hopform_rates_f64 *rates = &plan->rates;
-    if (!hopform_is_finite_f64(rates->s_1 * rates->s_1) /* discriminants square it */
-        || !hopform_is_finite_f64(rates->s_2) || !hopform_is_finite_f64(rates->s_3)
+    if (!is_finite_f64(rates->s_1 * rates->s_1) /* discriminants square it */
+        || !is_finite_f64(rates->s_2) || !is_finite_f64(rates->s_3)
         || !(both->q <= HOPFORM_NEVER_f64)         /* a and p are within s_1, and NaN only if q is */
         || !(both->q > 0.0 || HOPFORM_ONE_IS_FIXED) /* both never move then */
-        || !hopform_is_finite_f64(rates->a1_0) || !hopform_is_finite_f64(rates->a1_u)) {
+        || !is_finite_f64(rates->a1_0) || !is_finite_f64(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;

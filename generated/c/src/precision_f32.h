@@ -22,8 +22,8 @@
 #endif
 #endif
 
-typedef uint32_t hopform_bits_f32;
-typedef int32_t hopform_signed_bits_f32;
+typedef uint32_t bits_f32;
+typedef int32_t signed_bits_f32;
 
 #define HOPFORM_EPS_f32 1.1920929e-7f /* distance from 1 to the next number */
 #define HOPFORM_ROOT_EPS_f32 0.00034526698f /* its square root */

@@ -22,8 +22,8 @@
 #endif
 #endif
 
-typedef uint64_t hopform_bits_f64;
-typedef int64_t hopform_signed_bits_f64;
+typedef uint64_t bits_f64;
+typedef int64_t signed_bits_f64;
 
 #define HOPFORM_EPS_f64 2.220446049250313e-16 /* distance from 1 to the next number */
 #define HOPFORM_ROOT_EPS_f64 1.4901161193847656e-08 /* its square root */

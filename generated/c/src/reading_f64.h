@@ -13,10 +13,10 @@ typedef struct {
     const double *at;
     int32_t count;
     bool in_order;
-} hopform_times_f64;
+} times_f64;
 
 /* Whether a stance has each of the times; at rest it goes on for ever. */
-static bool times_are_sound_f64(const hopform_times_f64 *times, const hopform_stance_f64 *stance) {
+static bool times_are_sound_f64(const times_f64 *times, const hopform_stance_f64 *stance) {
     const double latest = stance->ending == HOPFORM_ENDING_REST ? HOPFORM_NEVER_f64 : stance->duration;
     double earliest = 0.0;
     bool sound = true;
@@ -29,12 +29,11 @@ static bool times_are_sound_f64(const hopform_times_f64 *times, const hopform_st
 
 /* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
  * the arrays are zeros, but for those that lie in an input. */
-static int32_t hopform_reading_status_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
-                                           const hopform_times_f64 *times, const hopform_memory_f64 *arrays,
-                                           int array_count) {
-    const hopform_times_f64 none = {NULL, 0, false};
-    const hopform_times_f64 *when = times != NULL ? times : &none;
+static int32_t reading_status_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                   const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                   const times_f64 *times, const memory_f64 *arrays, int array_count) {
+    const times_f64 none = {NULL, 0, false};
+    const times_f64 *when = times != NULL ? times : &none;
     const int32_t kept = stance != NULL ? stance->phases_kept : 1; /* one at least is an input */
     const bool whole = stance != NULL && kept >= 1 && kept >= stance->phase_count;
     bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
@@ -42,36 +41,35 @@ static int32_t hopform_reading_status_f64(const hopform_plan_f64 *plan, const ho
     for (int n = 0; n < array_count; n++) {
         given = given && arrays[n].first != NULL;
     }
-    const hopform_memory_f64 read[] = {
-        hopform_array_f64(plan, 1, sizeof *plan),
-        hopform_array_f64(steps, whole && phases != NULL ? phases[kept - 1].step + 1 : 1, sizeof *steps),
-        hopform_array_f64(phases, kept, sizeof *phases),
-        hopform_array_f64(stance, 1, sizeof *stance),
-        hopform_array_f64(when->at, when->count, sizeof *when->at),
+    const memory_f64 read[] = {
+        array_f64(plan, 1, sizeof *plan),
+        array_f64(steps, whole && phases != NULL ? phases[kept - 1].step + 1 : 1, sizeof *steps),
+        array_f64(phases, kept, sizeof *phases),
+        array_f64(stance, 1, sizeof *stance),
+        array_f64(when->at, when->count, sizeof *when->at),
     };
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (!hopform_is_made_f64(plan)) {
+    } else if (!is_made_f64(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!whole) {
         status = HOPFORM_ERROR_TIME;
-    } else if (hopform_overlap_f64(arrays, array_count, read, 5)) {
+    } else if (overlap_f64(arrays, array_count, read, 5)) {
         status = HOPFORM_ERROR_OVERLAP;
     } else if (!times_are_sound_f64(when, stance)) {
         status = HOPFORM_ERROR_TIME;
     }
-    return status < 0 ? hopform_refuse_f64(status, arrays, array_count, read, 5) : status;
+    return status < 0 ? refuse_f64(status, arrays, array_count, read, 5) : status;
 }
 
 /* The state at a time of a solved stance, which has it. */
-static inline hopform_state_f64 hopform_state_of_stance_f64(const hopform_plan_f64 *plan,
-                                                              const hopform_step_f64 *steps,
-                                                              const hopform_phase_f64 *phases,
-                                                              const hopform_stance_f64 *stance, double t) {
-    const double within = hopform_lesser_f64(t, stance->duration);
-    const hopform_phase_f64 *phase = &phases[hopform_phase_index_f64(phases, stance->phases_kept, within)];
-    return hopform_state_in_phase_f64(plan, phase, steps[phase->step].u, within - phase->t);
+static inline hopform_state_f64 state_of_stance_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                                      const hopform_phase_f64 *phases,
+                                                      const hopform_stance_f64 *stance, double t) {
+    const double within = lesser_f64(t, stance->duration);
+    const hopform_phase_f64 *phase = &phases[phase_index_f64(phases, stance->phases_kept, within)];
+    return state_in_phase_f64(plan, phase, steps[phase->step].u, within - phase->t);
 }
 
 #endif

@@ -13,9 +13,9 @@ typedef struct {
     hopform_state_f32 start;
     hopform_step_f32 steps[2];
     float horizon;
-} hopform_selftest_case_f32;
+} selftest_case_f32;
 
-static const hopform_robot_f32 hopform_selftest_robots_f32[] = {
+static const hopform_robot_f32 selftest_robots_f32[] = {
     {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e2f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f},
     {95.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 204.0f, 5.0f, 0.214f, 0.6f, -35.15f, 9.81f, 0.0f, 0.08f, 1e1f, 0.05f},
     {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, -65.0f, 9.81f, 0.0f, 0.0f, 3.0f, 0.0f},
@@ -29,7 +29,7 @@ static const hopform_robot_f32 hopform_selftest_robots_f32[] = {
     {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e2f, 5.0f, 0.0f, 0.0f, -65.0f, 9.81f, -1e30f, 1e30f, 3.0f, 0.05f},
 };
 
-static const hopform_selftest_case_f32 hopform_selftest_cases_f32[] = {
+static const selftest_case_f32 selftest_cases_f32[] = {
     { 0, { 0.0f, 0.0f, -1.93f, 0.0f },
       { {0.0f, 3.0f}, { 0.05f, 2.0f } }, 2.0f },
     { 0, { 0.0f, 0.0f, -0.6f, 0.0f },

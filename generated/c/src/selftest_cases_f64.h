@@ -13,9 +13,9 @@ typedef struct {
     hopform_state_f64 start;
     hopform_step_f64 steps[2];
     double horizon;
-} hopform_selftest_case_f64;
+} selftest_case_f64;
 
-static const hopform_robot_f64 hopform_selftest_robots_f64[] = {
+static const hopform_robot_f64 selftest_robots_f64[] = {
     {25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05},
     {95.0, 3.0, 1200.0, 0.4, 0.0, 204.0, 5.0, 0.214, 0.6, -35.15, 9.81, 0.0, 0.08, 10.0, 0.05},
     {25.0, 3.0, 1200.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0, -65.0, 9.81, 0.0, 0.0, 3.0, 0.0},
@@ -29,7 +29,7 @@ static const hopform_robot_f64 hopform_selftest_robots_f64[] = {
     {25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.0, 0.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05},
 };
 
-static const hopform_selftest_case_f64 hopform_selftest_cases_f64[] = {
+static const selftest_case_f64 selftest_cases_f64[] = {
     { 0, { 0.0, 0.0, -1.93, 0.0 },
       { {0.0, 3.0}, { 0.05, 2.0 } }, 2.0 },
     { 0, { 0.0, 0.0, -0.6, 0.0 },

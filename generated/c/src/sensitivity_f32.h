@@ -22,7 +22,7 @@
 enum {
     COLUMNS_f32 = HOPFORM_SENSITIVITY_COLUMNS,
     ROBOT_f32 = HOPFORM_COLUMN_OF_ROBOT,
-    ECHOES_f32 = 7,
+    CONVOLUTIONS_f32 = 7,
     SHARES_f32 = CORE_f32 + 1
 };
 
@@ -35,29 +35,30 @@ typedef struct {
     const hopform_phase_f32 *phases;
     int32_t index; /* of the phase that it is in */
     float t;        /* since touchdown */
-    hopform_state_by_axis_f32 at;
-    hopform_state_by_axis_f32 change[COLUMNS_f32];
+    state_by_axis_f32 at;
+    state_by_axis_f32 change[COLUMNS_f32];
     bool exists; /* the time of each event so far moves in proportion */
 } variation_f32;
 
-static float current_f32(const variation_f32 *way, const hopform_phase_f32 *phase) {
-    return way->steps[phase->step].u;
+static float current_f32(const variation_f32 *variation, const hopform_phase_f32 *phase) {
+    return variation->steps[phase->step].u;
 }
 
 /* ---- W * W: its derivatives from the fourth down, itself, and two integrals ---- */
 
 /* Over a short time, by Gauss's rule, whose places are their own mirror: each is W with n primes times W with as many
  * or one less. */
-static void short_echoes_f32(const hopform_poles_f32 *poles, float h, float echo[ECHOES_f32]) {
-    hopform_basis_by_order_f32 W[HOPFORM_NODES_f32];
+static void short_self_convolution_f32(const hopform_poles_f32 *poles, float h,
+                                        float self_convolution[CONVOLUTIONS_f32]) {
+    basis_by_order_f32 W[HOPFORM_NODES_f32];
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
-        W[node].named = hopform_basis_at_f32(poles, hopform_place_f32[node] * h);
+        W[node].named = basis_at_f32(poles, place_f32[node] * h);
     }
-    for (int n = 0; n < ECHOES_f32; n++) {
-        echo[n] = 0.0f;
+    for (int n = 0; n < CONVOLUTIONS_f32; n++) {
+        self_convolution[n] = 0.0f;
         for (int node = 0; node < HOPFORM_NODES_f32; node++) {
-            const hopform_basis_by_order_f32 *mirrored = &W[HOPFORM_NODES_f32 - 1 - node];
-            echo[n] += hopform_weight_f32[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
+            const basis_by_order_f32 *mirrored = &W[HOPFORM_NODES_f32 - 1 - node];
+            self_convolution[n] += weight_f32[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
         }
     }
 }
@@ -65,38 +66,39 @@ static void short_echoes_f32(const hopform_poles_f32 *poles, float h, float echo
 /* Over twice the time h at which W is: integrals over one half of it each. For i up to 2, the (2 - i)-th derivative of
  * W at h + s is row i of `later` times (W'', W', W) at s, in which nothing cancels; its integral, that of W at h and
  * row 2 times (W', W, its integral). */
-static void double_echoes_f32(const hopform_poles_f32 *poles, const float W[ORDERS_f32], float echo[ECHOES_f32]) {
+static void double_self_convolution_f32(const hopform_poles_f32 *poles, const float W[ORDERS_f32],
+                                         float self_convolution[CONVOLUTIONS_f32]) {
     const float later[POWERS_f32][POWERS_f32] = {
         {W[0], -poles->s_2 * W[1] - poles->s_3 * W[2], -poles->s_3 * W[1]},
         {W[1], W[0] + poles->s_1 * W[1], -poles->s_3 * W[2]},
         {W[2], W[1] + poles->s_1 * W[2], W[0] + poles->s_1 * W[1] + poles->s_2 * W[2]},
     };
-    float doubled[ECHOES_f32];
-    for (int n = 0; n < ECHOES_f32; n++) {
+    float doubled[CONVOLUTIONS_f32];
+    for (int n = 0; n < CONVOLUTIONS_f32; n++) {
         const int order[2] = {n / 2, (n + 1) / 2};
         doubled[n] = 0.0f;
         for (int half = 0; half < 2; half++) {
             const int i = order[half];
             const int j = order[1 - half];
-            doubled[n] += i < POWERS_f32 ? hopform_applied_f32(later[i], echo + j)
-                                          : hopform_applied_f32(later[2], echo + j + 1) + W[3] * W[j + 1];
+            doubled[n] += i < POWERS_f32 ? applied_f32(later[i], self_convolution + j)
+                                          : applied_f32(later[2], self_convolution + j + 1) + W[3] * W[j + 1];
         }
     }
-    (void)memcpy(echo, doubled, sizeof doubled);
+    (void)memcpy(self_convolution, doubled, sizeof doubled);
 }
 
 /* ---- within a phase ---- */
 
 /* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
-static void responses_f32(const hopform_mode_f32 *mode, const float z[HOPFORM_AXES], float h, const float *W,
+static void responses_f32(const mode_f32 *mode, const float z[HOPFORM_AXES], float h, const float *W,
                            float response[HOPFORM_ELEMENTS][SHARES_f32][HOPFORM_AXES]) {
     float short_time = h;
-    float echo[ECHOES_f32];
-    const int doublings = hopform_halve_f32(mode->poles, &short_time);
-    short_echoes_f32(mode->poles, short_time, echo);
+    float self_convolution[CONVOLUTIONS_f32];
+    const int doublings = halve_f32(mode->poles, &short_time);
+    short_self_convolution_f32(mode->poles, short_time, self_convolution);
     for (int n = 0; n < doublings; n++) {
-        const hopform_basis_by_order_f32 at = hopform_response_in_mode_f32(mode, short_time);
-        double_echoes_f32(mode->poles, at.of, echo);
+        const basis_by_order_f32 at = response_in_mode_f32(mode, short_time);
+        double_self_convolution_f32(mode->poles, at.of, self_convolution);
         short_time *= 2.0f;
     }
     for (int c = 0; c < SHARES_f32; c++) {
@@ -111,50 +113,50 @@ static void responses_f32(const hopform_mode_f32 *mode, const float z[HOPFORM_AX
                 K[n + 1] += mode->transfer.at[c][CORE_f32][n];
             }
             for (int n = 0; n <= POWERS_f32; n++) {
-                applied[n] = hopform_applied_f32(K, echo + n) + K[3] * echo[n + 3];
+                applied[n] = applied_f32(K, self_convolution + n) + K[3] * self_convolution[n + 3];
             }
         }
         for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
             const bool moves = mode->side[mass] != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
                 const float *powers = mode->transfer.at[i > 0 ? i - 1 : 0][mass];
-                response[mass][c][i] = moves ? hopform_applied_f32(powers, i > 0 ? applied : applied + 1) : 0.0f;
+                response[mass][c][i] = moves ? applied_f32(powers, i > 0 ? applied : applied + 1) : 0.0f;
             }
         }
     }
 }
 
 /* The change of each parameter of the robot that a column stands for. */
-static hopform_robot_change_f32 robot_change_f32(int column) {
-    hopform_robot_change_by_field_f32 change = {{0}};
+static robot_change_f32 robot_change_of_column_f32(int column) {
+    robot_change_by_field_f32 change = {{0}};
     if (column >= ROBOT_f32) { change.of[column - ROBOT_f32] = 1.0f; }
     return change.named;
 }
 
 /* Follow the changes within a phase, up to a time of the stance. */
-static void travel_f32(variation_f32 *way, float t) {
-    const hopform_plan_f32 *plan = way->plan;
-    const hopform_phase_f32 *phase = &way->phases[way->index];
-    const float u = current_f32(way, phase);
-    const hopform_mode_f32 mode = hopform_mode_of_f32(plan, phase, u);
-    const float h = t - way->t;
-    way->t = t;
-    if (!(h > 0.0f) || hopform_rests_f32(&mode)) { return; }
+static void travel_f32(variation_f32 *variation, float t) {
+    const hopform_plan_f32 *plan = variation->plan;
+    const hopform_phase_f32 *phase = &variation->phases[variation->index];
+    const float u = current_f32(variation, phase);
+    const mode_f32 mode = mode_of_f32(plan, phase, u);
+    const float h = t - variation->t;
+    variation->t = t;
+    if (!(h > 0.0f) || rests_f32(&mode)) { return; }
     float answer[HOPFORM_ELEMENTS][SHARES_f32][HOPFORM_AXES];
-    const hopform_basis_by_order_f32 response = hopform_response_in_mode_f32(&mode, h);
-    responses_f32(&mode, way->at.of, h, response.of, answer);
-    const hopform_matrix_f32 phi = hopform_transition_f32(&mode, response.of);
+    const basis_by_order_f32 response = response_in_mode_f32(&mode, h);
+    responses_f32(&mode, variation->at.of, h, response.of, answer);
+    const matrix_f32 phi = transition_f32(&mode, response.of);
     for (int column = 0; column < COLUMNS_f32; column++) {
-        const hopform_robot_change_f32 robot = robot_change_f32(column);
+        const robot_change_f32 robot = robot_change_of_column_f32(column);
         const float current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0f : 0.0f;
-        hopform_slopes_by_share_f32 slopes;
+        slopes_by_share_f32 slopes;
         const float first = (float)mode.side[0];
         const float second = (float)mode.side[1];
-        slopes.named = hopform_slopes_of_f32(&plan->robot, u, first, second, &robot, current);
-        hopform_state_by_axis_f32 end = {{0.0f, 0.0f, 0.0f, 0.0f}};
+        slopes.named = slopes_of_f32(&plan->robot, u, first, second, &robot, current);
+        state_by_axis_f32 end = {{0.0f, 0.0f, 0.0f, 0.0f}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
-                end.of[i] += phi.at[i][j] * way->change[column].of[j];
+                end.of[i] += phi.at[i][j] * variation->change[column].of[j];
             }
         }
         for (int n = 0; n < HOPFORM_ELEMENTS * SHARES_f32; n++) {
@@ -162,102 +164,102 @@ static void travel_f32(variation_f32 *way, float t) {
                 end.of[i] += answer[n / SHARES_f32][n % SHARES_f32][i] * slopes.of[n];
             }
         }
-        way->change[column] = end;
+        variation->change[column] = end;
     }
-    way->at.named = hopform_state_in_phase_f32(plan, phase, u, t - phase->t);
+    variation->at.named = state_in_phase_f32(plan, phase, u, t - phase->t);
 }
 
 /* ---- through the events ---- */
 
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
  * belongs to it; nothing jumps where a mass slips or the current steps. */
-static void cross_f32(variation_f32 *way) {
+static void cross_f32(variation_f32 *variation) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
-    const hopform_phase_f32 *old = &way->phases[way->index];
+    const hopform_phase_f32 *old = &variation->phases[variation->index];
     const hopform_phase_f32 *now = old + 1;
-    const hopform_mode_f32 left = hopform_mode_of_f32(way->plan, old, current_f32(way, old));
-    const hopform_mode_f32 entered = hopform_mode_of_f32(way->plan, now, current_f32(way, now));
-    const int axis = hopform_axis_of_event_f32(now->event);
+    const mode_f32 left = mode_of_f32(variation->plan, old, current_f32(variation, old));
+    const mode_f32 entered = mode_of_f32(variation->plan, now, current_f32(variation, now));
+    const int axis = axis_of_event_f32(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
     const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_f32;
-    hopform_state_by_axis_f32 arrives;
-    arrives.named = hopform_start_of_phase_f32(now);
-    const hopform_state_by_axis_f32 after = hopform_speeds_in_mode_f32(way->plan, &entered, &arrives.named);
-    const hopform_state_by_axis_f32 start = arrives;
-    arrives.of[velocity] = stops ? way->at.of[velocity] : arrives.of[velocity];
-    const hopform_state_by_axis_f32 before = hopform_speeds_in_mode_f32(way->plan, &left, &arrives.named);
-    way->index++;
-    way->t = now->t;
-    way->at = start;
+    state_by_axis_f32 arrives;
+    arrives.named = start_of_phase_f32(now);
+    const state_by_axis_f32 after = speeds_in_mode_f32(variation->plan, &entered, &arrives.named);
+    const state_by_axis_f32 start = arrives;
+    arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
+    const state_by_axis_f32 before = speeds_in_mode_f32(variation->plan, &left, &arrives.named);
+    variation->index++;
+    variation->t = now->t;
+    variation->at = start;
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_f32(before.of[axis] - after.of[axis]) > 0.0f))) { return; }
-    way->exists = way->exists && fabs_f32(before.of[axis]) > 0.0f;
-    for (int column = 0; column < COLUMNS_f32 && way->exists; column++) {
-        float *change = way->change[column].of;
+    variation->exists = variation->exists && fabs_f32(before.of[axis]) > 0.0f;
+    for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
+        float *change = variation->change[column].of;
         const float wanted = column == bound ? 1.0f : 0.0f;
         const float late = (wanted - change[axis]) / before.of[axis];
-        hopform_cross_f32(change, before.of, after.of, axis, wanted, late);
+        pass_event_at_axis_f32(change, before.of, after.of, axis, wanted, late);
     }
 }
 
 /* A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once. */
 static variation_f32 variation_of_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                         const hopform_phase_f32 *phases, const hopform_stance_f32 *stance) {
-    variation_f32 way = {plan, steps, phases, 0, 0.0f, {{0.0f, 0.0f, 0.0f, 0.0f}}, {{{0.0f, 0.0f, 0.0f, 0.0f}}}, true};
-    const hopform_mode_f32 mode = hopform_mode_of_f32(plan, phases, current_f32(&way, phases));
-    way.at.named = hopform_start_of_phase_f32(phases);
+    variation_f32 variation = {plan, steps, phases, 0, 0.0f, {{0.0f, 0.0f, 0.0f, 0.0f}}, {{{0.0f, 0.0f, 0.0f, 0.0f}}}, true};
+    const mode_f32 mode = mode_of_f32(plan, phases, current_f32(&variation, phases));
+    variation.at.named = start_of_phase_f32(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
-        way.change[column_of_axis_f32[i]].of[i] = 1.0f;
+        variation.change[column_of_axis_f32[i]].of[i] = 1.0f;
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
         if (mode.side[element] == 0 || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0f)) {
-            way.change[column_of_axis_f32[axis]].of[axis] = 0.0f;
+            variation.change[column_of_axis_f32[axis]].of[axis] = 0.0f;
         }
     }
-    return way;
+    return variation;
 }
 
 /* Follow a stance up to a time; `last` is the index of its last phase. */
-static void follow_to_f32(variation_f32 *way, int32_t last, float t) {
-    while (way->index < last && way->phases[way->index + 1].t <= t) {
-        travel_f32(way, way->phases[way->index + 1].t);
-        cross_f32(way);
+static void follow_to_f32(variation_f32 *variation, int32_t last, float t) {
+    while (variation->index < last && variation->phases[variation->index + 1].t <= t) {
+        travel_f32(variation, variation->phases[variation->index + 1].t);
+        cross_f32(variation);
     }
-    travel_f32(way, t);
+    travel_f32(variation, t);
 }
 
 /* The rows of the matrix from the changes at take-off, F = 0. */
-static bool finish_f32(variation_f32 *way, const hopform_state_f32 *end, float *matrix) {
-    const hopform_robot_f32 *robot = &way->plan->robot;
-    const hopform_phase_f32 *phase = &way->phases[way->index];
-    const hopform_mode_f32 mode = hopform_mode_of_f32(way->plan, phase, current_f32(way, phase));
-    const hopform_state_f32 start = hopform_start_of_phase_f32(way->phases);
-    const hopform_state_by_axis_f32 speed = hopform_speeds_in_mode_f32(way->plan, &mode, end);
-    const float contact_rate = hopform_contact_slope_f32(robot, &speed.named);
-    const float fall = hopform_fall_of_f32(robot);
+static bool finish_f32(variation_f32 *variation, const hopform_state_f32 *end, float *matrix) {
+    const hopform_robot_f32 *robot = &variation->plan->robot;
+    const hopform_phase_f32 *phase = &variation->phases[variation->index];
+    const mode_f32 mode = mode_of_f32(variation->plan, phase, current_f32(variation, phase));
+    const hopform_state_f32 start = start_of_phase_f32(variation->phases);
+    const state_by_axis_f32 speed = speeds_in_mode_f32(variation->plan, &mode, end);
+    const float contact_rate = contact_slope_f32(robot, &speed.named);
+    const float fall = fall_of_f32(robot);
     const bool underflows = fall > 0.0f && !(fall * fall > 0.0f); /* by which the apex's derivative divides */
     if (!(fabs_f32(contact_rate) > 0.0f) || underflows) { return false; }
     for (int column = 0; column < COLUMNS_f32; column++) {
-        hopform_state_by_axis_f32 *change = &way->change[column];
-        hopform_state_by_axis_f32 unit;
-        const hopform_robot_change_f32 by = robot_change_f32(column);
-        const float late = -hopform_contact_change_f32(robot, end, &by, &change->change) / contact_rate;
+        state_by_axis_f32 *change = &variation->change[column];
+        state_by_axis_f32 unit;
+        const robot_change_f32 by = robot_change_of_column_f32(column);
+        const float late = -contact_change_f32(robot, end, &by, &change->change) / contact_rate;
         for (int i = 0; i < HOPFORM_AXES; i++) {
             unit.of[i] = column == column_of_axis_f32[i] ? 1.0f : 0.0f;
             change->of[i] += speed.of[i] * late;
         }
         if (HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0f; /* at take-off */ }
-        const float rows[HOPFORM_SENSITIVITY_ROWS] = {
-            late,
-            change->of[0],
-            change->of[1],
-            hopform_height_change_f32(robot, &by, &change->change),
-            change->of[2],
-            fall > 0.0f ? hopform_apex_change_f32(robot, end, &by, &change->change) : 0.0f,
-            hopform_body_energy_change_f32(robot, end, &by, &change->change)
-                - hopform_body_energy_change_f32(robot, &start, &by, &unit.change)};
+        const float rows[HOPFORM_SENSITIVITY_ROWS] = {late,
+                                                     change->of[0],
+                                                     change->of[1],
+                                                     height_change_f32(robot, &by, &change->change),
+                                                     change->of[2],
+                                                     fall > 0.0f ? apex_change_f32(robot, end, &by, &change->change)
+                                                                : 0.0f,
+                                                     body_energy_change_f32(robot, end, &by, &change->change)
+                                                         - body_energy_change_f32(robot, &start, &by, &unit.change)};
         for (int row = 0; row < HOPFORM_SENSITIVITY_ROWS; row++) {
             matrix[row * COLUMNS_f32 + column] = rows[row];
         }
@@ -269,42 +271,42 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                           float *matrix) {
     const int32_t count = HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32;
-    const hopform_memory_f32 array = hopform_array_f32(matrix, count, sizeof *matrix);
-    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, NULL, &array, 1);
+    const memory_f32 array = array_f32(matrix, count, sizeof *matrix);
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
     bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
     if (exists) {
-        variation_f32 way = variation_of_f32(plan, steps, phases, stance);
-        follow_to_f32(&way, stance->phases_kept - 1, stance->duration);
-        exists = way.exists && finish_f32(&way, &stance->end, matrix);
+        variation_f32 variation = variation_of_f32(plan, steps, phases, stance);
+        follow_to_f32(&variation, stance->phases_kept - 1, stance->duration);
+        exists = variation.exists && finish_f32(&variation, &stance->end, matrix);
     }
     for (int32_t n = 0; exists && n < count; n++) {
         exists = matrix[n] >= -HOPFORM_NEVER_f32 && matrix[n] <= HOPFORM_NEVER_f32;
     }
-    return exists ? HOPFORM_OK : hopform_refuse_f32(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
+    return exists ? HOPFORM_OK : refuse_f32(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const float *times, int32_t count, hopform_state_f32 *states, float *tangents) {
-    const hopform_memory_f32 arrays[] = {
-        hopform_array_f32(states, count, sizeof *states),
-        hopform_array_f32(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f32 * sizeof *tangents),
+    const memory_f32 arrays[] = {
+        array_f32(states, count, sizeof *states),
+        array_f32(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f32 * sizeof *tangents),
     };
-    const hopform_times_f32 when = {times, count, true};
-    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, &when, arrays, 2);
+    const times_f32 when = {times, count, true};
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, arrays, 2);
     if (status < 0) { return status; }
-    variation_f32 way = variation_of_f32(plan, steps, phases, stance);
+    variation_f32 variation = variation_of_f32(plan, steps, phases, stance);
     for (int32_t i = 0; i < count; i++) {
-        follow_to_f32(&way, stance->phases_kept - 1, hopform_lesser_f32(times[i], stance->duration));
-        states[i] = way.at.named;
+        follow_to_f32(&variation, stance->phases_kept - 1, lesser_f32(times[i], stance->duration));
+        states[i] = variation.at.named;
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_f32; column++) {
-                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_f32 + column] = way.change[column].of[row];
+                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_f32 + column] = variation.change[column].of[row];
             }
         }
     }
-    return way.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
+    return variation.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }
 
 #endif

@@ -22,7 +22,7 @@
 enum {
     COLUMNS_f64 = HOPFORM_SENSITIVITY_COLUMNS,
     ROBOT_f64 = HOPFORM_COLUMN_OF_ROBOT,
-    ECHOES_f64 = 7,
+    CONVOLUTIONS_f64 = 7,
     SHARES_f64 = CORE_f64 + 1
 };
 
@@ -35,29 +35,30 @@ typedef struct {
     const hopform_phase_f64 *phases;
     int32_t index; /* of the phase that it is in */
     double t;        /* since touchdown */
-    hopform_state_by_axis_f64 at;
-    hopform_state_by_axis_f64 change[COLUMNS_f64];
+    state_by_axis_f64 at;
+    state_by_axis_f64 change[COLUMNS_f64];
     bool exists; /* the time of each event so far moves in proportion */
 } variation_f64;
 
-static double current_f64(const variation_f64 *way, const hopform_phase_f64 *phase) {
-    return way->steps[phase->step].u;
+static double current_f64(const variation_f64 *variation, const hopform_phase_f64 *phase) {
+    return variation->steps[phase->step].u;
 }
 
 /* ---- W * W: its derivatives from the fourth down, itself, and two integrals ---- */
 
 /* Over a short time, by Gauss's rule, whose places are their own mirror: each is W with n primes times W with as many
  * or one less. */
-static void short_echoes_f64(const hopform_poles_f64 *poles, double h, double echo[ECHOES_f64]) {
-    hopform_basis_by_order_f64 W[HOPFORM_NODES_f64];
+static void short_self_convolution_f64(const hopform_poles_f64 *poles, double h,
+                                        double self_convolution[CONVOLUTIONS_f64]) {
+    basis_by_order_f64 W[HOPFORM_NODES_f64];
     for (int node = 0; node < HOPFORM_NODES_f64; node++) {
-        W[node].named = hopform_basis_at_f64(poles, hopform_place_f64[node] * h);
+        W[node].named = basis_at_f64(poles, place_f64[node] * h);
     }
-    for (int n = 0; n < ECHOES_f64; n++) {
-        echo[n] = 0.0;
+    for (int n = 0; n < CONVOLUTIONS_f64; n++) {
+        self_convolution[n] = 0.0;
         for (int node = 0; node < HOPFORM_NODES_f64; node++) {
-            const hopform_basis_by_order_f64 *mirrored = &W[HOPFORM_NODES_f64 - 1 - node];
-            echo[n] += hopform_weight_f64[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
+            const basis_by_order_f64 *mirrored = &W[HOPFORM_NODES_f64 - 1 - node];
+            self_convolution[n] += weight_f64[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
         }
     }
 }
@@ -65,38 +66,39 @@ static void short_echoes_f64(const hopform_poles_f64 *poles, double h, double ec
 /* Over twice the time h at which W is: integrals over one half of it each. For i up to 2, the (2 - i)-th derivative of
  * W at h + s is row i of `later` times (W'', W', W) at s, in which nothing cancels; its integral, that of W at h and
  * row 2 times (W', W, its integral). */
-static void double_echoes_f64(const hopform_poles_f64 *poles, const double W[ORDERS_f64], double echo[ECHOES_f64]) {
+static void double_self_convolution_f64(const hopform_poles_f64 *poles, const double W[ORDERS_f64],
+                                         double self_convolution[CONVOLUTIONS_f64]) {
     const double later[POWERS_f64][POWERS_f64] = {
         {W[0], -poles->s_2 * W[1] - poles->s_3 * W[2], -poles->s_3 * W[1]},
         {W[1], W[0] + poles->s_1 * W[1], -poles->s_3 * W[2]},
         {W[2], W[1] + poles->s_1 * W[2], W[0] + poles->s_1 * W[1] + poles->s_2 * W[2]},
     };
-    double doubled[ECHOES_f64];
-    for (int n = 0; n < ECHOES_f64; n++) {
+    double doubled[CONVOLUTIONS_f64];
+    for (int n = 0; n < CONVOLUTIONS_f64; n++) {
         const int order[2] = {n / 2, (n + 1) / 2};
         doubled[n] = 0.0;
         for (int half = 0; half < 2; half++) {
             const int i = order[half];
             const int j = order[1 - half];
-            doubled[n] += i < POWERS_f64 ? hopform_applied_f64(later[i], echo + j)
-                                          : hopform_applied_f64(later[2], echo + j + 1) + W[3] * W[j + 1];
+            doubled[n] += i < POWERS_f64 ? applied_f64(later[i], self_convolution + j)
+                                          : applied_f64(later[2], self_convolution + j + 1) + W[3] * W[j + 1];
         }
     }
-    (void)memcpy(echo, doubled, sizeof doubled);
+    (void)memcpy(self_convolution, doubled, sizeof doubled);
 }
 
 /* ---- within a phase ---- */
 
 /* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
-static void responses_f64(const hopform_mode_f64 *mode, const double z[HOPFORM_AXES], double h, const double *W,
+static void responses_f64(const mode_f64 *mode, const double z[HOPFORM_AXES], double h, const double *W,
                            double response[HOPFORM_ELEMENTS][SHARES_f64][HOPFORM_AXES]) {
     double short_time = h;
-    double echo[ECHOES_f64];
-    const int doublings = hopform_halve_f64(mode->poles, &short_time);
-    short_echoes_f64(mode->poles, short_time, echo);
+    double self_convolution[CONVOLUTIONS_f64];
+    const int doublings = halve_f64(mode->poles, &short_time);
+    short_self_convolution_f64(mode->poles, short_time, self_convolution);
     for (int n = 0; n < doublings; n++) {
-        const hopform_basis_by_order_f64 at = hopform_response_in_mode_f64(mode, short_time);
-        double_echoes_f64(mode->poles, at.of, echo);
+        const basis_by_order_f64 at = response_in_mode_f64(mode, short_time);
+        double_self_convolution_f64(mode->poles, at.of, self_convolution);
         short_time *= 2.0;
     }
     for (int c = 0; c < SHARES_f64; c++) {
@@ -111,50 +113,50 @@ static void responses_f64(const hopform_mode_f64 *mode, const double z[HOPFORM_A
                 K[n + 1] += mode->transfer.at[c][CORE_f64][n];
             }
             for (int n = 0; n <= POWERS_f64; n++) {
-                applied[n] = hopform_applied_f64(K, echo + n) + K[3] * echo[n + 3];
+                applied[n] = applied_f64(K, self_convolution + n) + K[3] * self_convolution[n + 3];
             }
         }
         for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
             const bool moves = mode->side[mass] != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
                 const double *powers = mode->transfer.at[i > 0 ? i - 1 : 0][mass];
-                response[mass][c][i] = moves ? hopform_applied_f64(powers, i > 0 ? applied : applied + 1) : 0.0;
+                response[mass][c][i] = moves ? applied_f64(powers, i > 0 ? applied : applied + 1) : 0.0;
             }
         }
     }
 }
 
 /* The change of each parameter of the robot that a column stands for. */
-static hopform_robot_change_f64 robot_change_f64(int column) {
-    hopform_robot_change_by_field_f64 change = {{0}};
+static robot_change_f64 robot_change_of_column_f64(int column) {
+    robot_change_by_field_f64 change = {{0}};
     if (column >= ROBOT_f64) { change.of[column - ROBOT_f64] = 1.0; }
     return change.named;
 }
 
 /* Follow the changes within a phase, up to a time of the stance. */
-static void travel_f64(variation_f64 *way, double t) {
-    const hopform_plan_f64 *plan = way->plan;
-    const hopform_phase_f64 *phase = &way->phases[way->index];
-    const double u = current_f64(way, phase);
-    const hopform_mode_f64 mode = hopform_mode_of_f64(plan, phase, u);
-    const double h = t - way->t;
-    way->t = t;
-    if (!(h > 0.0) || hopform_rests_f64(&mode)) { return; }
+static void travel_f64(variation_f64 *variation, double t) {
+    const hopform_plan_f64 *plan = variation->plan;
+    const hopform_phase_f64 *phase = &variation->phases[variation->index];
+    const double u = current_f64(variation, phase);
+    const mode_f64 mode = mode_of_f64(plan, phase, u);
+    const double h = t - variation->t;
+    variation->t = t;
+    if (!(h > 0.0) || rests_f64(&mode)) { return; }
     double answer[HOPFORM_ELEMENTS][SHARES_f64][HOPFORM_AXES];
-    const hopform_basis_by_order_f64 response = hopform_response_in_mode_f64(&mode, h);
-    responses_f64(&mode, way->at.of, h, response.of, answer);
-    const hopform_matrix_f64 phi = hopform_transition_f64(&mode, response.of);
+    const basis_by_order_f64 response = response_in_mode_f64(&mode, h);
+    responses_f64(&mode, variation->at.of, h, response.of, answer);
+    const matrix_f64 phi = transition_f64(&mode, response.of);
     for (int column = 0; column < COLUMNS_f64; column++) {
-        const hopform_robot_change_f64 robot = robot_change_f64(column);
+        const robot_change_f64 robot = robot_change_of_column_f64(column);
         const double current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
-        hopform_slopes_by_share_f64 slopes;
+        slopes_by_share_f64 slopes;
         const double first = (double)mode.side[0];
         const double second = (double)mode.side[1];
-        slopes.named = hopform_slopes_of_f64(&plan->robot, u, first, second, &robot, current);
-        hopform_state_by_axis_f64 end = {{0.0, 0.0, 0.0, 0.0}};
+        slopes.named = slopes_of_f64(&plan->robot, u, first, second, &robot, current);
+        state_by_axis_f64 end = {{0.0, 0.0, 0.0, 0.0}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
-                end.of[i] += phi.at[i][j] * way->change[column].of[j];
+                end.of[i] += phi.at[i][j] * variation->change[column].of[j];
             }
         }
         for (int n = 0; n < HOPFORM_ELEMENTS * SHARES_f64; n++) {
@@ -162,102 +164,102 @@ static void travel_f64(variation_f64 *way, double t) {
                 end.of[i] += answer[n / SHARES_f64][n % SHARES_f64][i] * slopes.of[n];
             }
         }
-        way->change[column] = end;
+        variation->change[column] = end;
     }
-    way->at.named = hopform_state_in_phase_f64(plan, phase, u, t - phase->t);
+    variation->at.named = state_in_phase_f64(plan, phase, u, t - phase->t);
 }
 
 /* ---- through the events ---- */
 
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
  * belongs to it; nothing jumps where a mass slips or the current steps. */
-static void cross_f64(variation_f64 *way) {
+static void cross_f64(variation_f64 *variation) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
-    const hopform_phase_f64 *old = &way->phases[way->index];
+    const hopform_phase_f64 *old = &variation->phases[variation->index];
     const hopform_phase_f64 *now = old + 1;
-    const hopform_mode_f64 left = hopform_mode_of_f64(way->plan, old, current_f64(way, old));
-    const hopform_mode_f64 entered = hopform_mode_of_f64(way->plan, now, current_f64(way, now));
-    const int axis = hopform_axis_of_event_f64(now->event);
+    const mode_f64 left = mode_of_f64(variation->plan, old, current_f64(variation, old));
+    const mode_f64 entered = mode_of_f64(variation->plan, now, current_f64(variation, now));
+    const int axis = axis_of_event_f64(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
     const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_f64;
-    hopform_state_by_axis_f64 arrives;
-    arrives.named = hopform_start_of_phase_f64(now);
-    const hopform_state_by_axis_f64 after = hopform_speeds_in_mode_f64(way->plan, &entered, &arrives.named);
-    const hopform_state_by_axis_f64 start = arrives;
-    arrives.of[velocity] = stops ? way->at.of[velocity] : arrives.of[velocity];
-    const hopform_state_by_axis_f64 before = hopform_speeds_in_mode_f64(way->plan, &left, &arrives.named);
-    way->index++;
-    way->t = now->t;
-    way->at = start;
+    state_by_axis_f64 arrives;
+    arrives.named = start_of_phase_f64(now);
+    const state_by_axis_f64 after = speeds_in_mode_f64(variation->plan, &entered, &arrives.named);
+    const state_by_axis_f64 start = arrives;
+    arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
+    const state_by_axis_f64 before = speeds_in_mode_f64(variation->plan, &left, &arrives.named);
+    variation->index++;
+    variation->t = now->t;
+    variation->at = start;
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_f64(before.of[axis] - after.of[axis]) > 0.0))) { return; }
-    way->exists = way->exists && fabs_f64(before.of[axis]) > 0.0;
-    for (int column = 0; column < COLUMNS_f64 && way->exists; column++) {
-        double *change = way->change[column].of;
+    variation->exists = variation->exists && fabs_f64(before.of[axis]) > 0.0;
+    for (int column = 0; column < COLUMNS_f64 && variation->exists; column++) {
+        double *change = variation->change[column].of;
         const double wanted = column == bound ? 1.0 : 0.0;
         const double late = (wanted - change[axis]) / before.of[axis];
-        hopform_cross_f64(change, before.of, after.of, axis, wanted, late);
+        pass_event_at_axis_f64(change, before.of, after.of, axis, wanted, late);
     }
 }
 
 /* A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once. */
 static variation_f64 variation_of_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                         const hopform_phase_f64 *phases, const hopform_stance_f64 *stance) {
-    variation_f64 way = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, true};
-    const hopform_mode_f64 mode = hopform_mode_of_f64(plan, phases, current_f64(&way, phases));
-    way.at.named = hopform_start_of_phase_f64(phases);
+    variation_f64 variation = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, true};
+    const mode_f64 mode = mode_of_f64(plan, phases, current_f64(&variation, phases));
+    variation.at.named = start_of_phase_f64(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
-        way.change[column_of_axis_f64[i]].of[i] = 1.0;
+        variation.change[column_of_axis_f64[i]].of[i] = 1.0;
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
         if (mode.side[element] == 0 || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
-            way.change[column_of_axis_f64[axis]].of[axis] = 0.0;
+            variation.change[column_of_axis_f64[axis]].of[axis] = 0.0;
         }
     }
-    return way;
+    return variation;
 }
 
 /* Follow a stance up to a time; `last` is the index of its last phase. */
-static void follow_to_f64(variation_f64 *way, int32_t last, double t) {
-    while (way->index < last && way->phases[way->index + 1].t <= t) {
-        travel_f64(way, way->phases[way->index + 1].t);
-        cross_f64(way);
+static void follow_to_f64(variation_f64 *variation, int32_t last, double t) {
+    while (variation->index < last && variation->phases[variation->index + 1].t <= t) {
+        travel_f64(variation, variation->phases[variation->index + 1].t);
+        cross_f64(variation);
     }
-    travel_f64(way, t);
+    travel_f64(variation, t);
 }
 
 /* The rows of the matrix from the changes at take-off, F = 0. */
-static bool finish_f64(variation_f64 *way, const hopform_state_f64 *end, double *matrix) {
-    const hopform_robot_f64 *robot = &way->plan->robot;
-    const hopform_phase_f64 *phase = &way->phases[way->index];
-    const hopform_mode_f64 mode = hopform_mode_of_f64(way->plan, phase, current_f64(way, phase));
-    const hopform_state_f64 start = hopform_start_of_phase_f64(way->phases);
-    const hopform_state_by_axis_f64 speed = hopform_speeds_in_mode_f64(way->plan, &mode, end);
-    const double contact_rate = hopform_contact_slope_f64(robot, &speed.named);
-    const double fall = hopform_fall_of_f64(robot);
+static bool finish_f64(variation_f64 *variation, const hopform_state_f64 *end, double *matrix) {
+    const hopform_robot_f64 *robot = &variation->plan->robot;
+    const hopform_phase_f64 *phase = &variation->phases[variation->index];
+    const mode_f64 mode = mode_of_f64(variation->plan, phase, current_f64(variation, phase));
+    const hopform_state_f64 start = start_of_phase_f64(variation->phases);
+    const state_by_axis_f64 speed = speeds_in_mode_f64(variation->plan, &mode, end);
+    const double contact_rate = contact_slope_f64(robot, &speed.named);
+    const double fall = fall_of_f64(robot);
     const bool underflows = fall > 0.0 && !(fall * fall > 0.0); /* by which the apex's derivative divides */
     if (!(fabs_f64(contact_rate) > 0.0) || underflows) { return false; }
     for (int column = 0; column < COLUMNS_f64; column++) {
-        hopform_state_by_axis_f64 *change = &way->change[column];
-        hopform_state_by_axis_f64 unit;
-        const hopform_robot_change_f64 by = robot_change_f64(column);
-        const double late = -hopform_contact_change_f64(robot, end, &by, &change->change) / contact_rate;
+        state_by_axis_f64 *change = &variation->change[column];
+        state_by_axis_f64 unit;
+        const robot_change_f64 by = robot_change_of_column_f64(column);
+        const double late = -contact_change_f64(robot, end, &by, &change->change) / contact_rate;
         for (int i = 0; i < HOPFORM_AXES; i++) {
             unit.of[i] = column == column_of_axis_f64[i] ? 1.0 : 0.0;
             change->of[i] += speed.of[i] * late;
         }
         if (HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0; /* at take-off */ }
-        const double rows[HOPFORM_SENSITIVITY_ROWS] = {
-            late,
-            change->of[0],
-            change->of[1],
-            hopform_height_change_f64(robot, &by, &change->change),
-            change->of[2],
-            fall > 0.0 ? hopform_apex_change_f64(robot, end, &by, &change->change) : 0.0,
-            hopform_body_energy_change_f64(robot, end, &by, &change->change)
-                - hopform_body_energy_change_f64(robot, &start, &by, &unit.change)};
+        const double rows[HOPFORM_SENSITIVITY_ROWS] = {late,
+                                                     change->of[0],
+                                                     change->of[1],
+                                                     height_change_f64(robot, &by, &change->change),
+                                                     change->of[2],
+                                                     fall > 0.0 ? apex_change_f64(robot, end, &by, &change->change)
+                                                                : 0.0,
+                                                     body_energy_change_f64(robot, end, &by, &change->change)
+                                                         - body_energy_change_f64(robot, &start, &by, &unit.change)};
         for (int row = 0; row < HOPFORM_SENSITIVITY_ROWS; row++) {
             matrix[row * COLUMNS_f64 + column] = rows[row];
         }
@@ -269,42 +271,42 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                           double *matrix) {
     const int32_t count = HOPFORM_SENSITIVITY_ROWS * COLUMNS_f64;
-    const hopform_memory_f64 array = hopform_array_f64(matrix, count, sizeof *matrix);
-    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, NULL, &array, 1);
+    const memory_f64 array = array_f64(matrix, count, sizeof *matrix);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
     bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
     if (exists) {
-        variation_f64 way = variation_of_f64(plan, steps, phases, stance);
-        follow_to_f64(&way, stance->phases_kept - 1, stance->duration);
-        exists = way.exists && finish_f64(&way, &stance->end, matrix);
+        variation_f64 variation = variation_of_f64(plan, steps, phases, stance);
+        follow_to_f64(&variation, stance->phases_kept - 1, stance->duration);
+        exists = variation.exists && finish_f64(&variation, &stance->end, matrix);
     }
     for (int32_t n = 0; exists && n < count; n++) {
         exists = matrix[n] >= -HOPFORM_NEVER_f64 && matrix[n] <= HOPFORM_NEVER_f64;
     }
-    return exists ? HOPFORM_OK : hopform_refuse_f64(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
+    return exists ? HOPFORM_OK : refuse_f64(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 
 int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                      const double *times, int32_t count, hopform_state_f64 *states, double *tangents) {
-    const hopform_memory_f64 arrays[] = {
-        hopform_array_f64(states, count, sizeof *states),
-        hopform_array_f64(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f64 * sizeof *tangents),
+    const memory_f64 arrays[] = {
+        array_f64(states, count, sizeof *states),
+        array_f64(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f64 * sizeof *tangents),
     };
-    const hopform_times_f64 when = {times, count, true};
-    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, &when, arrays, 2);
+    const times_f64 when = {times, count, true};
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, arrays, 2);
     if (status < 0) { return status; }
-    variation_f64 way = variation_of_f64(plan, steps, phases, stance);
+    variation_f64 variation = variation_of_f64(plan, steps, phases, stance);
     for (int32_t i = 0; i < count; i++) {
-        follow_to_f64(&way, stance->phases_kept - 1, hopform_lesser_f64(times[i], stance->duration));
-        states[i] = way.at.named;
+        follow_to_f64(&variation, stance->phases_kept - 1, lesser_f64(times[i], stance->duration));
+        states[i] = variation.at.named;
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_f64; column++) {
-                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_f64 + column] = way.change[column].of[row];
+                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_f64 + column] = variation.change[column].of[row];
             }
         }
     }
-    return way.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
+    return variation.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }
 
 #endif

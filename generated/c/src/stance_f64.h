@@ -12,8 +12,7 @@
 static bool steps_are_sound_f64(const hopform_step_f64 *steps, int32_t count) {
     if (count < 1 || count > HOPFORM_MOST_STEPS || fabs_f64(steps[0].t) > 0.0) { return false; }
     for (int32_t n = 0; n < count; n++) {
-        if (!hopform_is_finite_f64(steps[n].t) || !hopform_is_finite_f64(steps[n].u)
-            || (n > 0 && !(steps[n].t > steps[n - 1].t))) {
+        if (!is_finite_f64(steps[n].t) || !is_finite_f64(steps[n].u) || (n > 0 && !(steps[n].t > steps[n - 1].t))) {
             return false;
         }
     }
@@ -32,7 +31,7 @@ static int32_t fill_plan_f64(hopform_plan_f64 *plan) {
     const int32_t status = rates_of_plan_f64(plan);
     if (status < 0) { return status; }
     const hopform_rates_f64 *rates = &plan->rates;
-    const hopform_poles_f64 both = hopform_factor_cubic_f64(rates->s_1, rates->s_2, rates->s_3);
+    const hopform_poles_f64 both = factor_cubic_f64(rates->s_1, rates->s_2, rates->s_3);
     const int32_t made = poles_of_plan_f64(plan, &both, true);
     return made == HOPFORM_OK && is_stiff_f64(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }
@@ -54,41 +53,40 @@ static int32_t call_status_f64(const hopform_plan_f64 *plan, const hopform_state
                                 const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
                                 const hopform_phase_f64 *phases, int32_t capacity) {
     if (plan == NULL || steps == NULL || (phases == NULL && capacity > 0)) { return HOPFORM_ERROR_NULL; }
-    if (!hopform_is_made_f64(plan)) { return HOPFORM_ERROR_ROBOT; }
+    if (!is_made_f64(plan)) { return HOPFORM_ERROR_ROBOT; }
     const int32_t status = stance_status_f64(&plan->robot, start, horizon, max_phases);
     if (status < 0) { return status; }
     if (!steps_are_sound_f64(steps, step_count)) { return HOPFORM_ERROR_STEPS; }
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `follow`; NULL for none. */
-static int32_t hopform_solve_followed_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
-                                           const hopform_step_f64 *steps, int32_t step_count, double horizon,
-                                           int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity,
-                                           hopform_stance_f64 *stance, hopform_follow_f64 *follow,
-                                           hopform_tally_f64 *tally) {
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+static int32_t solve_observed_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
+                                   const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
+                                   hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance,
+                                   observer_f64 *observer, current_variation_f64 *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
-    const hopform_memory_f64 read[] = {
-        hopform_array_f64(plan, 1, sizeof *plan),
-        hopform_array_f64(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
+    const memory_f64 read[] = {
+        array_f64(plan, 1, sizeof *plan),
+        array_f64(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
     };
-    const hopform_memory_f64 written[] = {
-        hopform_array_f64(stance, 1, sizeof *stance),
-        hopform_array_f64(phases, capacity, sizeof *phases),
+    const memory_f64 written[] = {
+        array_f64(stance, 1, sizeof *stance),
+        array_f64(phases, capacity, sizeof *phases),
     };
     const hopform_state_f64 nothing = {0.0, 0.0, 0.0, 0.0};
     const hopform_state_f64 from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
     int32_t status = HOPFORM_ERROR_NULL;
-    if (follow == NULL && hopform_overlap_f64(written, 2, read, 2)) { /* who follows has looked */
+    if (observer == NULL && overlap_f64(written, 2, read, 2)) { /* who follows has looked */
         status = HOPFORM_ERROR_OVERLAP;
     } else if (start != NULL) {
         status = call_status_f64(plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
     }
-    if (status < 0) { return hopform_refuse_f64(status, written, 1, read, 2); }
+    if (status < 0) { return refuse_f64(status, written, 1, read, 2); }
     stance_chain_f64 chain;
     stance_start_f64(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
-    chain.follow = follow;
-    chain.tally = tally;
+    chain.observer = observer;
+    chain.variation = variation;
     stance_search_f64 search;
     stance_search_nothing_f64(&plan->both, &search);
     int32_t ending = stance_begin_f64(&chain);
@@ -103,18 +101,18 @@ static int32_t hopform_solve_followed_f64(const hopform_plan_f64 *plan, const ho
 int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                   const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
                                   hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance) {
-    return hopform_solve_followed_f64(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
-                                       NULL, NULL);
+    return solve_observed_f64(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
+                               NULL);
 }
 
 int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
                                hopform_state_f64 *state) {
-    const hopform_memory_f64 array = hopform_array_f64(state, 1, sizeof *state);
-    const hopform_times_f64 when = {&t, 1, false};
-    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, &when, &array, 1);
+    const memory_f64 array = array_f64(state, 1, sizeof *state);
+    const times_f64 when = {&t, 1, false};
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, &array, 1);
     if (status < 0) { return status; }
-    *state = hopform_state_of_stance_f64(plan, steps, phases, stance, t);
+    *state = state_of_stance_f64(plan, steps, phases, stance, t);
     return HOPFORM_OK;
 }
 

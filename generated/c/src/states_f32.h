@@ -46,9 +46,9 @@ static inline float moved_f32(const float phi[HOPFORM_AXES_AND_ONE], float z_1, 
 static inline void step_columns_f32(const float *RESTRICT_f32 z_0, const float *RESTRICT_f32 z_1,
                                      const float *RESTRICT_f32 z_2, const float *RESTRICT_f32 z_3,
                                      float *RESTRICT_f32 later_0, float *RESTRICT_f32 later_1,
-                                     float *RESTRICT_f32 later_2, float *RESTRICT_f32 later_3,
-                                     const hopform_matrix_f32 *phi, int32_t count) {
-    const hopform_matrix_f32 by = *phi;
+                                     float *RESTRICT_f32 later_2, float *RESTRICT_f32 later_3, const matrix_f32 *phi,
+                                     int32_t count) {
+    const matrix_f32 by = *phi;
     for (int32_t n = 0; n < count; n++) {
         later_0[n] = z_0[n] + moved_f32(by.at[0], z_1[n], z_2[n], z_3[n]);
         later_1[n] = moved_f32(by.at[1], z_1[n], z_2[n], z_3[n]);
@@ -58,8 +58,8 @@ static inline void step_columns_f32(const float *RESTRICT_f32 z_0, const float *
 }
 
 /* The samples from `behind` after `first` on, from those from `first` on. */
-static inline void put_samples_f32(const grid_f32 *grid, const hopform_matrix_f32 *phi, int32_t first,
-                                    int32_t behind, int32_t count) {
+static inline void put_samples_f32(const grid_f32 *grid, const matrix_f32 *phi, int32_t first, int32_t behind,
+                                    int32_t count) {
     float *const *z = grid->column;
     const int32_t to = first + behind;
     step_columns_f32(z[0] + first, z[1] + first, z[2] + first, z[3] + first, z[0] + to, z[1] + to, z[2] + to,
@@ -67,24 +67,23 @@ static inline void put_samples_f32(const grid_f32 *grid, const hopform_matrix_f3
 }
 
 /* A full block has a count known to the compiler. */
-static GRID_WIDE_f32 void put_wide_f32(const grid_f32 *grid, const hopform_matrix_f32 *phi, int32_t first,
-                                         int32_t behind) {
+static GRID_WIDE_f32 void put_wide_f32(const grid_f32 *grid, const matrix_f32 *phi, int32_t first, int32_t behind) {
     put_samples_f32(grid, phi, first, behind, BLOCK_f32);
 }
 
 /* The samples of a phase from number `first` on, before `end`. */
 static void samples_of_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u,
                                   const grid_f32 *grid, int32_t first, int32_t end) {
-    hopform_state_by_axis_f32 start;
-    start.named = hopform_state_in_phase_f32(plan, phase, u, grid->t0 + (float)first * grid->dt - phase->t);
-    const hopform_mode_f32 mode = hopform_mode_of_f32(plan, phase, u);
+    state_by_axis_f32 start;
+    start.named = state_in_phase_f32(plan, phase, u, grid->t0 + (float)first * grid->dt - phase->t);
+    const mode_f32 mode = mode_of_f32(plan, phase, u);
     const int32_t count = end - first;
     for (int i = 0; i < HOPFORM_AXES; i++) {
         grid->column[i][first] = start.of[i];
     }
     for (int64_t behind = 1; behind < count; behind *= STRIDE_f32) {
-        const hopform_basis_by_order_f32 response = hopform_response_in_mode_f32(&mode, (float)behind * grid->dt);
-        const hopform_matrix_f32 phi = hopform_transition_f32(&mode, response.of);
+        const basis_by_order_f32 response = response_in_mode_f32(&mode, (float)behind * grid->dt);
+        const matrix_f32 phi = transition_f32(&mode, response.of);
         const int64_t most = behind < BLOCK_f32 ? behind : (int64_t)BLOCK_f32;
         for (int64_t n = behind; n < STRIDE_f32 * behind && n < count; n += most) {
             const int32_t from = first + (int32_t)(n - behind);
@@ -114,18 +113,18 @@ static int32_t sample_behind_f32(float time, float t0, float dt, int32_t first, 
 }
 
 /* The columns of an output, one for each axis. */
-static void columns_of_f32(float *const *columns, int32_t count, hopform_memory_f32 arrays[HOPFORM_AXES]) {
+static void columns_of_f32(float *const *columns, int32_t count, memory_f32 arrays[HOPFORM_AXES]) {
     for (int i = 0; i < HOPFORM_AXES; i++) {
-        arrays[i] = hopform_array_f32(columns != NULL ? columns[i] : NULL, count, sizeof **columns);
+        arrays[i] = array_f32(columns != NULL ? columns[i] : NULL, count, sizeof **columns);
     }
 }
 
 int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t0, float dt,
                                  int32_t count, float *const *columns) {
-    hopform_memory_f32 arrays[HOPFORM_AXES];
+    memory_f32 arrays[HOPFORM_AXES];
     columns_of_f32(columns, count, arrays);
-    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, NULL, arrays, HOPFORM_AXES);
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, NULL, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
@@ -133,14 +132,14 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
     const float last = t0 + (float)(count - 1) * dt;
     const float latest = rests ? HOPFORM_NEVER_f32 : stance->duration + 8.0f * HOPFORM_EPS_f32 * stance->duration;
     if (count < 0 || !(t0 >= 0.0f) || !(dt > 0.0f) || !(last <= latest)) {
-        return hopform_refuse_f32(HOPFORM_ERROR_TIME, arrays, HOPFORM_AXES, NULL, 0);
+        return refuse_f32(HOPFORM_ERROR_TIME, arrays, HOPFORM_AXES, NULL, 0);
     }
     grid_f32 grid;
     grid.t0 = t0;
     grid.dt = dt;
     (void)memcpy(grid.column, columns, sizeof grid.column);
     int32_t first = 0;
-    for (int32_t n = hopform_phase_index_f32(phases, stance->phases_kept, t0); first < count; n++) {
+    for (int32_t n = phase_index_f32(phases, stance->phases_kept, t0); first < count; n++) {
         const bool is_last = n + 1 >= stance->phases_kept;
         const int32_t end = is_last ? count : sample_behind_f32(phases[n + 1].t, t0, dt, first, count);
         if (end > first) { samples_of_phase_f32(plan, &phases[n], steps[phases[n].step].u, &grid, first, end); }
@@ -153,27 +152,27 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
 int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                    const float *times, int32_t count, float *const *columns) {
-    hopform_memory_f32 arrays[HOPFORM_AXES];
+    memory_f32 arrays[HOPFORM_AXES];
     columns_of_f32(columns, count, arrays);
-    const hopform_times_f32 when = {times, count, false};
-    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, &when, arrays, HOPFORM_AXES);
+    const times_f32 when = {times, count, false};
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
     float *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
     int32_t prepared = 0;
-    hopform_motion_f32 motion = hopform_motion_in_phase_f32(plan, phases, steps[phases->step].u);
+    motion_f32 motion = motion_in_phase_f32(plan, phases, steps[phases->step].u);
     for (int32_t i = 0; i < count; i++) {
-        const float within = hopform_lesser_f32(times[i], stance->duration);
-        const int32_t n = hopform_phase_index_f32(phases, stance->phases_kept, within);
+        const float within = lesser_f32(times[i], stance->duration);
+        const int32_t n = phase_index_f32(phases, stance->phases_kept, within);
         const hopform_phase_f32 *phase = &phases[n];
         if (n != prepared) {
-            motion = hopform_motion_in_phase_f32(plan, phase, steps[phase->step].u);
+            motion = motion_in_phase_f32(plan, phase, steps[phase->step].u);
             prepared = n;
         }
-        hopform_state_by_axis_f32 state;
-        state.named = hopform_state_by_motion_f32(plan, phase, &motion, within - phase->t);
+        state_by_axis_f32 state;
+        state.named = state_by_motion_f32(plan, phase, &motion, within - phase->t);
         for (int axis = 0; axis < HOPFORM_AXES; axis++) {
             column[axis][i] = state.of[axis];
         }

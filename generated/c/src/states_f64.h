@@ -46,9 +46,9 @@ static inline double moved_f64(const double phi[HOPFORM_AXES_AND_ONE], double z_
 static inline void step_columns_f64(const double *RESTRICT_f64 z_0, const double *RESTRICT_f64 z_1,
                                      const double *RESTRICT_f64 z_2, const double *RESTRICT_f64 z_3,
                                      double *RESTRICT_f64 later_0, double *RESTRICT_f64 later_1,
-                                     double *RESTRICT_f64 later_2, double *RESTRICT_f64 later_3,
-                                     const hopform_matrix_f64 *phi, int32_t count) {
-    const hopform_matrix_f64 by = *phi;
+                                     double *RESTRICT_f64 later_2, double *RESTRICT_f64 later_3, const matrix_f64 *phi,
+                                     int32_t count) {
+    const matrix_f64 by = *phi;
     for (int32_t n = 0; n < count; n++) {
         later_0[n] = z_0[n] + moved_f64(by.at[0], z_1[n], z_2[n], z_3[n]);
         later_1[n] = moved_f64(by.at[1], z_1[n], z_2[n], z_3[n]);
@@ -58,8 +58,8 @@ static inline void step_columns_f64(const double *RESTRICT_f64 z_0, const double
 }
 
 /* The samples from `behind` after `first` on, from those from `first` on. */
-static inline void put_samples_f64(const grid_f64 *grid, const hopform_matrix_f64 *phi, int32_t first,
-                                    int32_t behind, int32_t count) {
+static inline void put_samples_f64(const grid_f64 *grid, const matrix_f64 *phi, int32_t first, int32_t behind,
+                                    int32_t count) {
     double *const *z = grid->column;
     const int32_t to = first + behind;
     step_columns_f64(z[0] + first, z[1] + first, z[2] + first, z[3] + first, z[0] + to, z[1] + to, z[2] + to,
@@ -67,24 +67,23 @@ static inline void put_samples_f64(const grid_f64 *grid, const hopform_matrix_f6
 }
 
 /* A full block has a count known to the compiler. */
-static GRID_WIDE_f64 void put_wide_f64(const grid_f64 *grid, const hopform_matrix_f64 *phi, int32_t first,
-                                         int32_t behind) {
+static GRID_WIDE_f64 void put_wide_f64(const grid_f64 *grid, const matrix_f64 *phi, int32_t first, int32_t behind) {
     put_samples_f64(grid, phi, first, behind, BLOCK_f64);
 }
 
 /* The samples of a phase from number `first` on, before `end`. */
 static void samples_of_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u,
                                   const grid_f64 *grid, int32_t first, int32_t end) {
-    hopform_state_by_axis_f64 start;
-    start.named = hopform_state_in_phase_f64(plan, phase, u, grid->t0 + (double)first * grid->dt - phase->t);
-    const hopform_mode_f64 mode = hopform_mode_of_f64(plan, phase, u);
+    state_by_axis_f64 start;
+    start.named = state_in_phase_f64(plan, phase, u, grid->t0 + (double)first * grid->dt - phase->t);
+    const mode_f64 mode = mode_of_f64(plan, phase, u);
     const int32_t count = end - first;
     for (int i = 0; i < HOPFORM_AXES; i++) {
         grid->column[i][first] = start.of[i];
     }
     for (int64_t behind = 1; behind < count; behind *= STRIDE_f64) {
-        const hopform_basis_by_order_f64 response = hopform_response_in_mode_f64(&mode, (double)behind * grid->dt);
-        const hopform_matrix_f64 phi = hopform_transition_f64(&mode, response.of);
+        const basis_by_order_f64 response = response_in_mode_f64(&mode, (double)behind * grid->dt);
+        const matrix_f64 phi = transition_f64(&mode, response.of);
         const int64_t most = behind < BLOCK_f64 ? behind : (int64_t)BLOCK_f64;
         for (int64_t n = behind; n < STRIDE_f64 * behind && n < count; n += most) {
             const int32_t from = first + (int32_t)(n - behind);
@@ -114,18 +113,18 @@ static int32_t sample_behind_f64(double time, double t0, double dt, int32_t firs
 }
 
 /* The columns of an output, one for each axis. */
-static void columns_of_f64(double *const *columns, int32_t count, hopform_memory_f64 arrays[HOPFORM_AXES]) {
+static void columns_of_f64(double *const *columns, int32_t count, memory_f64 arrays[HOPFORM_AXES]) {
     for (int i = 0; i < HOPFORM_AXES; i++) {
-        arrays[i] = hopform_array_f64(columns != NULL ? columns[i] : NULL, count, sizeof **columns);
+        arrays[i] = array_f64(columns != NULL ? columns[i] : NULL, count, sizeof **columns);
     }
 }
 
 int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
                                  int32_t count, double *const *columns) {
-    hopform_memory_f64 arrays[HOPFORM_AXES];
+    memory_f64 arrays[HOPFORM_AXES];
     columns_of_f64(columns, count, arrays);
-    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, NULL, arrays, HOPFORM_AXES);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
@@ -133,14 +132,14 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
     const double last = t0 + (double)(count - 1) * dt;
     const double latest = rests ? HOPFORM_NEVER_f64 : stance->duration + 8.0 * HOPFORM_EPS_f64 * stance->duration;
     if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest)) {
-        return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, HOPFORM_AXES, NULL, 0);
+        return refuse_f64(HOPFORM_ERROR_TIME, arrays, HOPFORM_AXES, NULL, 0);
     }
     grid_f64 grid;
     grid.t0 = t0;
     grid.dt = dt;
     (void)memcpy(grid.column, columns, sizeof grid.column);
     int32_t first = 0;
-    for (int32_t n = hopform_phase_index_f64(phases, stance->phases_kept, t0); first < count; n++) {
+    for (int32_t n = phase_index_f64(phases, stance->phases_kept, t0); first < count; n++) {
         const bool is_last = n + 1 >= stance->phases_kept;
         const int32_t end = is_last ? count : sample_behind_f64(phases[n + 1].t, t0, dt, first, count);
         if (end > first) { samples_of_phase_f64(plan, &phases[n], steps[phases[n].step].u, &grid, first, end); }
@@ -153,27 +152,27 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
 int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                    const double *times, int32_t count, double *const *columns) {
-    hopform_memory_f64 arrays[HOPFORM_AXES];
+    memory_f64 arrays[HOPFORM_AXES];
     columns_of_f64(columns, count, arrays);
-    const hopform_times_f64 when = {times, count, false};
-    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, &when, arrays, HOPFORM_AXES);
+    const times_f64 when = {times, count, false};
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
     double *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
     int32_t prepared = 0;
-    hopform_motion_f64 motion = hopform_motion_in_phase_f64(plan, phases, steps[phases->step].u);
+    motion_f64 motion = motion_in_phase_f64(plan, phases, steps[phases->step].u);
     for (int32_t i = 0; i < count; i++) {
-        const double within = hopform_lesser_f64(times[i], stance->duration);
-        const int32_t n = hopform_phase_index_f64(phases, stance->phases_kept, within);
+        const double within = lesser_f64(times[i], stance->duration);
+        const int32_t n = phase_index_f64(phases, stance->phases_kept, within);
         const hopform_phase_f64 *phase = &phases[n];
         if (n != prepared) {
-            motion = hopform_motion_in_phase_f64(plan, phase, steps[phase->step].u);
+            motion = motion_in_phase_f64(plan, phase, steps[phase->step].u);
             prepared = n;
         }
-        hopform_state_by_axis_f64 state;
-        state.named = hopform_state_by_motion_f64(plan, phase, &motion, within - phase->t);
+        state_by_axis_f64 state;
+        state.named = state_by_motion_f64(plan, phase, &motion, within - phase->t);
         for (int axis = 0; axis < HOPFORM_AXES; axis++) {
             column[axis][i] = state.of[axis];
         }

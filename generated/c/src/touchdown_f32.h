@@ -12,9 +12,8 @@
 int32_t hopform_touchdown_f32(const hopform_detector_f32 *detector, hopform_contact_f32 *contact, float sample) {
     if (detector == NULL || contact == NULL) { return HOPFORM_ERROR_NULL; }
     const int32_t count = detector->count; /* read before the contact, in which the detector may lie, is written */
-    if (!(detector->low <= detector->high && hopform_is_finite_f32(detector->low)
-          && hopform_is_finite_f32(detector->high))
-        || count < 1 || !hopform_is_finite_f32(sample)) {
+    if (!(detector->low <= detector->high && is_finite_f32(detector->low) && is_finite_f32(detector->high))
+        || count < 1 || !is_finite_f32(sample)) {
         return HOPFORM_ERROR_DETECTOR;
     }
     const bool above = sample >= (contact->above != 0 ? detector->low : detector->high);

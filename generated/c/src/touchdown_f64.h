@@ -12,9 +12,8 @@
 int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_contact_f64 *contact, double sample) {
     if (detector == NULL || contact == NULL) { return HOPFORM_ERROR_NULL; }
     const int32_t count = detector->count; /* read before the contact, in which the detector may lie, is written */
-    if (!(detector->low <= detector->high && hopform_is_finite_f64(detector->low)
-          && hopform_is_finite_f64(detector->high))
-        || count < 1 || !hopform_is_finite_f64(sample)) {
+    if (!(detector->low <= detector->high && is_finite_f64(detector->low) && is_finite_f64(detector->high))
+        || count < 1 || !is_finite_f64(sample)) {
         return HOPFORM_ERROR_DETECTOR;
     }
     const bool above = sample >= (contact->above != 0 ? detector->low : detector->high);

@@ -16,18 +16,18 @@
 #include "extrema_f32.h"
 
 /* What is gathered along the phases of a stance. */
-struct hopform_tally_f32 {
+struct current_variation_f32 {
     const hopform_plan_f32 *plan;
     hopform_trial_f32 *trial;
-    hopform_state_by_axis_f32 change;  /* of the state at a fixed time, per A */
-    hopform_state_by_axis_f32 arrived; /* at the end of the last phase, before its event */
-    hopform_state_by_axis_f32 speed;   /* z' there */
-    int side[HOPFORM_ELEMENTS];         /* in the last phase */
-    bool moves;                         /* the element that the current drives has */
+    state_by_axis_f32 change;  /* of the state at a fixed time, per A */
+    state_by_axis_f32 arrived; /* at the end of the last phase, before its event */
+    state_by_axis_f32 speed;   /* z' there */
+    int side[HOPFORM_ELEMENTS]; /* in the last phase */
+    bool moves;                 /* the element that the current drives has */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
-static inline void hopform_note_largest_f32(hopform_trial_f32 *trial, float position, float change) {
+static inline void note_largest_f32(hopform_trial_f32 *trial, float position, float change) {
     if (position > trial->largest_x1) {
         trial->largest_x1 = position;
         trial->largest_x1_u = change;
@@ -35,7 +35,7 @@ static inline void hopform_note_largest_f32(hopform_trial_f32 *trial, float posi
 }
 
 /* A minimum of the contact force before the ending, where a little less of it would have been a take-off. */
-static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float contact, float change, uint32_t count) {
+static inline void note_minimum_f32(hopform_trial_f32 *trial, float contact, float change, uint32_t count) {
     if (contact < trial->least_contact) {
         trial->least_contact = contact;
         trial->least_contact_u = change;
@@ -44,10 +44,9 @@ static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float cont
 }
 
 /* The change of the state at an event that comes `late`r. */
-static inline hopform_state_by_axis_f32 hopform_change_at_event_f32(const hopform_state_by_axis_f32 *change,
-                                                                      const hopform_state_by_axis_f32 *speed,
-                                                                      float late) {
-    hopform_state_by_axis_f32 met = *change;
+static inline state_by_axis_f32 change_at_event_f32(const state_by_axis_f32 *change, const state_by_axis_f32 *speed,
+                                                      float late) {
+    state_by_axis_f32 met = *change;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         met.of[axis] += speed->of[axis] * late;
     }
@@ -58,40 +57,40 @@ static inline hopform_state_by_axis_f32 hopform_change_at_event_f32(const hopfor
  * where the take-off comes before, the contact force being zero: the lesser of that and of the height from which a mass
  * falls as fast; smooth, as the position at rest is. `met` is the change of the state at the event, whose time moves.
  */
-static inline void hopform_note_hit_f32(const hopform_tally_f32 *tally, const hopform_state_by_axis_f32 *met) {
-    const hopform_robot_f32 *robot = &tally->plan->robot;
-    const float *at = tally->arrived.of;
+static inline void note_hit_f32(const current_variation_f32 *variation, const state_by_axis_f32 *met) {
+    const hopform_robot_f32 *robot = &variation->plan->robot;
+    const float *at = variation->arrived.of;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const float height = 0.5f * at[velocity] * at[velocity] / hopform_fall_of_f32(robot);
-    const float contact = hopform_contact_of_f32(robot, &tally->arrived.named);
+    const float height = 0.5f * at[velocity] * at[velocity] / fall_of_f32(robot);
+    const float contact = contact_of_f32(robot, &variation->arrived.named);
     const bool slow = height < contact;
-    const float change = slow ? at[velocity] * met->of[velocity] / hopform_fall_of_f32(robot)
-                             : hopform_contact_slope_f32(robot, &met->named);
-    hopform_note_largest_f32(tally->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
+    const float change =
+        slow ? at[velocity] * met->of[velocity] / fall_of_f32(robot) : contact_slope_f32(robot, &met->named);
+    note_largest_f32(variation->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
 }
 
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
  * moves at the event, the sides before and after decide, and not what rounding leaves of the velocities. */
-static inline bool hopform_turns_up_f32(const hopform_tally_f32 *tally, const hopform_passage_f32 *now,
-                                         float rate_after) {
-    const float rate = hopform_contact_slope_f32(&tally->plan->robot, &tally->speed.named);
+static inline bool turns_up_f32(const current_variation_f32 *variation, const solved_phase_f32 *now,
+                                 float rate_after) {
+    const float rate = contact_slope_f32(&variation->plan->robot, &variation->speed.named);
     const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP;
     bool moves = !HOPFORM_CONTACT_IS_COMPRESSION;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves = moves || fabs_f32(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f;
     }
     if (moves) { return (rate < 0.0f || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0f); }
-    return HOPFORM_CONTACT_UNLOADS(tally->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
+    return HOPFORM_CONTACT_UNLOADS(variation->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
  * proportion to u where the rate that vanishes is 0. */
-static inline void hopform_pass_event_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *now) {
-    const hopform_robot_f32 *robot = &tally->plan->robot;
-    const hopform_state_by_axis_f32 *before = &tally->speed;
-    hopform_state_by_axis_f32 after; /* z' right after it, where W'' is 1, and W', W are 0 */
-    hopform_state_by_axis_f32 *change = &tally->change;
-    const int axis = hopform_axis_of_event_f32(now->event);
+static inline void pass_event_f32(current_variation_f32 *variation, const solved_phase_f32 *now) {
+    const hopform_robot_f32 *robot = &variation->plan->robot;
+    const state_by_axis_f32 *before = &variation->speed;
+    state_by_axis_f32 after; /* z' right after it, where W'' is 1, and W', W are 0 */
+    state_by_axis_f32 *change = &variation->change;
+    const int axis = axis_of_event_f32(now->event);
     float late = 0.0f;
     after.of[HOPFORM_POSITION_AXIS] = now->start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int i = 1; i < HOPFORM_AXES; i++) {
@@ -101,48 +100,46 @@ static inline void hopform_pass_event_f32(hopform_tally_f32 *tally, const hopfor
         if (fabs_f32(before->of[axis]) > 0.0f) {
             late = -change->of[axis] / before->of[axis];
         } else {
-            tally->trial->smooth = false;
+            variation->trial->smooth = false;
         }
         if (axis == HOPFORM_POSITION_AXIS && before->of[axis] > 0.0f) {
-            const hopform_state_by_axis_f32 met = hopform_change_at_event_f32(change, before, late);
-            hopform_note_hit_f32(tally, &met);
+            const state_by_axis_f32 met = change_at_event_f32(change, before, late);
+            note_hit_f32(variation, &met);
         }
-        hopform_cross_f32(change->of, before->of, after.of, axis, 0.0f, late);
+        pass_event_at_axis_f32(change->of, before->of, after.of, axis, 0.0f, late);
     }
-    hopform_note_largest_f32(tally->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
-    if (hopform_turns_up_f32(tally, now, hopform_contact_slope_f32(robot, &after.named))) {
-        const hopform_state_by_axis_f32 met = hopform_change_at_event_f32(change, &after, late);
-        hopform_note_minimum_f32(tally->trial, hopform_contact_of_f32(robot, &now->start->named),
-                                  hopform_contact_slope_f32(robot, &met.named), 1);
+    note_largest_f32(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
+    if (turns_up_f32(variation, now, contact_slope_f32(robot, &after.named))) {
+        const state_by_axis_f32 met = change_at_event_f32(change, &after, late);
+        note_minimum_f32(variation->trial, contact_of_f32(robot, &now->start->named),
+                          contact_slope_f32(robot, &met.named), 1);
     }
 }
 
 /* The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind it, by
  * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
  * the stance goes on for another rebound. */
-static inline void hopform_look_for_minimum_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage,
-                                                 const hopform_motion_f32 *by_u, bool turns) {
-    const hopform_robot_f32 *robot = &tally->plan->robot;
-    const int *side = passage->side;
-    const hopform_poles_f32 *poles = hopform_poles_of_f32(tally->plan, side[0], side[1]);
-    const hopform_numerator_f32 h = hopform_contact_numerator_f32(robot, &passage->motion->named);
-    const propagator_f32 end = propagator_of_f32(poles, passage->length, passage->end);
+static inline void look_for_minimum_f32(current_variation_f32 *variation, const solved_phase_f32 *phase,
+                                         const motion_f32 *by_u, bool turns) {
+    const hopform_robot_f32 *robot = &variation->plan->robot;
+    const int *side = phase->side;
+    const hopform_poles_f32 *poles = poles_of_f32(variation->plan, side[0], side[1]);
+    const numerator_f32 h = contact_numerator_f32(robot, &phase->motion->named);
+    const propagator_f32 end = propagator_of_f32(poles, phase->length, phase->end);
     if (turns) {
-        const hopform_least_f32 least =
-            hopform_least_minimum_f32(poles, hopform_node_of_f32(tally->plan, side[0], side[1]), &h,
-                                       hopform_contact_of_f32(robot, &passage->start->named), &end, 64.0f);
+        const minima_f32 least = least_minimum_f32(poles, node_of_f32(variation->plan, side[0], side[1]), &h,
+                                                     contact_of_f32(robot, &phase->start->named), &end, 64.0f);
         if (least.count > 0) {
             const hopform_state_f32 there =
-                hopform_arrive_f32(&tally->change.named, by_u, &least.basis, side[0], side[1]);
-            hopform_note_minimum_f32(tally->trial, least.value, hopform_contact_slope_f32(robot, &there),
-                                      least.count);
+                arrive_f32(&variation->change.named, by_u, &least.basis, side[0], side[1]);
+            note_minimum_f32(variation->trial, least.value, contact_slope_f32(robot, &there), least.count);
         }
     }
-    if (!passage->leaves || tally->trial->minima > 0) { return; }
-    const hopform_numerator_f32 h_u = hopform_contact_numerator_f32(robot, by_u);
-    const event_function_f32 contact = {h.H3, h.H2, h.H1, 0.0f, 0.0f, 0.0f, 0, 0, MAY_TURN_f32};
-    const event_function_f32 contact_u = {
-        h_u.H3, h_u.H2, h_u.H1, 0.0f, hopform_contact_slope_f32(robot, &tally->change.named), 0.0f, 0, 0, MAY_TURN_f32};
+    if (!phase->leaves || variation->trial->minima > 0) { return; }
+    const numerator_f32 h_u = contact_numerator_f32(robot, by_u);
+    const event_function_f32 contact = event_function_of_f32(&h, 0.0f);
+    const event_function_f32 contact_u =
+        event_function_of_f32(&h_u, contact_slope_f32(robot, &variation->change.named));
     const jet_f32 at = jet_at_f32(poles, &contact, &end);
     const jet_f32 at_u = short_jet_at_f32(&contact_u, &end);
     if (at.rate < 0.0f && at.curvature > 0.0f) {
@@ -150,7 +147,7 @@ static inline void hopform_look_for_minimum_f32(hopform_tally_f32 *tally, const 
         const float curvature_u = at_u.curvature - at.third * at_u.value / at.rate; /* where the take-off moves to */
         const float change = at_u.value + later * (at_u.rate + 0.5f * later * curvature_u);
         if (0.5f * later * -at.rate + fabs_f32(change) <= HOPFORM_NEVER_f32) {
-            hopform_note_minimum_f32(tally->trial, 0.5f * later * at.rate, change, 0);
+            note_minimum_f32(variation->trial, 0.5f * later * at.rate, change, 0);
         }
     }
 }
@@ -158,63 +155,63 @@ static inline void hopform_look_for_minimum_f32(hopform_tally_f32 *tally, const 
 /* Follow the change through a phase, and through the event with which it began. The contact force has no minimum inside
  * where it is the compression and that keeps the sign of its rate. Before the driven element has ever moved there is
  * nothing to follow. */
-static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_passage_f32 *passage) {
-    const hopform_plan_f32 *plan = tally->plan;
-    const int *side = passage->side;
-    const hopform_basis_f32 *w = passage->end;
-    if (passage->event != HOPFORM_EVENT_NONE) { hopform_pass_event_f32(tally, passage); }
-    tally->moves = tally->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
+static inline void carry_variation_f32(current_variation_f32 *variation, const solved_phase_f32 *phase) {
+    const hopform_plan_f32 *plan = variation->plan;
+    const int *side = phase->side;
+    const basis_f32 *w = phase->end;
+    if (phase->event != HOPFORM_EVENT_NONE) { pass_event_f32(variation, phase); }
+    variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
     const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
-    if (tally->moves || turns) {
-        hopform_drive_by_element_f32 per_ampere = {{0.0f, 0.0f}};
+    if (variation->moves || turns) {
+        drive_by_element_f32 per_ampere = {{0.0f, 0.0f}};
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
-        const hopform_motion_f32 by_u =
-            hopform_motion_under_f32(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
-        if (turns || passage->leaves) { hopform_look_for_minimum_f32(tally, passage, &by_u, turns); }
-        tally->change.named = hopform_arrive_f32(&tally->change.named, &by_u, w, side[0], side[1]);
+        const motion_f32 by_u =
+            motion_under_f32(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
+        if (turns || phase->leaves) { look_for_minimum_f32(variation, phase, &by_u, turns); }
+        variation->change.named = arrive_f32(&variation->change.named, &by_u, w, side[0], side[1]);
     }
-    tally->arrived = *passage->arrived;
-    tally->speed.of[HOPFORM_POSITION_AXIS] = passage->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+    variation->arrived = *phase->arrived;
+    variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int axis = 1; axis < HOPFORM_AXES; axis++) {
-        const hopform_numerator_f32 *h = &passage->motion->core[axis - 1];
-        tally->speed.of[axis] = h->H3 * w->Wdd + h->H2 * w->Wd + h->H1 * w->W;
+        const numerator_f32 *h = &phase->motion->core[axis - 1];
+        variation->speed.of[axis] = h->H3 * w->Wdd + h->H2 * w->Wd + h->H1 * w->W;
     }
-    (void)memcpy(tally->side, side, sizeof tally->side);
+    (void)memcpy(variation->side, side, sizeof variation->side);
 }
 
 /* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
  * take-off at once comes under every current. */
-static inline void hopform_lift_f32(const hopform_tally_f32 *tally, const hopform_state_f32 *end) {
-    const hopform_robot_f32 *robot = &tally->plan->robot;
-    const float rate = hopform_contact_slope_f32(robot, &tally->speed.named);
+static inline void lift_f32(const current_variation_f32 *variation, const hopform_state_f32 *end) {
+    const hopform_robot_f32 *robot = &variation->plan->robot;
+    const float rate = contact_slope_f32(robot, &variation->speed.named);
     if (!(fabs_f32(rate) > 0.0f)) {
-        tally->trial->smooth = false;
+        variation->trial->smooth = false;
         return;
     }
-    const float late = -hopform_contact_slope_f32(robot, &tally->change.named) / rate;
-    hopform_state_by_axis_f32 met = hopform_change_at_event_f32(&tally->change, &tally->speed, late);
+    const float late = -contact_slope_f32(robot, &variation->change.named) / rate;
+    state_by_axis_f32 met = change_at_event_f32(&variation->change, &variation->speed, late);
     if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0f; }
-    tally->trial->apex_u = hopform_apex_slope_f32(robot, end, &met.change);
-    hopform_note_largest_f32(tally->trial, end->x1, met.of[HOPFORM_POSITION_AXIS]);
+    variation->trial->apex_u = apex_slope_f32(robot, end, &met.change);
+    note_largest_f32(variation->trial, end->x1, met.of[HOPFORM_POSITION_AXIS]);
 }
 
 /* What a stance says of its current, all of whose phases are at hand, and whose changes have been followed. `events` is
  * a hash (Fowler, Noll and Vo) of the order of modes and events, which differs where they do. */
-static inline void hopform_close_trial_f32(const hopform_tally_f32 *tally, const hopform_phase_f32 *phases,
-                                            const hopform_stance_f32 *stance) {
-    hopform_trial_f32 *trial = tally->trial;
+static inline void close_trial_f32(const current_variation_f32 *variation, const hopform_phase_f32 *phases,
+                                    const hopform_stance_f32 *stance) {
+    hopform_trial_f32 *trial = variation->trial;
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial->events = 2166136261u;
     trial->held = true;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         trial->events = (trial->events ^ (uint32_t)(phases[n].mode + 16 * phases[n].event)) * 16777619u;
-        trial->held = trial->held && hopform_side_1_f32(&phases[n]) == 0;
+        trial->held = trial->held && side_1_f32(&phases[n]) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        hopform_lift_f32(tally, &stance->end);
+        lift_f32(variation, &stance->end);
     } else {
-        hopform_note_largest_f32(trial, stance->end.x1, tally->change.of[HOPFORM_POSITION_AXIS]);
+        note_largest_f32(trial, stance->end.x1, variation->change.of[HOPFORM_POSITION_AXIS]);
     }
 }
 

@@ -16,18 +16,18 @@
 #include "extrema_f64.h"
 
 /* What is gathered along the phases of a stance. */
-struct hopform_tally_f64 {
+struct current_variation_f64 {
     const hopform_plan_f64 *plan;
     hopform_trial_f64 *trial;
-    hopform_state_by_axis_f64 change;  /* of the state at a fixed time, per A */
-    hopform_state_by_axis_f64 arrived; /* at the end of the last phase, before its event */
-    hopform_state_by_axis_f64 speed;   /* z' there */
-    int side[HOPFORM_ELEMENTS];         /* in the last phase */
-    bool moves;                         /* the element that the current drives has */
+    state_by_axis_f64 change;  /* of the state at a fixed time, per A */
+    state_by_axis_f64 arrived; /* at the end of the last phase, before its event */
+    state_by_axis_f64 speed;   /* z' there */
+    int side[HOPFORM_ELEMENTS]; /* in the last phase */
+    bool moves;                 /* the element that the current drives has */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
-static inline void hopform_note_largest_f64(hopform_trial_f64 *trial, double position, double change) {
+static inline void note_largest_f64(hopform_trial_f64 *trial, double position, double change) {
     if (position > trial->largest_x1) {
         trial->largest_x1 = position;
         trial->largest_x1_u = change;
@@ -35,7 +35,7 @@ static inline void hopform_note_largest_f64(hopform_trial_f64 *trial, double pos
 }
 
 /* A minimum of the contact force before the ending, where a little less of it would have been a take-off. */
-static inline void hopform_note_minimum_f64(hopform_trial_f64 *trial, double contact, double change, uint32_t count) {
+static inline void note_minimum_f64(hopform_trial_f64 *trial, double contact, double change, uint32_t count) {
     if (contact < trial->least_contact) {
         trial->least_contact = contact;
         trial->least_contact_u = change;
@@ -44,10 +44,9 @@ static inline void hopform_note_minimum_f64(hopform_trial_f64 *trial, double con
 }
 
 /* The change of the state at an event that comes `late`r. */
-static inline hopform_state_by_axis_f64 hopform_change_at_event_f64(const hopform_state_by_axis_f64 *change,
-                                                                      const hopform_state_by_axis_f64 *speed,
-                                                                      double late) {
-    hopform_state_by_axis_f64 met = *change;
+static inline state_by_axis_f64 change_at_event_f64(const state_by_axis_f64 *change, const state_by_axis_f64 *speed,
+                                                      double late) {
+    state_by_axis_f64 met = *change;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         met.of[axis] += speed->of[axis] * late;
     }
@@ -58,40 +57,40 @@ static inline hopform_state_by_axis_f64 hopform_change_at_event_f64(const hopfor
  * where the take-off comes before, the contact force being zero: the lesser of that and of the height from which a mass
  * falls as fast; smooth, as the position at rest is. `met` is the change of the state at the event, whose time moves.
  */
-static inline void hopform_note_hit_f64(const hopform_tally_f64 *tally, const hopform_state_by_axis_f64 *met) {
-    const hopform_robot_f64 *robot = &tally->plan->robot;
-    const double *at = tally->arrived.of;
+static inline void note_hit_f64(const current_variation_f64 *variation, const state_by_axis_f64 *met) {
+    const hopform_robot_f64 *robot = &variation->plan->robot;
+    const double *at = variation->arrived.of;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const double height = 0.5 * at[velocity] * at[velocity] / hopform_fall_of_f64(robot);
-    const double contact = hopform_contact_of_f64(robot, &tally->arrived.named);
+    const double height = 0.5 * at[velocity] * at[velocity] / fall_of_f64(robot);
+    const double contact = contact_of_f64(robot, &variation->arrived.named);
     const bool slow = height < contact;
-    const double change = slow ? at[velocity] * met->of[velocity] / hopform_fall_of_f64(robot)
-                             : hopform_contact_slope_f64(robot, &met->named);
-    hopform_note_largest_f64(tally->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
+    const double change =
+        slow ? at[velocity] * met->of[velocity] / fall_of_f64(robot) : contact_slope_f64(robot, &met->named);
+    note_largest_f64(variation->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
 }
 
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
  * moves at the event, the sides before and after decide, and not what rounding leaves of the velocities. */
-static inline bool hopform_turns_up_f64(const hopform_tally_f64 *tally, const hopform_passage_f64 *now,
-                                         double rate_after) {
-    const double rate = hopform_contact_slope_f64(&tally->plan->robot, &tally->speed.named);
+static inline bool turns_up_f64(const current_variation_f64 *variation, const solved_phase_f64 *now,
+                                 double rate_after) {
+    const double rate = contact_slope_f64(&variation->plan->robot, &variation->speed.named);
     const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP;
     bool moves = !HOPFORM_CONTACT_IS_COMPRESSION;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves = moves || fabs_f64(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0;
     }
     if (moves) { return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0); }
-    return HOPFORM_CONTACT_UNLOADS(tally->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
+    return HOPFORM_CONTACT_UNLOADS(variation->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
  * proportion to u where the rate that vanishes is 0. */
-static inline void hopform_pass_event_f64(hopform_tally_f64 *tally, const hopform_passage_f64 *now) {
-    const hopform_robot_f64 *robot = &tally->plan->robot;
-    const hopform_state_by_axis_f64 *before = &tally->speed;
-    hopform_state_by_axis_f64 after; /* z' right after it, where W'' is 1, and W', W are 0 */
-    hopform_state_by_axis_f64 *change = &tally->change;
-    const int axis = hopform_axis_of_event_f64(now->event);
+static inline void pass_event_f64(current_variation_f64 *variation, const solved_phase_f64 *now) {
+    const hopform_robot_f64 *robot = &variation->plan->robot;
+    const state_by_axis_f64 *before = &variation->speed;
+    state_by_axis_f64 after; /* z' right after it, where W'' is 1, and W', W are 0 */
+    state_by_axis_f64 *change = &variation->change;
+    const int axis = axis_of_event_f64(now->event);
     double late = 0.0;
     after.of[HOPFORM_POSITION_AXIS] = now->start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int i = 1; i < HOPFORM_AXES; i++) {
@@ -101,48 +100,46 @@ static inline void hopform_pass_event_f64(hopform_tally_f64 *tally, const hopfor
         if (fabs_f64(before->of[axis]) > 0.0) {
             late = -change->of[axis] / before->of[axis];
         } else {
-            tally->trial->smooth = false;
+            variation->trial->smooth = false;
         }
         if (axis == HOPFORM_POSITION_AXIS && before->of[axis] > 0.0) {
-            const hopform_state_by_axis_f64 met = hopform_change_at_event_f64(change, before, late);
-            hopform_note_hit_f64(tally, &met);
+            const state_by_axis_f64 met = change_at_event_f64(change, before, late);
+            note_hit_f64(variation, &met);
         }
-        hopform_cross_f64(change->of, before->of, after.of, axis, 0.0, late);
+        pass_event_at_axis_f64(change->of, before->of, after.of, axis, 0.0, late);
     }
-    hopform_note_largest_f64(tally->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
-    if (hopform_turns_up_f64(tally, now, hopform_contact_slope_f64(robot, &after.named))) {
-        const hopform_state_by_axis_f64 met = hopform_change_at_event_f64(change, &after, late);
-        hopform_note_minimum_f64(tally->trial, hopform_contact_of_f64(robot, &now->start->named),
-                                  hopform_contact_slope_f64(robot, &met.named), 1);
+    note_largest_f64(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
+    if (turns_up_f64(variation, now, contact_slope_f64(robot, &after.named))) {
+        const state_by_axis_f64 met = change_at_event_f64(change, &after, late);
+        note_minimum_f64(variation->trial, contact_of_f64(robot, &now->start->named),
+                          contact_slope_f64(robot, &met.named), 1);
     }
 }
 
 /* The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind it, by
  * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
  * the stance goes on for another rebound. */
-static inline void hopform_look_for_minimum_f64(hopform_tally_f64 *tally, const hopform_passage_f64 *passage,
-                                                 const hopform_motion_f64 *by_u, bool turns) {
-    const hopform_robot_f64 *robot = &tally->plan->robot;
-    const int *side = passage->side;
-    const hopform_poles_f64 *poles = hopform_poles_of_f64(tally->plan, side[0], side[1]);
-    const hopform_numerator_f64 h = hopform_contact_numerator_f64(robot, &passage->motion->named);
-    const propagator_f64 end = propagator_of_f64(poles, passage->length, passage->end);
+static inline void look_for_minimum_f64(current_variation_f64 *variation, const solved_phase_f64 *phase,
+                                         const motion_f64 *by_u, bool turns) {
+    const hopform_robot_f64 *robot = &variation->plan->robot;
+    const int *side = phase->side;
+    const hopform_poles_f64 *poles = poles_of_f64(variation->plan, side[0], side[1]);
+    const numerator_f64 h = contact_numerator_f64(robot, &phase->motion->named);
+    const propagator_f64 end = propagator_of_f64(poles, phase->length, phase->end);
     if (turns) {
-        const hopform_least_f64 least =
-            hopform_least_minimum_f64(poles, hopform_node_of_f64(tally->plan, side[0], side[1]), &h,
-                                       hopform_contact_of_f64(robot, &passage->start->named), &end, 64.0);
+        const minima_f64 least = least_minimum_f64(poles, node_of_f64(variation->plan, side[0], side[1]), &h,
+                                                     contact_of_f64(robot, &phase->start->named), &end, 64.0);
         if (least.count > 0) {
             const hopform_state_f64 there =
-                hopform_arrive_f64(&tally->change.named, by_u, &least.basis, side[0], side[1]);
-            hopform_note_minimum_f64(tally->trial, least.value, hopform_contact_slope_f64(robot, &there),
-                                      least.count);
+                arrive_f64(&variation->change.named, by_u, &least.basis, side[0], side[1]);
+            note_minimum_f64(variation->trial, least.value, contact_slope_f64(robot, &there), least.count);
         }
     }
-    if (!passage->leaves || tally->trial->minima > 0) { return; }
-    const hopform_numerator_f64 h_u = hopform_contact_numerator_f64(robot, by_u);
-    const event_function_f64 contact = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_f64};
-    const event_function_f64 contact_u = {
-        h_u.H3, h_u.H2, h_u.H1, 0.0, hopform_contact_slope_f64(robot, &tally->change.named), 0.0, 0, 0, MAY_TURN_f64};
+    if (!phase->leaves || variation->trial->minima > 0) { return; }
+    const numerator_f64 h_u = contact_numerator_f64(robot, by_u);
+    const event_function_f64 contact = event_function_of_f64(&h, 0.0);
+    const event_function_f64 contact_u =
+        event_function_of_f64(&h_u, contact_slope_f64(robot, &variation->change.named));
     const jet_f64 at = jet_at_f64(poles, &contact, &end);
     const jet_f64 at_u = short_jet_at_f64(&contact_u, &end);
     if (at.rate < 0.0 && at.curvature > 0.0) {
@@ -150,7 +147,7 @@ static inline void hopform_look_for_minimum_f64(hopform_tally_f64 *tally, const 
         const double curvature_u = at_u.curvature - at.third * at_u.value / at.rate; /* where the take-off moves to */
         const double change = at_u.value + later * (at_u.rate + 0.5 * later * curvature_u);
         if (0.5 * later * -at.rate + fabs_f64(change) <= HOPFORM_NEVER_f64) {
-            hopform_note_minimum_f64(tally->trial, 0.5 * later * at.rate, change, 0);
+            note_minimum_f64(variation->trial, 0.5 * later * at.rate, change, 0);
         }
     }
 }
@@ -158,63 +155,63 @@ static inline void hopform_look_for_minimum_f64(hopform_tally_f64 *tally, const 
 /* Follow the change through a phase, and through the event with which it began. The contact force has no minimum inside
  * where it is the compression and that keeps the sign of its rate. Before the driven element has ever moved there is
  * nothing to follow. */
-static inline void hopform_tally_up_f64(hopform_tally_f64 *tally, const hopform_passage_f64 *passage) {
-    const hopform_plan_f64 *plan = tally->plan;
-    const int *side = passage->side;
-    const hopform_basis_f64 *w = passage->end;
-    if (passage->event != HOPFORM_EVENT_NONE) { hopform_pass_event_f64(tally, passage); }
-    tally->moves = tally->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
+static inline void carry_variation_f64(current_variation_f64 *variation, const solved_phase_f64 *phase) {
+    const hopform_plan_f64 *plan = variation->plan;
+    const int *side = phase->side;
+    const basis_f64 *w = phase->end;
+    if (phase->event != HOPFORM_EVENT_NONE) { pass_event_f64(variation, phase); }
+    variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
     const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
-    if (tally->moves || turns) {
-        hopform_drive_by_element_f64 per_ampere = {{0.0, 0.0}};
+    if (variation->moves || turns) {
+        drive_by_element_f64 per_ampere = {{0.0, 0.0}};
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
-        const hopform_motion_f64 by_u =
-            hopform_motion_under_f64(&plan->rates, &per_ampere.named, &tally->change.named, side[0], side[1]);
-        if (turns || passage->leaves) { hopform_look_for_minimum_f64(tally, passage, &by_u, turns); }
-        tally->change.named = hopform_arrive_f64(&tally->change.named, &by_u, w, side[0], side[1]);
+        const motion_f64 by_u =
+            motion_under_f64(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
+        if (turns || phase->leaves) { look_for_minimum_f64(variation, phase, &by_u, turns); }
+        variation->change.named = arrive_f64(&variation->change.named, &by_u, w, side[0], side[1]);
     }
-    tally->arrived = *passage->arrived;
-    tally->speed.of[HOPFORM_POSITION_AXIS] = passage->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+    variation->arrived = *phase->arrived;
+    variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int axis = 1; axis < HOPFORM_AXES; axis++) {
-        const hopform_numerator_f64 *h = &passage->motion->core[axis - 1];
-        tally->speed.of[axis] = h->H3 * w->Wdd + h->H2 * w->Wd + h->H1 * w->W;
+        const numerator_f64 *h = &phase->motion->core[axis - 1];
+        variation->speed.of[axis] = h->H3 * w->Wdd + h->H2 * w->Wd + h->H1 * w->W;
     }
-    (void)memcpy(tally->side, side, sizeof tally->side);
+    (void)memcpy(variation->side, side, sizeof variation->side);
 }
 
 /* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
  * take-off at once comes under every current. */
-static inline void hopform_lift_f64(const hopform_tally_f64 *tally, const hopform_state_f64 *end) {
-    const hopform_robot_f64 *robot = &tally->plan->robot;
-    const double rate = hopform_contact_slope_f64(robot, &tally->speed.named);
+static inline void lift_f64(const current_variation_f64 *variation, const hopform_state_f64 *end) {
+    const hopform_robot_f64 *robot = &variation->plan->robot;
+    const double rate = contact_slope_f64(robot, &variation->speed.named);
     if (!(fabs_f64(rate) > 0.0)) {
-        tally->trial->smooth = false;
+        variation->trial->smooth = false;
         return;
     }
-    const double late = -hopform_contact_slope_f64(robot, &tally->change.named) / rate;
-    hopform_state_by_axis_f64 met = hopform_change_at_event_f64(&tally->change, &tally->speed, late);
+    const double late = -contact_slope_f64(robot, &variation->change.named) / rate;
+    state_by_axis_f64 met = change_at_event_f64(&variation->change, &variation->speed, late);
     if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
-    tally->trial->apex_u = hopform_apex_slope_f64(robot, end, &met.change);
-    hopform_note_largest_f64(tally->trial, end->x1, met.of[HOPFORM_POSITION_AXIS]);
+    variation->trial->apex_u = apex_slope_f64(robot, end, &met.change);
+    note_largest_f64(variation->trial, end->x1, met.of[HOPFORM_POSITION_AXIS]);
 }
 
 /* What a stance says of its current, all of whose phases are at hand, and whose changes have been followed. `events` is
  * a hash (Fowler, Noll and Vo) of the order of modes and events, which differs where they do. */
-static inline void hopform_close_trial_f64(const hopform_tally_f64 *tally, const hopform_phase_f64 *phases,
-                                            const hopform_stance_f64 *stance) {
-    hopform_trial_f64 *trial = tally->trial;
+static inline void close_trial_f64(const current_variation_f64 *variation, const hopform_phase_f64 *phases,
+                                    const hopform_stance_f64 *stance) {
+    hopform_trial_f64 *trial = variation->trial;
     trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial->events = 2166136261u;
     trial->held = true;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         trial->events = (trial->events ^ (uint32_t)(phases[n].mode + 16 * phases[n].event)) * 16777619u;
-        trial->held = trial->held && hopform_side_1_f64(&phases[n]) == 0;
+        trial->held = trial->held && side_1_f64(&phases[n]) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        hopform_lift_f64(tally, &stance->end);
+        lift_f64(variation, &stance->end);
     } else {
-        hopform_note_largest_f64(trial, stance->end.x1, tally->change.of[HOPFORM_POSITION_AXIS]);
+        note_largest_f64(trial, stance->end.x1, variation->change.of[HOPFORM_POSITION_AXIS]);
     }
 }
 

@@ -79,9 +79,6 @@ TINY_DOWN = 3.814697265625e-06  # scales its cube root back
 EXPONENT_BIAS = 1023  # of the exponent's bits
 CARRIED_SQUARE = 1.7095202432850523e-05  # the square of a step, in rates, that a Taylor series carries exactly
 SEARCH_CANDIDATES = 15
-MAY_TURN = 0
-MONOTONE = 1
-DISTANCE = 2
 CORE = 3
 ONE = 4
 POWERS = 3
@@ -1639,7 +1636,7 @@ class Actuator:
         self.acc1 = other.acc1
 
 
-class Way:
+class FlightIntegrals:
     """Integrals over a part of a phase of the flight."""
     __slots__ = ("moved", "int_v1v1", "rise",)
     SIZE = 24
@@ -1650,10 +1647,10 @@ class Way:
         self.int_v1v1 = int_v1v1  # [m^2/s] integral of v_1^2
         self.rise = rise  # [m] of the body
 
-    def copy(self) -> "Way":
-        return Way(self.moved, self.int_v1v1, self.rise)
+    def copy(self) -> "FlightIntegrals":
+        return FlightIntegrals(self.moved, self.int_v1v1, self.rise)
 
-    def put(self, other: "Way") -> None:
+    def put(self, other: "FlightIntegrals") -> None:
         self.moved = other.moved
         self.int_v1v1 = other.int_v1v1
         self.rise = other.rise
@@ -2326,7 +2323,7 @@ def acceleration_at_limit(robot: Robot, flight_rates: FlightRates, v1: Real, sid
     return acc1
 
 
-def way_numerator(v1: Real, acc1: Real, poles: Poles) -> Numerator:
+def displacement_numerator(v1: Real, acc1: Real, poles: Poles) -> Numerator:
     """Numerator of how far the actuator has moved since a phase of the flight began."""
     p = poles.p
     H3 = v1  # (3) in flight
@@ -2393,11 +2390,11 @@ def flight_energies(robot: Robot, v1: Real, v2: Real, hop_height: Real) -> Energ
 
 
 def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1: Real, limit: Real,
-        way: Way) -> FlightLedger:
+        flight_integrals: FlightIntegrals) -> FlightLedger:
     """Each entry of the flight's ledger over a part of a phase."""
     m_eff, k, c, b1, f1 = robot.m_eff, robot.k, robot.c, robot.b1, robot.f1
     Kp, Kd = gains.Kp, gains.Kd
-    moved, int_v1v1 = way.moved, way.int_v1v1
+    moved, int_v1v1 = flight_integrals.moved, flight_integrals.int_v1v1
     motor_work = (Kd*int_v1v1 + Kp*moved*(0.5*moved + x1))*(limit*limit - 1.0) - largest*limit*moved  # law, or limit
     offset_work = c*k*moved  # constant forces
     viscous_1 = -b1*int_v1v1  # ledger
@@ -2571,7 +2568,7 @@ def angle(x: Real, y: Real) -> Real:
     return guess + e * (1.0 - ee * (1.0 / 3.0 - ee * (0.2 - ee / 7.0)))
 
 
-def log(x: Real) -> Real:
+def logarithm(x: Real) -> Real:
     """ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1))."""
     bits = bits_of_real(x)
     n = (bits >> FRACTION_BITS) - EXPONENT_BIAS
@@ -2609,7 +2606,7 @@ def cube_root(x: Real) -> Real:
     return y * TINY_DOWN if tiny else y
 
 
-def exp(x: Real) -> Real:
+def exponential(x: Real) -> Real:
     return fade_by(x).left
 
 
@@ -2657,7 +2654,7 @@ def decay_at(a: Real, t: Real) -> Decay:
         tail = tail * z + -0.041666666666666664
         tail = tail * z + 0.16666666666666666
         return decay_of_tail(a, t, tail)
-    return decay_of_exp(a, t, exp(-z))
+    return decay_of_exp(a, t, exponential(-z))
 
 
 def short_pair(poles: Poles, t: Real) -> Pair:
@@ -2732,7 +2729,7 @@ def pair_at(poles: Poles, t: Real) -> Pair:
         if half * t >= 0.5:
             return distinct_pair(slow, fast, t)
         spread = decay_at(-2.0 * half, t)
-        envelope = exp(-fast * t)
+        envelope = exponential(-fast * t)
         core.R = envelope * spread.e1
         core.Rd = envelope - slow * core.R
         core.turned = 1.0 - core.Rd - poles.p * core.R
@@ -2816,7 +2813,7 @@ def close_basis(poles: Poles, t: Real) -> Basis:
     shifted = shift(poles)
     around = Poles(0.0, 0.0, 0.0, 0.0, shifted.Q_s, shifted.T_s)
     near = short_basis(around, t)
-    series = ShiftedSeries(near.Wdd, near.Wd, near.W, exp(-shifted.sigma * t))
+    series = ShiftedSeries(near.Wdd, near.Wd, near.W, exponential(-shifted.sigma * t))
     response = unshift(shifted.sigma, series)
     integrals = integrals_by_recursion(poles, response, t)
     basis = Basis(response.Wdd, response.Wd, response.W, integrals.W1, integrals.W2)
@@ -3288,9 +3285,7 @@ def motion_of(plan: Plan, state: State, u: Real, side_1: int, side_2: int) -> Mo
 
 
 def settled(poles: Poles, h: Numerator) -> Real:
-    """What a function of time with this numerator tends to in a mode, less its start; NEVER where nothing that is left
-    of k draws it.
-    """
+    """Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force."""
     slow = poles.s_3 > 0.0
     draws = poles.s_3 if slow else poles.s_2
     settled = div(h.H1 if slow else h.H2, draws if draws > 0.0 else 1.0)
@@ -3311,7 +3306,7 @@ def free_after_motion(side: Real, friction: Real, velocity: Numerator, basis: Ba
     return side * (friction - (back if back > UNDERFLOW else UNDERFLOW))
 
 
-def go_on(motion: Numerators, element: int, alone: bool, acceleration: Real) -> None:
+def set_acceleration_from_rest(motion: Numerators, element: int, alone: bool, acceleration: Real) -> None:
     """Put the acceleration with which an element goes on from rest in place of that of the state; alone, the
     compression follows it.
     """
@@ -3399,7 +3394,7 @@ def axis_of_event(event: int) -> int:
     return axis_of_event[event]
 
 
-def cross(change: Any, before: Any, after: Any, axis: int, wanted: Real, late: Real) -> None:
+def pass_event_at_axis(change: Any, before: Any, after: Any, axis: int, wanted: Real, late: Real) -> None:
     """The change of z right after an event of `axis`, in place of that before it. The event comes `late`r, which adds
     (z' before - z' after) late; the value changes by `wanted`, that of a velocity by 0. A stop takes the velocity at
     once, and all that it acts on jumps. At rest the acceleration of the element jumps alone.
@@ -3414,7 +3409,7 @@ def cross(change: Any, before: Any, after: Any, axis: int, wanted: Real, late: R
     change[velocity] = 0.0 - after[velocity] * late
 
 
-class Passage:
+class SolvedPhase:
     """A phase that has been solved, before the event that ends it."""
     __slots__ = ("motion", "end", "length", "start", "arrived", "side", "event", "leaves",)
     SIZE = 56
@@ -3431,10 +3426,11 @@ class Passage:
         self.event = event  # with which it began
         self.leaves = leaves  # it ends as the contact is lost
 
-    def copy(self) -> "Passage":
-        return Passage(self.motion, self.end, self.length, self.start, self.arrived, self.side, self.event, self.leaves)
+    def copy(self) -> "SolvedPhase":
+        return SolvedPhase(self.motion, self.end, self.length, self.start, self.arrived, self.side, self.event,
+            self.leaves)
 
-    def put(self, other: "Passage") -> None:
+    def put(self, other: "SolvedPhase") -> None:
         self.motion = other.motion
         self.end = other.end
         self.length = other.length
@@ -3446,13 +3442,18 @@ class Passage:
 
 
 class EventFunction:
-    """An event function. `owner` and `side` are the caller's."""
-    __slots__ = ("H3", "H2", "H1", "H0", "start", "cancels", "owner", "side", "shape",)
-    SIZE = 64
+    """An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses
+    zero once at most and needs no certificate. The distance to a limit is so until the velocity of its element
+    vanishes, and a touch of it is no event.
+    """
+    __slots__ = ("H3", "H2", "H1", "H0", "start", "cancels", "decaying", "decay", "owner", "side", "needs_certificate",
+        "touch_is_no_event",)
+    SIZE = 80
     PARTS: tuple[str, ...] = ()
 
     def __init__(self, H3: Real = 0.0, H2: Real = 0.0, H1: Real = 0.0, H0: Real = 0.0, start: Real = 0.0,
-            cancels: Real = 0.0, owner: int = 0, side: int = 0, shape: int = 0) -> None:
+            cancels: Real = 0.0, decaying: Real = 0.0, decay: Real = 0.0, owner: int = 0, side: int = 0,
+        needs_certificate: bool = False, touch_is_no_event: bool = False) -> None:
         self.H3 = H3  # its numerator
         self.H2 = H2  # its numerator
         self.H1 = H1  # its numerator
@@ -3460,13 +3461,17 @@ class EventFunction:
         self.start = start
         # the magnitudes that the start is a difference of, where it is rounded by more than its own
         self.cancels = cancels
+        # a further term and its rate: in flight, what a damper leaves of the leg's compression
+        self.decaying = decaying
+        self.decay = decay  # a further term and its rate: in flight, what a damper leaves of the leg's compression
         self.owner = owner
         self.side = side
-        self.shape = shape
+        self.needs_certificate = needs_certificate
+        self.touch_is_no_event = touch_is_no_event
 
     def copy(self) -> "EventFunction":
-        return EventFunction(self.H3, self.H2, self.H1, self.H0, self.start, self.cancels, self.owner, self.side,
-            self.shape)
+        return EventFunction(self.H3, self.H2, self.H1, self.H0, self.start, self.cancels, self.decaying, self.decay,
+            self.owner, self.side, self.needs_certificate, self.touch_is_no_event)
 
     def put(self, other: "EventFunction") -> None:
         self.H3 = other.H3
@@ -3475,15 +3480,24 @@ class EventFunction:
         self.H0 = other.H0
         self.start = other.start
         self.cancels = other.cancels
+        self.decaying = other.decaying
+        self.decay = other.decay
         self.owner = other.owner
         self.side = other.side
-        self.shape = other.shape
+        self.needs_certificate = other.needs_certificate
+        self.touch_is_no_event = other.touch_is_no_event
+
+
+def event_function_of(h: Numerator, start: Real) -> EventFunction:
+    """A function with this numerator and value at the start, of which nothing is known."""
+    g = EventFunction(h.H3, h.H2, h.H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, True, False)
+    return g
 
 
 class EventSet:
-    """The active event functions of a phase, in the order in which they win a tie."""
+    """The active event functions of a phase, in order of tie-break priority."""
     __slots__ = ("poles", "node", "count", "function",)
-    SIZE = 280
+    SIZE = 344
     PARTS: tuple[str, ...] = ("function",)
 
     def __init__(self, poles: Any = None, node: Any = None, count: int = 0, function: Any = None) -> None:
@@ -3565,29 +3579,38 @@ def propagator_at(poles: Poles, t: Real) -> Propagator:
     return propagator_of(poles, t, basis)
 
 
-def relaxing(g: EventFunction, t: Real, n: int) -> Real:
-    """The n-th derivative of what a damper leaves in the leg."""
-    value = 0.0
-    return value
+def has_decay(g: EventFunction) -> bool:
+    """Whether a function has a further term, which decays: only where a damper is in the leg."""
+    return False
+
+
+def with_decay(g: EventFunction, t: Real, n: int, others: Real) -> Real:
+    """The n-th derivative of a function from that of its other terms."""
+    if not has_decay(g):
+        return others
+    value = g.decaying * exponential(-g.decay * t)
+    for _ in range(n):
+        value *= -g.decay
+    return others + value
 
 
 def value_at(g: EventFunction, at: Propagator) -> Real:
     w = at.basis
     value = g.start + (g.H3 * w.Wd + g.H2 * w.W + g.H1 * w.W1 + g.H0 * w.W2)
-    return value
+    return with_decay(g, at.t, 0, value)
 
 
 def rate_at(g: EventFunction, at: Propagator) -> Real:
     w = at.basis
     rate = g.H3 * w.Wdd + g.H2 * w.Wd + g.H1 * w.W + g.H0 * w.W1
-    return rate
+    return with_decay(g, at.t, 1, rate)
 
 
 def third_of(poles: Poles, g: EventFunction, at: Propagator) -> Real:
     w = at.basis
     fourth = -(poles.s_1 * at.W_third + poles.s_2 * w.Wdd + poles.s_3 * w.Wd)
     third = g.H3 * fourth + g.H2 * at.W_third + g.H1 * w.Wdd + g.H0 * w.Wd
-    return third
+    return with_decay(g, at.t, 3, third)
 
 
 def jet_at_start(poles: Poles, g: EventFunction) -> Jet:
@@ -3603,7 +3626,7 @@ def short_jet_at(g: EventFunction, at: Propagator) -> Jet:
     """Value, rate and curvature; the third derivative is 0 here."""
     w = at.basis
     curvature = g.H3 * at.W_third + g.H2 * w.Wdd + g.H1 * w.Wd + g.H0 * w.W
-    jet = Jet(value_at(g, at), rate_at(g, at), curvature, 0.0)
+    jet = Jet(value_at(g, at), rate_at(g, at), with_decay(g, at.t, 2, curvature), 0.0)
     return jet
 
 
@@ -3883,8 +3906,8 @@ def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess
         if abs(jet.value) <= EPS * t * abs(jet.rate):
             return
         step = step_between(poles, jet, fourth_of(poles, g, jet), t, low, high)
-        # The rate at which a leg relaxes is none of the poles: no step is known to land.
-        if step.lands:
+        # The rate of the further term is none of the poles: no step is known to land.
+        if step.lands and not has_decay(g):
             at.basis.put(carried_basis(poles, at.basis, step.next - t))
             at.W_third = third_of_basis(poles, at.basis)
             at.t = step.next
@@ -3978,7 +4001,7 @@ def has_no_root(from_: Jet, d: Real, falls_then: bool, d_then: Real) -> bool:
     return (after_negative | (d > 0.0)) & (after_positive | (d < 0.0))
 
 
-def is_held_up_by_slope(l_: Real, from_: Jet, to: Jet, h: Real, bound: Real) -> bool:
+def stays_positive_by_slope(l_: Real, from_: Jet, to: Jet, h: Real, bound: Real) -> bool:
     """Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost
     no more than that times h. 1 - lh stands for e^(-lh).
     """
@@ -4014,7 +4037,7 @@ def sixth_derivative_bound(poles: Poles, g: EventFunction) -> Real:
     return poles.q * poles.q * sqrt(poles.q * (c * c + div(sw * sw, ww))) + a * a * a * a * a * abs(e)
 
 
-def is_held_up_by_bernstein(poles: Poles, g: EventFunction, from_: Jet, to: Jet, h: Real, root_at_end: bool,
+def stays_positive_by_bernstein(poles: Poles, g: EventFunction, from_: Jet, to: Jet, h: Real, root_at_end: bool,
         rounding: Real) -> bool:
     """Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g
     differs by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count.
@@ -4186,7 +4209,7 @@ def guessed_crossing(g: EventFunction, in_: Interval, from_: Jet, to: Jet) -> Re
     guess; 2 if it has not. Its jet there.
     """
     h = in_.high.t - in_.low.t
-    is_last = in_.found < 0 and g.shape != DISTANCE
+    is_last = in_.found < 0 and not g.touch_is_no_event
     to.put(short_jet_at(g, in_.high))
     return rough_root(from_, to, h) if has_crossed(to, h, rounding_of(g, in_.high, to.rate), is_last) else 2.0
 
@@ -4209,16 +4232,16 @@ class Crossing:
         self.share = other.share
 
 
-def first_crossing(set: EventSet, in_: Interval, shape: int, first: Crossing) -> bool:
-    """Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if
-    one has.
+def first_crossing(set: EventSet, in_: Interval, distances: bool, first: Crossing) -> bool:
+    """Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
+    alone.
     """
     end = in_.high.copy()  # for registers
     first.function = 0
     first.share = 2.0
     for n in range(set.count):
         g = set.function[n]
-        if n != in_.found and g.shape >= shape and value_at(g, end) < 0.0:
+        if n != in_.found and (not distances or g.touch_is_no_event) and value_at(g, end) < 0.0:
             to = Jet()
             share = guessed_crossing(g, in_, in_.from_[n], to)
             if share < first.share:
@@ -4237,13 +4260,12 @@ def end_at_crossing(set: EventSet, in_: Interval, crossing: Crossing) -> None:
     in_.found = crossing.function
 
 
-def end_at_first_crossing(set: EventSet, in_: Interval, shape: int) -> None:
-    """Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its
-    end.
+def end_at_first_crossing(set: EventSet, in_: Interval, distances: bool) -> None:
+    """Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end.
     """
     first = Crossing()
     for _ in range(16):
-        if not first_crossing(set, in_, shape, first):
+        if not first_crossing(set, in_, distances, first):
             break
         end_at_crossing(set, in_, first)
 
@@ -4264,7 +4286,7 @@ def settle_ties(set: EventSet, in_: Interval) -> None:
             n += 1
             continue
         value = value_at(g, in_.high)
-        if value < 8.0 * EPS * in_.high.t * abs(rate) if found.shape == DISTANCE else (value
+        if value < 8.0 * EPS * in_.high.t * abs(rate) if found.touch_is_no_event else (value
             - 4.0 * rounding) * abs(other) < abs(rate) * rounding_of(found, in_.high, other):
             if value > 0.0:
                 end_interval_at(set, in_, in_.high.t - div(value, rate))
@@ -4293,9 +4315,9 @@ def is_certified(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
         return True
     h = in_.high.t - in_.low.t
     rounding = rounding_of(g, in_.high, to.rate)
-    return not d < 0.0 and is_held_up_by_slope(set.node.pole, from_, to, h, rounding) or quiet_time(set, g, in_.low,
-        from_, rounding) > h or set.node.half_period < NEVER and (is_held_up_by_bernstein(set.poles, g, from_, to, h,
-        n == in_.found, rounding) or has_faded(set, g, in_.low, from_, h, rounding))
+    return not d < 0.0 and stays_positive_by_slope(set.node.pole, from_, to, h, rounding) or quiet_time(set, g, in_.low,
+        from_, rounding) > h or set.node.half_period < NEVER and (stays_positive_by_bernstein(set.poles, g, from_, to,
+        h, n == in_.found, rounding) or has_faded(set, g, in_.low, from_, h, rounding))
 
 
 def is_certified_inside(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
@@ -4328,13 +4350,13 @@ def are_certified(set: EventSet, in_: Interval) -> bool:
     """
     for n in range(set.count):
         g = set.function[n]
-        if g.shape != MAY_TURN:
+        if not g.needs_certificate:
             continue
         # what is cheap of rule 2 comes first
         d = deflated_derivative(set, g, in_.low, 1.0)
-        soon = falls_for_certain(g, in_.high,
-            rate_at(g, in_.high)) if d < 0.0 else (d > 0.0) & (not in_.from_[n].rate < 0.0)
-        if not soon and not is_certified(set, in_, n, d) and not is_certified_inside(set, in_, n, d):
+        no_root_by_signs = falls_for_certain(g, in_.high, rate_at(g,
+            in_.high)) if d < 0.0 else (d > 0.0) & (not in_.from_[n].rate < 0.0)
+        if not no_root_by_signs and not is_certified(set, in_, n, d) and not is_certified_inside(set, in_, n, d):
             return False
     if in_.found > 0:
         settle_ties(set, in_)
@@ -4347,7 +4369,7 @@ def find_first_root(set: EventSet, in_: Interval) -> bool:
         if in_.count >= 10000:
             return False
         in_.count += 1
-        end_at_first_crossing(set, in_, MAY_TURN)
+        end_at_first_crossing(set, in_, False)
         if are_certified(set, in_):
             break
     return True
@@ -4362,14 +4384,14 @@ def begin_interval(set: EventSet, in_: Interval) -> None:
         in_.from_[n].value = greater(in_.from_[n].value, 0.0)
 
 
-def quiet_until(set: EventSet, in_: Interval) -> Real:
+def root_free_until(set: EventSet, in_: Interval) -> Real:
     """Rule 5: until when no function has a root, for certain."""
     quiet = NEVER
     for n in range(set.count):
         if not quiet > 0.0:
             break
         rounding = 16.0 * EPS * (abs(set.function[n].start) + set.function[n].cancels)
-        if set.function[n].shape != DISTANCE:  # one that is monotone is looked at where the interval ends
+        if not set.function[n].touch_is_no_event:  # one that is monotone is looked at where the interval ends
             quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
     return in_.low.t + quiet
 
@@ -4387,7 +4409,7 @@ def begin_at_start(set: EventSet, in_: Interval) -> int:
 
 
 def time_to_rest_of_ringing(poles: Poles, omega: Real, v: Real, acc: Real) -> Real:
-    """Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn."""
+    """Rule 3 of a pair that rings with omega. From rest a mass moves for half a period."""
     back = div(-(acc + 0.5 * poles.p * v), omega) if v > 0.0 else 1.0
     slowing = div(angle(back, v), omega)
     at_once = 0.0 if acc < 0.0 else NEVER
@@ -4418,7 +4440,7 @@ def time_to_rest(poles: Poles, v: Real, acc: Real) -> Real:
     if s < 0.1716:
         return div(2.0 * div(v, back) * area_tangent(s), 2.0 - x)
     ratio = div(-(acc + (mean + half) * v), back)
-    return div(-log(ratio), 2.0 * half) if ratio > 0.0 else NEVER
+    return div(-logarithm(ratio), 2.0 * half) if ratio > 0.0 else NEVER
 
 
 def steady_state_correction(poles: Poles, g: EventFunction, settled: Real, basis: Basis, t: Real) -> Real:
@@ -4441,7 +4463,7 @@ def steady_state_correction(poles: Poles, g: EventFunction, settled: Real, basis
     return later if better & counts else 0.0
 
 
-class Least:
+class Minima:
     """The least of `count` minima, and the propagator there."""
     __slots__ = ("value", "basis", "count",)
     SIZE = 56
@@ -4452,16 +4474,16 @@ class Least:
         self.basis = Basis() if basis is None else basis
         self.count = count
 
-    def copy(self) -> "Least":
-        return Least(self.value, self.basis.copy(), self.count)
+    def copy(self) -> "Minima":
+        return Minima(self.value, self.basis.copy(), self.count)
 
-    def put(self, other: "Least") -> None:
+    def put(self, other: "Minima") -> None:
         self.value = other.value
         self.basis.put(other.basis)
         self.count = other.count
 
 
-def find_minimum(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real, least: Least) -> None:
+def find_minimum(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real, least: Minima) -> None:
     """The minimum between two times, between which the rate becomes positive."""
     at = minimum_between(poles, g, from_, low, to, high)
     value = value_at(g, at)
@@ -4495,17 +4517,17 @@ def most_turns(from_: Jet, d: Real, to: Jet, d_then: Real) -> int:
     return variations - variations_then + (1 if d * d_then < 0.0 else 0) if decided else 3
 
 
-def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Propagator, most: Real) -> Least:
+def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Propagator, most: Real) -> Minima:
     """The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
     Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a
     period of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero
     and goes back.
     """
-    function = EventFunction(h.H3, h.H2, h.H1, 0.0, value, 0.0, 0, 0, MAY_TURN)
+    function = event_function_of(h, value)
     g = function
     from_ = jet_at_start(poles, g)
     to = jet_at(poles, g, end)
-    least = Least()
+    least = Minima()
     turns = from_.rate < 0.0 and to.rate > 0.0
     odd = 1 if turns or from_.rate > 0.0 and to.rate < 0.0 else 0
     start = propagator_at_start(poles)
@@ -4546,7 +4568,7 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
     return least
 
 
-class Tally:
+class CurrentVariation:
     """What is gathered along the phases of a stance."""
     __slots__ = ("plan", "trial", "change", "arrived", "speed", "side", "moves",)
     SIZE = 128
@@ -4563,11 +4585,11 @@ class Tally:
         self.side: Any = [0] * 2 if side is None else side  # in the last phase
         self.moves = moves  # the element that the current drives has
 
-    def copy(self) -> "Tally":
-        return Tally(self.plan, self.trial, self.change.copy(), self.arrived.copy(), self.speed.copy(), self.side[:],
-            self.moves)
+    def copy(self) -> "CurrentVariation":
+        return CurrentVariation(self.plan, self.trial, self.change.copy(), self.arrived.copy(), self.speed.copy(),
+            self.side[:], self.moves)
 
-    def put(self, other: "Tally") -> None:
+    def put(self, other: "CurrentVariation") -> None:
         self.plan = other.plan
         self.trial = other.trial
         self.change.put(other.change)
@@ -4600,46 +4622,46 @@ def change_at_event(change: StateByAxis, speed: StateByAxis, late: Real) -> Stat
     return met
 
 
-def note_hit(tally: Tally, met: StateByAxis) -> None:
+def note_hit(variation: CurrentVariation, met: StateByAxis) -> None:
     """The upper stop is hit: how far the position is from staying off it. It does where its velocity there vanishes, or
     where the take-off comes before, the contact force being zero: the lesser of that and of the height from which a
     mass falls as fast; smooth, as the position at rest is. `met` is the change of the state at the event, whose time
     moves.
     """
-    robot = tally.plan.robot
-    at = tally.arrived
+    robot = variation.plan.robot
+    at = variation.arrived
     velocity = 1
     height = div(0.5 * at[velocity] * at[velocity], fall_of(robot))
-    contact = contact_of(robot, tally.arrived)
+    contact = contact_of(robot, variation.arrived)
     slow = height < contact
     change = div(at[velocity] * met[velocity], fall_of(robot)) if slow else contact_slope(robot, met)
-    note_largest(tally.trial, at.x1 + (height if slow else contact), change)
+    note_largest(variation.trial, at.x1 + (height if slow else contact), change)
 
 
-def turns_up(tally: Tally, now: Passage, rate_after: Real) -> bool:
+def turns_up(variation: CurrentVariation, now: SolvedPhase, rate_after: Real) -> bool:
     """Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
     moves at the event, the sides before and after decide, and not what rounding leaves of the velocities.
     """
-    rate = contact_slope(tally.plan.robot, tally.speed)
+    rate = contact_slope(variation.plan.robot, variation.speed)
     jumps = now.event == 4
     moves = False
     for element in range(2):
         moves = moves or abs(now.start[element + 1]) > 0.0
     if moves:
         return rate < 0.0 and not rate_after < 0.0
-    return (tally.side[0] < 0 or tally.side[1] > 0) and not (tally.side[0] > 0
-        or tally.side[1] < 0) and not ((now.side[0] < 0 or now.side[1] > 0)
+    return (variation.side[0] < 0 or variation.side[1] > 0) and not (variation.side[0] > 0
+        or variation.side[1] < 0) and not ((now.side[0] < 0 or now.side[1] > 0)
         and not (now.side[0] > 0 or now.side[1] < 0))
 
 
-def pass_event(tally: Tally, now: Passage) -> None:
+def pass_event(variation: CurrentVariation, now: SolvedPhase) -> None:
     """The change per A right after the event with which a phase begins, and the extrema there. Its time does not move
     in proportion to u where the rate that vanishes is 0.
     """
-    robot = tally.plan.robot
-    before = tally.speed
+    robot = variation.plan.robot
+    before = variation.speed
     after = StateByAxis()  # z' right after it, where W'' is 1, and W', W are 0
-    change = tally.change
+    change = variation.change
     axis = axis_of_event(now.event)
     late = 0.0
     after.x1 = now.start.v1
@@ -4649,38 +4671,38 @@ def pass_event(tally: Tally, now: Passage) -> None:
         if abs(before[axis]) > 0.0:
             late = div(-change[axis], before[axis])
         else:
-            tally.trial.smooth = False
+            variation.trial.smooth = False
         if axis == 0 and before[axis] > 0.0:
             met = change_at_event(change, before, late)
-            note_hit(tally, met)
-        cross(change, before, after, axis, 0.0, late)
-    note_largest(tally.trial, now.start.x1, change.x1)
-    if turns_up(tally, now, contact_slope(robot, after)):
+            note_hit(variation, met)
+        pass_event_at_axis(change, before, after, axis, 0.0, late)
+    note_largest(variation.trial, now.start.x1, change.x1)
+    if turns_up(variation, now, contact_slope(robot, after)):
         met = change_at_event(change, after, late)
-        note_minimum(tally.trial, contact_of(robot, now.start), contact_slope(robot, met), 1)
+        note_minimum(variation.trial, contact_of(robot, now.start), contact_slope(robot, met), 1)
 
 
-def look_for_minimum(tally: Tally, passage: Passage, by_u: Any, turns: bool) -> None:
+def look_for_minimum(variation: CurrentVariation, phase: SolvedPhase, by_u: Any, turns: bool) -> None:
     """The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind
     it, by the parabola there: how far below zero the contact force would fall if the contact could pull. Where that
     is nothing, the stance goes on for another rebound.
     """
-    robot = tally.plan.robot
-    side = passage.side
-    poles = poles_of(tally.plan, side[0], side[1])
-    h = contact_numerator(robot, passage.motion)
-    end = propagator_of(poles, passage.length, passage.end)
+    robot = variation.plan.robot
+    side = phase.side
+    poles = poles_of(variation.plan, side[0], side[1])
+    h = contact_numerator(robot, phase.motion)
+    end = propagator_of(poles, phase.length, phase.end)
     if turns:
-        least = least_minimum(poles, node_of(tally.plan, side[0], side[1]), h, contact_of(robot, passage.start), end,
+        least = least_minimum(poles, node_of(variation.plan, side[0], side[1]), h, contact_of(robot, phase.start), end,
             64.0)
         if least.count > 0:
-            there = arrive(tally.change, by_u, least.basis, side[0], side[1])
-            note_minimum(tally.trial, least.value, contact_slope(robot, there), least.count)
-    if not passage.leaves or tally.trial.minima > 0:
+            there = arrive(variation.change, by_u, least.basis, side[0], side[1])
+            note_minimum(variation.trial, least.value, contact_slope(robot, there), least.count)
+    if not phase.leaves or variation.trial.minima > 0:
         return
     h_u = contact_numerator(robot, by_u)
-    contact = EventFunction(h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN)
-    contact_u = EventFunction(h_u.H3, h_u.H2, h_u.H1, 0.0, contact_slope(robot, tally.change), 0.0, 0, 0, MAY_TURN)
+    contact = event_function_of(h, 0.0)
+    contact_u = event_function_of(h_u, contact_slope(robot, variation.change))
     at = jet_at(poles, contact, end)
     at_u = short_jet_at(contact_u, end)
     if at.rate < 0.0 and at.curvature > 0.0:
@@ -4688,57 +4710,57 @@ def look_for_minimum(tally: Tally, passage: Passage, by_u: Any, turns: bool) -> 
         curvature_u = at_u.curvature - div(at.third * at_u.value, at.rate)  # where the take-off moves to
         change = at_u.value + later * (at_u.rate + 0.5 * later * curvature_u)
         if 0.5 * later * -at.rate + abs(change) <= NEVER:
-            note_minimum(tally.trial, 0.5 * later * at.rate, change, 0)
+            note_minimum(variation.trial, 0.5 * later * at.rate, change, 0)
 
 
-def tally_up(tally: Tally, passage: Passage) -> None:
+def carry_variation(variation: CurrentVariation, phase: SolvedPhase) -> None:
     """Follow the change through a phase, and through the event with which it began. The contact force has no minimum
     inside where it is the compression and that keeps the sign of its rate. Before the driven element has ever moved
     there is nothing to follow.
     """
-    plan = tally.plan
-    side = passage.side
-    w = passage.end
-    if passage.event != EVENT_NONE:
-        pass_event(tally, passage)
-    tally.moves = tally.moves or side[0] != 0
+    plan = variation.plan
+    side = phase.side
+    w = phase.end
+    if phase.event != EVENT_NONE:
+        pass_event(variation, phase)
+    variation.moves = variation.moves or side[0] != 0
     turns = (side[0] < 0 or side[1] > 0) and (side[0] > 0 or side[1] < 0)
-    if tally.moves or turns:
+    if variation.moves or turns:
         per_ampere = DriveByElement()
         per_ampere.C_1 = plan.rates.a1_u
-        by_u = motion_under(plan.rates, per_ampere, tally.change, side[0], side[1])
-        if turns or passage.leaves:
-            look_for_minimum(tally, passage, by_u, turns)
-        tally.change.put(arrive(tally.change, by_u, w, side[0], side[1]))
-    tally.arrived = passage.arrived.copy()
-    tally.speed.x1 = passage.arrived.v1
+        by_u = motion_under(plan.rates, per_ampere, variation.change, side[0], side[1])
+        if turns or phase.leaves:
+            look_for_minimum(variation, phase, by_u, turns)
+        variation.change.put(arrive(variation.change, by_u, w, side[0], side[1]))
+    variation.arrived = phase.arrived.copy()
+    variation.speed.x1 = phase.arrived.v1
     for axis in range(1, 4):
-        h = passage.motion.core[axis - 1]
-        tally.speed[axis] = h.H3 * w.Wdd + h.H2 * w.Wd + h.H1 * w.W
-    tally.side[:] = side[:2]
+        h = phase.motion.core[axis - 1]
+        variation.speed[axis] = h.H3 * w.Wdd + h.H2 * w.Wd + h.H1 * w.W
+    variation.side[:] = side[:2]
 
 
-def lift(tally: Tally, end: State) -> None:
+def lift(variation: CurrentVariation, end: State) -> None:
     """The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall.
     A take-off at once comes under every current.
     """
-    robot = tally.plan.robot
-    rate = contact_slope(robot, tally.speed)
+    robot = variation.plan.robot
+    rate = contact_slope(robot, variation.speed)
     if not abs(rate) > 0.0:
-        tally.trial.smooth = False
+        variation.trial.smooth = False
         return
-    late = div(-contact_slope(robot, tally.change), rate)
-    met = change_at_event(tally.change, tally.speed, late)
+    late = div(-contact_slope(robot, variation.change), rate)
+    met = change_at_event(variation.change, variation.speed, late)
     met.y = 0.0
-    tally.trial.apex_u = apex_slope(robot, end, met)
-    note_largest(tally.trial, end.x1, met.x1)
+    variation.trial.apex_u = apex_slope(robot, end, met)
+    note_largest(variation.trial, end.x1, met.x1)
 
 
-def close_trial(tally: Tally, phases: Any, stance: Stance) -> None:
+def close_trial(variation: CurrentVariation, phases: Any, stance: Stance) -> None:
     """What a stance says of its current, all of whose phases are at hand, and whose changes have been followed.
     `events` is a hash (Fowler, Noll and Vo) of the order of modes and events, which differs where they do.
     """
-    trial = tally.trial
+    trial = variation.trial
     trial.takes_off = stance.ending == ENDING_TAKEOFF
     trial.events = 2166136261
     trial.held = True
@@ -4747,9 +4769,9 @@ def close_trial(tally: Tally, phases: Any, stance: Stance) -> None:
         trial.held = trial.held and side_1(phases[n]) == 0
     if trial.takes_off:
         trial.apex = stance.apex
-        lift(tally, stance.end)
+        lift(variation, stance.end)
     else:
-        note_largest(trial, stance.end.x1, tally.change.x1)
+        note_largest(trial, stance.end.x1, variation.change.x1)
 
 
 class Memory:
@@ -5121,17 +5143,17 @@ def ledger_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Ledger:
 class StanceChain:
     """The chain while it grows."""
     __slots__ = ("plan", "steps", "step_count", "step", "horizon", "t", "at", "from_lower", "from_upper", "side",
-        "just_switched", "alone", "free", "start_loss", "adds_up", "aed", "max_phases", "phases", "capacity", "count",
-        "event_count", "event", "drive", "motion", "follow", "tally",)
+        "just_switched", "came_to_rest", "carried_acceleration", "start_loss", "adds_up", "aed", "max_phases", "phases",
+        "capacity", "count", "event_count", "event", "drive", "motion", "observer", "variation",)
     SIZE = 296
     PARTS: tuple[str, ...] = ("at", "side", "drive", "motion",)
 
     def __init__(self, plan: Any = None, steps: Any = None, step_count: int = 0, step: int = 0, horizon: Real = 0.0,
             t: Real = 0.0, at: "StateByAxis | None" = None, from_lower: Real = 0.0, from_upper: Real = 0.0,
-        side: Any = None, just_switched: int = 0, alone: int = 0, free: Real = 0.0, start_loss: Real = 0.0,
-        adds_up: bool = False, aed: Real = 0.0, max_phases: int = 0, phases: Any = None, capacity: int = 0,
-        count: int = 0, event_count: int = 0, event: int = 0, drive: "DriveByElement | None" = None,
-        motion: "Numerators | None" = None, follow: Any = None, tally: Any = None) -> None:
+        side: Any = None, just_switched: int = 0, came_to_rest: int = 0, carried_acceleration: Real = 0.0,
+        start_loss: Real = 0.0, adds_up: bool = False, aed: Real = 0.0, max_phases: int = 0, phases: Any = None,
+        capacity: int = 0, count: int = 0, event_count: int = 0, event: int = 0, drive: "DriveByElement | None" = None,
+        motion: "Numerators | None" = None, observer: Any = None, variation: Any = None) -> None:
         self.plan = plan
         self.steps = steps
         self.step_count = step_count
@@ -5146,8 +5168,8 @@ class StanceChain:
         # the element that has just crossed its friction threshold: its acceleration is exactly zero
         self.just_switched = just_switched
         # the element that has just come to rest, and whose free acceleration is known from the motion
-        self.alone = alone
-        self.free = free  # this acceleration, from before the state lost its digits
+        self.came_to_rest = came_to_rest
+        self.carried_acceleration = carried_acceleration  # this acceleration, from before the state lost its digits
         self.start_loss = start_loss
         self.adds_up = adds_up  # the AED is the sum of its entries, not a difference of energies that are much larger
         self.aed = aed
@@ -5159,14 +5181,15 @@ class StanceChain:
         self.event = event  # with which the phase began
         self.drive = DriveByElement() if drive is None else drive  # of the phase, as its numerators
         self.motion = Numerators() if motion is None else motion
-        self.follow = follow
-        self.tally = tally
+        self.observer = observer
+        self.variation = variation
 
     def copy(self) -> "StanceChain":
         return StanceChain(self.plan, self.steps, self.step_count, self.step, self.horizon, self.t, self.at.copy(),
-            self.from_lower, self.from_upper, self.side[:], self.just_switched, self.alone, self.free, self.start_loss,
-            self.adds_up, self.aed, self.max_phases, self.phases, self.capacity, self.count, self.event_count,
-            self.event, self.drive.copy(), self.motion.copy(), self.follow, self.tally)
+            self.from_lower, self.from_upper, self.side[:], self.just_switched, self.came_to_rest,
+            self.carried_acceleration, self.start_loss, self.adds_up, self.aed, self.max_phases, self.phases,
+            self.capacity, self.count, self.event_count, self.event, self.drive.copy(), self.motion.copy(),
+            self.observer, self.variation)
 
     def put(self, other: "StanceChain") -> None:
         self.plan = other.plan
@@ -5180,8 +5203,8 @@ class StanceChain:
         self.from_upper = other.from_upper
         self.side[:] = other.side[:]
         self.just_switched = other.just_switched
-        self.alone = other.alone
-        self.free = other.free
+        self.came_to_rest = other.came_to_rest
+        self.carried_acceleration = other.carried_acceleration
         self.start_loss = other.start_loss
         self.adds_up = other.adds_up
         self.aed = other.aed
@@ -5193,8 +5216,8 @@ class StanceChain:
         self.event = other.event
         self.drive.put(other.drive)
         self.motion.put(other.motion)
-        self.follow = other.follow
-        self.tally = other.tally
+        self.observer = other.observer
+        self.variation = other.variation
 
 
 def current_of_chain(chain: StanceChain) -> Real:
@@ -5229,7 +5252,7 @@ def drive_of_chain(chain: StanceChain, side: Any) -> DriveByElement:
     return drive
 
 
-def numerators(chain: StanceChain, side: Any) -> Numerators:
+def numerators_of_chain(chain: StanceChain, side: Any) -> Numerators:
     drive = drive_of_chain(chain, side)
     made = Numerators()
     made.put(motion_under(chain.plan.rates, drive, chain.at, side[0], side[1]))
@@ -5245,7 +5268,7 @@ def first_derivative(h: Numerator) -> Real:
 def drift_of_free(chain: StanceChain, element: int) -> Real:
     """First non-zero derivative of the free acceleration of an element that is held."""
     side = (0 if element == 0 else chain.side[0], 0 if element == 1 else chain.side[1])
-    motion = numerators(chain, side)
+    motion = numerators_of_chain(chain, side)
     free = free_numerator(chain.plan.rates, element, motion)
     return first_derivative(free)
 
@@ -5284,9 +5307,9 @@ class Direction:
 
 
 def direction_from_rest(chain: StanceChain, element: int) -> Direction:
-    known = chain.alone == element
+    known = chain.came_to_rest == element
     free = free_of(chain, chain.at)
-    acceleration = chain.free if known else free[element]
+    acceleration = chain.carried_acceleration if known else free[element]
     friction = level_of(chain.plan.robot, element)
     rounding = 0.0 if known else 16.0 * EPS * terms_of_free(chain, element)
     on_threshold = abs(abs(acceleration) - friction) <= rounding
@@ -5331,7 +5354,7 @@ class StanceEvents:
     slips alone, whose time to rest is known, and what cannot happen while the velocities keep their signs.
     """
     __slots__ = ("set", "rest_time", "rests",)
-    SIZE = 296
+    SIZE = 360
     PARTS: tuple[str, ...] = ("set",)
 
     def __init__(self, set: "EventSet | None" = None, rest_time: Real = 0.0, rests: int = 0) -> None:
@@ -5349,7 +5372,8 @@ class StanceEvents:
         self.rests = other.rests
 
 
-def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, owner: int, shape: int) -> EventFunction:
+def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, owner: int,
+        needs_certificate: bool) -> EventFunction:
     before_1 = set.count
     set.count += 1
     g = set.function[before_1]
@@ -5359,13 +5383,15 @@ def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, own
     g.H0 = 0.0
     g.start = sign * start
     g.cancels = 0.0
+    g.decaying = 0.0  # and its rate is not read
     g.owner = owner
     g.side = 0
-    g.shape = shape
+    g.needs_certificate = needs_certificate
+    g.touch_is_no_event = False
     return g
 
 
-def add_thresholds(chain: StanceChain, element: int, shape: int, set: EventSet) -> None:
+def add_thresholds(chain: StanceChain, element: int, needs_certificate: bool, set: EventSet) -> None:
     """A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force.
     While another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to
     one side.
@@ -5381,7 +5407,7 @@ def add_thresholds(chain: StanceChain, element: int, shape: int, set: EventSet) 
         sign = float(side)
         if open[side > 0] and sign * drift > 0.0:
             level = sign * level_of(chain.plan.robot, element)
-            slips = add_event_function(set, h, free[element] - level, -sign, ELEMENT + element, shape)
+            slips = add_event_function(set, h, free[element] - level, -sign, ELEMENT + element, needs_certificate)
             slips.side = side
             slips.cancels = 0.25 * terms_of_free(chain, element)  # each term is rounded four times at most
         side += 2
@@ -5396,7 +5422,8 @@ def add_stop(chain: StanceChain, set: EventSet) -> None:
     away = -float(side)
     h = chain.motion.position
     first = Numerator(chain.at.v1, h.H3, h.H2)
-    stop = add_event_function(set, first, away * gap, away, 1, DISTANCE)
+    stop = add_event_function(set, first, away * gap, away, 1, False)
+    stop.touch_is_no_event = True
     stop.H0 = away * h.H1
 
 
@@ -5411,7 +5438,7 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
     several = side[0] != 0 and side[1] != 0
     slips = 0 if side[0] != 0 else 1
     compression = at.y
-    shape = MONOTONE if not several else MAY_TURN
+    is_monotone = not several
     set.poles = poles
     set.node = node_of(chain.plan, side[0], side[1])
     set.count = 0
@@ -5421,17 +5448,17 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
     may_fall = side[0] < 0 or side[1] > 0 or compression < 0.0  # else it rises, from 0 on
     if not rings and may_fall:
         h = contact_numerator(chain.plan.robot, chain.motion)
-        add_event_function(set, h, contact_of(chain.plan.robot, chain.at), 1.0, CONTACT, shape)
+        add_event_function(set, h, contact_of(chain.plan.robot, chain.at), 1.0, CONTACT, not is_monotone)
     add_stop(chain, set)
     for element in range(2):
         if not several:
             break
         add_event_function(set, chain.motion.velocity[element], at[element + 1], float(side[element]), ELEMENT
-            + element, MAY_TURN)
+            + element, True)
     if several:
         return
     sign = float(side[slips])
-    add_thresholds(chain, 1 - slips, shape, set)
+    add_thresholds(chain, 1 - slips, not is_monotone, set)
     events.rest_time = time_to_rest(poles, sign * at[slips + 1], sign * chain.motion.velocity[slips].H3)
     events.rests = ELEMENT + slips
     lift = time_to_rest(poles, compression, chain.motion.compression.H3) if rings else NEVER
@@ -5459,12 +5486,13 @@ def cross_at_the_limit(events: StanceEvents, limit: Real, in_: Interval) -> None
 
 
 def is_late(basis: Basis) -> bool:
-    """Whether so much of a phase has passed that what the compression tends to may say more of a take-off."""
+    """True late in a phase, when the steady-state form of the contact force is the more accurate one."""
     return abs(basis.Wdd) < 0.25
 
 
 def later_takeoff(chain: StanceChain, poles: Poles, contact: EventFunction, basis: Basis, t: Real) -> Real:
-    """How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more.
+    """Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when
+    it is no more accurate.
     """
     if not is_late(basis):
         return 0.0
@@ -5506,8 +5534,8 @@ def first_end(set: EventSet, limit: Real) -> Real:
     return lesser(lesser(set.node.t, half), limit)
 
 
-def reach_ahead(set: EventSet, in_: Interval, limit: Real) -> None:
-    """Reach it, by what is known there."""
+def end_first_interval(set: EventSet, in_: Interval, limit: Real) -> None:
+    """The first interval, by what is known at its end."""
     node = set.node
     if node.t < limit:
         basis = Basis(node.Wdd, node.Wd, node.W, node.W1, node.W2)
@@ -5521,7 +5549,7 @@ class StanceSearch:
     interval.
     """
     __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
-    SIZE = 600
+    SIZE = 664
     PARTS: tuple[str, ...] = ("events", "in_",)
 
     def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = 0.0,
@@ -5557,7 +5585,8 @@ def stance_search_nothing(poles: Poles, search: StanceSearch) -> None:
     """A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not
     follow how many functions each phase has; not zeros, for which compilers call memset.
     """
-    nothing = EventFunction(0.0, 0.0, 0.0, 0.0, 1.0, 0.0, NO_OWNER, 0, MAY_TURN)
+    zero = Numerator()
+    nothing = event_function_of(zero, 1.0)
     one = Jet(1.0, 0.0, 0.0, 0.0)
     for n in range(4):
         search.events.set.function[n].put(nothing)
@@ -5571,7 +5600,7 @@ def is_at_stop(set: EventSet, at: Propagator) -> bool:
     """Whether the position is within rounding of the stop ahead: a grazing contact."""
     for n in range(set.count):
         g = set.function[n]
-        if g.shape == DISTANCE:
+        if g.touch_is_no_event:
             return abs(value_at(g, at)) <= rounding_of(g, at, 0.0)
     return False
 
@@ -5590,7 +5619,7 @@ def stance_conclude(search: StanceSearch) -> None:
         if owner == NO_OWNER or owner >= found.owner:
             owner = found.owner
             search.side = found.side
-            search.stops = found.shape == DISTANCE
+            search.stops = found.touch_is_no_event
     search.owner = owner
     search.certified = True
     search.touches = owner == 1 and is_at_stop(events.set, in_.high)
@@ -5613,7 +5642,7 @@ def stance_begin_search(chain: StanceChain, search: StanceSearch) -> None:
 def next_end(set: EventSet, in_: Interval, limit: Real, end: Any) -> bool:
     """Where the next interval ends, which begins where this one has ended; true if nothing happens in it."""
     begin_interval(set, in_)
-    until = quiet_until(set, in_)
+    until = root_free_until(set, in_)
     quiet = until > in_.low.t + 2.0 * set.node.t
     end[0] = lesser(until, limit) if quiet else far_end(set, in_.low.t, limit)
     return quiet
@@ -5650,7 +5679,7 @@ def stance_end_search(chain: StanceChain, search: StanceSearch) -> None:
     open = search.open
     while open:
         if quiet:
-            end_at_first_crossing(set, in_, DISTANCE)
+            end_at_first_crossing(set, in_, True)
         else:
             certified = find_event(chain, search, False)
         open = certified and is_open(search)
@@ -5677,7 +5706,7 @@ def stance_find_end(chain: StanceChain, search: StanceSearch) -> None:
         return
     stance_begin_search(chain, search)
     if search.open:
-        reach_ahead(search.events.set, search.in_, search.limit)
+        end_first_interval(search.events.set, search.in_, search.limit)
     stance_end_search(chain, search)
 
 
@@ -5740,7 +5769,7 @@ def next_step(chain: StanceChain) -> None:
         stance_record(chain, EVENT_NONE)
 
 
-def keep_faint_acceleration(chain: StanceChain, basis: Basis) -> None:
+def keep_small_acceleration(chain: StanceChain, basis: Basis) -> None:
     """The element with stops, without any friction, stops while the forces on it cancel to all digits of the state:
     what is left of them is its acceleration before, known from the motion where that has faded.
     """
@@ -5758,22 +5787,22 @@ def keep_faint_acceleration(chain: StanceChain, basis: Basis) -> None:
     terms = (h.H3 * basis.Wdd, h.H2 * basis.Wd, h.H1 * basis.W)
     rate = terms[0] + terms[1] + terms[2]
     if abs(rate) > 16.0 * EPS * (abs(terms[0]) + abs(terms[1]) + abs(terms[2])):
-        chain.alone = element
-        chain.free = rate
+        chain.came_to_rest = element
+        chain.carried_acceleration = rate
 
 
 def keep_free_acceleration(chain: StanceChain, end: StanceSearch) -> None:
     """What is known of the free acceleration of an element that comes to rest from its motion."""
     element = end.owner - ELEMENT
-    chain.alone = NO_ELEMENT
+    chain.came_to_rest = NO_ELEMENT
     if element < 0 or chain.side[element] == 0:
         return
     if chain.side[1 - element] == 0 and not end.stops:
-        chain.alone = element
-        chain.free = free_after_motion(float(chain.side[element]), level_of(chain.plan.robot, element),
+        chain.came_to_rest = element
+        chain.carried_acceleration = free_after_motion(float(chain.side[element]), level_of(chain.plan.robot, element),
             chain.motion.velocity[element], end.in_.high.basis)
     elif element == 0 and chain.side[1 - element] != 0:
-        keep_faint_acceleration(chain, end.in_.high.basis)
+        keep_small_acceleration(chain, end.in_.high.basis)
 
 
 def stance_arrive(chain: StanceChain, basis: Basis) -> None:
@@ -5783,10 +5812,10 @@ def stance_arrive(chain: StanceChain, basis: Basis) -> None:
     before = chain.at.x1
     chain.at.x1 = 0.0
     chain.at.put(arrive(chain.at, chain.motion, basis, chain.side[0], chain.side[1]))
-    way = chain.at.x1
-    chain.at.x1 = before + way
-    chain.from_lower += way
-    chain.from_upper += way
+    moved = chain.at.x1
+    chain.at.x1 = before + moved
+    chain.from_lower += moved
+    chain.from_upper += moved
 
 
 def start_on_threshold(chain: StanceChain) -> None:
@@ -5805,13 +5834,14 @@ def start_on_threshold(chain: StanceChain) -> None:
 
 def stance_begin_phase(chain: StanceChain) -> None:
     """The drive and the numerators of the phase that begins at the chain's state."""
-    element = chain.alone
+    element = chain.came_to_rest
     chain.drive = drive_of_chain(chain, chain.side)
     start_on_threshold(chain)
     chain.motion.put(motion_under(chain.plan.rates, chain.drive, chain.at, chain.side[0], chain.side[1]))
     if element >= 0 and chain.side[element] != 0:
         level = float(chain.side[element]) * level_of(chain.plan.robot, element)
-        go_on(chain.motion, element, chain.side[1 - element] == 0, chain.free - level)
+        set_acceleration_from_rest(chain.motion, element, chain.side[1 - element] == 0, chain.carried_acceleration
+            - level)
 
 
 def aed_in_phase(chain: StanceChain, t: Real) -> Real:
@@ -5844,24 +5874,24 @@ def leaves_at_once(chain: StanceChain) -> bool:
     rises = compression_rate(chain.at) > 0.0
     if abs(contact) > 0.0 or rises:
         return contact < 0.0
-    motion = numerators(chain, chain.side)
+    motion = numerators_of_chain(chain, chain.side)
     h = contact_numerator(chain.plan.robot, motion)
     return first_derivative(h) < 0.0
 
 
-def show_phase(chain: StanceChain, start: StateByAxis, length: Real, end: Basis, leaves: bool) -> None:
-    """Show the phase that has come to its end to who follows the stance."""
-    if chain.follow is not None:
-        passage = Passage(chain.motion, end, length, start, chain.at, chain.side, chain.event, leaves)
-        chain.follow(chain.tally, passage)
+def notify(chain: StanceChain, start: StateByAxis, length: Real, end: Basis, leaves: bool) -> None:
+    """Pass the finished phase to the observer, if there is one."""
+    if chain.observer is not None:
+        phase = SolvedPhase(chain.motion, end, length, start, chain.at, chain.side, chain.event, leaves)
+        chain.observer(chain.variation, phase)
 
 
-def show_ending(chain: StanceChain) -> None:
-    """The same of a last phase in which no time passes."""
-    if chain.follow is not None:
+def notify_ending(chain: StanceChain) -> None:
+    """The same of a last phase of no duration."""
+    if chain.observer is not None:
         now = Basis(1.0, 0.0, 0.0, 0.0, 0.0)
         stance_begin_phase(chain)
-        show_phase(chain, chain.at, 0.0, now, False)
+        notify(chain, chain.at, 0.0, now, False)
 
 
 def ending_before_phase(chain: StanceChain) -> int:
@@ -5870,7 +5900,7 @@ def ending_before_phase(chain: StanceChain) -> int:
         chain.count = chain.max_phases  # a step of the current may have begun two
         return ENDING_TOO_MANY_PHASES
     if chain.side[0] == 0 and chain.side[1] == 0 and chain.step + 1 >= chain.step_count:
-        show_ending(chain)
+        notify_ending(chain)
         return ENDING_REST
     return 0
 
@@ -5889,14 +5919,14 @@ def stance_begin(chain: StanceChain) -> int:
 
 
 def stance_end_phase(chain: StanceChain, end: StanceSearch) -> int:
-    """Go on to the end of a phase and behind it; the ending, 0 if another phase follows."""
+    """Carry the chain to the end of a phase and through its event; the ending, 0 if another phase follows."""
     until = end_of_step(chain)
     start = chain.at.copy()
     passes = end.owner == NO_OWNER and end.certified
     length = end.in_.high.t
     chain.aed += aed_in_phase(chain, length) if chain.adds_up else 0.0
     stance_arrive(chain, end.in_.high.basis)
-    show_phase(chain, start, length, end.in_.high.basis, end.owner == CONTACT)
+    notify(chain, start, length, end.in_.high.basis, end.owner == CONTACT)
     chain.t = until if passes else lesser(chain.t + length, until)  # not behind it by rounding
     if end.owner == CONTACT:
         chain.at.y = 0.0
@@ -5947,8 +5977,8 @@ def stance_start(chain: StanceChain, plan: Plan, start: State, steps: Any, step_
     chain.from_lower = chain.at.x1 - plan.robot.x1_min
     chain.from_upper = chain.at.x1 - plan.robot.x1_max
     chain.just_switched = NO_ELEMENT
-    chain.alone = NO_ELEMENT
-    chain.free = 0.0
+    chain.came_to_rest = NO_ELEMENT
+    chain.carried_acceleration = 0.0
     chain.start_loss = 0.0
     chain.adds_up = stores_much(plan.robot, start)
     chain.aed = 0.0
@@ -5958,8 +5988,8 @@ def stance_start(chain: StanceChain, plan: Plan, start: State, steps: Any, step_
     chain.count = 0
     chain.event_count = 0
     chain.event = EVENT_NONE
-    chain.follow = None
-    chain.tally = None
+    chain.observer = None
+    chain.variation = None
 
 
 def stance_report(chain: StanceChain, start: State, ending: int, stance: Stance) -> int:
@@ -6097,9 +6127,9 @@ def call_status(plan: Any, start: State, steps: Any, step_count: int, horizon: R
     return ERROR_HORIZON if capacity < 0 else OK
 
 
-def solve_followed(plan: Plan, start: Any, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
-        capacity: int, stance: Any, follow: Any, tally: Any) -> int:
-    """solve_stance that shows every phase to `follow`; None for none."""
+def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
+        capacity: int, stance: Any, observer: Any, variation: Any) -> int:
+    """solve_stance that shows every phase to `observer`; None for none."""
     if stance is None:
         return ERROR_NULL
     read = [array(plan, 1, Plan.SIZE), array(steps, step_count if step_count <= MOST_STEPS else 0, Step.SIZE)]
@@ -6107,7 +6137,7 @@ def solve_followed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
     nothing = State()
     from_ = start.copy() if start is not None else nothing.copy()  # it may lie in the stance or in the phases
     status = ERROR_NULL
-    if follow is None and overlap(written, 2, read, 2):  # who follows has looked
+    if observer is None and overlap(written, 2, read, 2):  # who follows has looked
         status = ERROR_OVERLAP
     elif start is not None:
         status = call_status(plan, from_, steps, step_count, horizon, max_phases, phases[0], capacity)
@@ -6115,8 +6145,8 @@ def solve_followed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
         return refuse(status, written, 1, read, 2)
     chain = StanceChain()
     stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity)
-    chain.follow = follow
-    chain.tally = tally
+    chain.observer = observer
+    chain.variation = variation
     search = StanceSearch()
     stance_search_nothing(plan.both, search)
     ending = stance_begin(chain)
@@ -6129,7 +6159,7 @@ def solve_followed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
 
 def solve_stance(plan: Plan, start: State, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
         capacity: int, stance: Stance) -> int:
-    return solve_followed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, None, None)
+    return solve_observed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, None, None)
 
 
 def stance_at(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real, state: State) -> int:
@@ -6206,11 +6236,11 @@ def share_of_minimum(c: Curve) -> Real:
     it.
     """
     chord = c.to - c.from_
-    lean = c.from_rise + c.to_rise - 2.0 * chord
-    half = c.from_rise + lean - chord
-    root = sqrt(greater(half * half - 3.0 * lean * c.from_rise, 0.0))
+    cubic = c.from_rise + c.to_rise - 2.0 * chord
+    half = c.from_rise + cubic - chord
+    root = sqrt(greater(half * half - 3.0 * cubic * c.from_rise, 0.0))
     above = -c.from_rise if half < 0.0 else half + root
-    below = root - half if half < 0.0 else 3.0 * lean
+    below = root - half if half < 0.0 else 3.0 * cubic
     if not (above > 0.0 and above < below):
         return 0.5
     return greater(lesser(div(above, below), 0.96875), 0.03125)
@@ -6285,16 +6315,16 @@ def interval_of(search: Search, n: int) -> ControlInterval:
     return c
 
 
-def keeps_sign(value: Real, rise: Real) -> bool:
+def sign_is_constant(value: Real, rise: Real) -> bool:
     """Whether the least contact force keeps its sign in an interval, by its value and slope at one end."""
     return value > abs(rise) if value > 0.0 else value + rise < 0.0
 
 
-def contact_keeps_sign(c: ControlInterval) -> bool:
+def contact_sign_is_constant(c: ControlInterval) -> bool:
     """No rebound in the interval takes off that does not do so at its ends, and none stays that takes off there."""
     contact = c.contact
-    return least(contact) > 0.0 if c.from_.minima > 0 and c.to.minima > 0 else keeps_sign(contact.from_,
-        contact.from_rise) and keeps_sign(contact.to, -contact.to_rise)
+    return least(contact) > 0.0 if c.from_.minima > 0 and c.to.minima > 0 else sign_is_constant(contact.from_,
+        contact.from_rise) and sign_is_constant(contact.to, -contact.to_rise)
 
 
 def is_admissible(search: Search, trial: Trial) -> bool:
@@ -6348,7 +6378,7 @@ def lower_bound_of(search: Search, c: ControlInterval) -> Real:
     widest = 0.0625 if none else 0.5 if c.gap.smooth else 0.42
     if c.width > widest * range_:
         return unknown
-    if not alike or not contact_keeps_sign(c):
+    if not alike or not contact_sign_is_constant(c):
         narrow = ROOT_EPS if none else 0.00390625
         return bound_at_jump(c) if c.width <= narrow * range_ else unknown
     if none or c.peak.from_ >= 0.0 and c.peak.to >= 0.0 and least(c.peak) >= 0.0:
@@ -6575,12 +6605,13 @@ def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases:
     trial.largest_x1 = start.x1
     trial.least_contact = NEVER
     trial.smooth = True
-    tally = Tally(plan, trial, none.copy(), none.copy(), none.copy(), [0] * 2, False)
+    variation = CurrentVariation(plan, trial, none.copy(), none.copy(), none.copy(), [0] * 2, False)
     stance = Stance()
-    status = solve_followed(plan, start, [step], 1, horizon, capacity, phases, capacity, stance, tally_up, tally)
+    status = solve_observed(plan, start, [step], 1, horizon, capacity, phases, capacity, stance, carry_variation,
+        variation)
     if status < 0:
         return status
-    close_trial(tally, phases, stance)
+    close_trial(variation, phases, stance)
     return PHASES_NOT_KEPT if stance.ending == ENDING_TOO_MANY_PHASES else OK
 
 NO_CURRENT = Command(0.0, 0.0, COMMAND_NO_TAKEOFF)
@@ -6772,7 +6803,7 @@ class Fall:
     by is a motion of the pair alone: whether it begins below 0, and when it changes its sign.
     """
     __slots__ = ("set", "is_rate", "relaxes", "is_negative", "turn",)
-    SIZE = 312
+    SIZE = 376
     PARTS: tuple[str, ...] = ("set",)
 
     def __init__(self, set: "EventSet | None" = None, is_rate: bool = False, relaxes: Real = 0.0,
@@ -6799,7 +6830,7 @@ class FlightChain:
     __slots__ = ("robot", "gains", "rates", "largest", "fall", "horizon", "start", "leg", "relaxes", "now", "poles",
         "height", "last", "airborne", "highest", "at_highest", "max_phases", "capacity", "intervals", "phases",
         "flight",)
-    SIZE = 552
+    SIZE = 568
     PARTS: tuple[str, ...] = ("gains", "rates", "start", "now", "poles", "height", "last", "at_highest",)
 
     def __init__(self, robot: Any = None, gains: "Gains | None" = None, rates: "FlightRates | None" = None,
@@ -6870,24 +6901,24 @@ def poles_in_flight(rates: FlightRates, limit: int) -> Poles:
     return pair_alone(rates.p_law, rates.q_law) if limit == 0 else pair_alone(rates.p_free, 0.0)
 
 
-def way_in_flight(poles: Poles, phase: FlightPhase, at: Propagator) -> Jet:
+def displacement_in_flight(poles: Poles, phase: FlightPhase, at: Propagator) -> Jet:
     """How far the element has moved since a phase began, its velocity and its acceleration."""
     rest = Jet()
-    h = way_numerator(phase.v1, phase.acc1, poles)
-    way = EventFunction(h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN)
-    return short_jet_at(way, at) if phase.side != 0 else rest.copy()
+    h = displacement_numerator(phase.v1, phase.acc1, poles)
+    displacement = event_function_of(h, 0.0)
+    return short_jet_at(displacement, at) if phase.side != 0 else rest.copy()
 
 
-def state_in_flight(robot: Robot, start: State, phase: FlightPhase, way: Jet, after: Real) -> State:
+def state_in_flight(robot: Robot, start: State, phase: FlightPhase, displacement: Jet, after: Real) -> State:
     """The state at a time of a phase; rounding or underflow may have put the position a last digit beyond a stop."""
     g = fall_of(robot)
     t = phase.t + after
     rise = (start.v2 - 0.5 * g * t) * t
-    moved = phase.x1 - start.x1 + way.value
-    position = lesser(robot.x1_max, phase.x1 + way.value)
+    moved = phase.x1 - start.x1 + displacement.value
+    position = lesser(robot.x1_max, phase.x1 + displacement.value)
     state = State()
     state.x1 = greater(robot.x1_min, position)
-    state.v1 = way.rate
+    state.v1 = displacement.rate
     state.v2 = start.v2 - g * t
     state.y = start.y - (rise - moved)
     return state
@@ -6910,31 +6941,36 @@ def height_in_flight(chain: FlightChain) -> EventFunction:
     g = chain.fall
     rate = start.v2 - g * now.t
     rise = (start.v2 - 0.5 * g * now.t) * now.t
-    way = way_numerator(now.v1, now.acc1, poles)
-    height = EventFunction(rate - way.H3, poles.p * rate - g - way.H2, poles.q * rate - poles.p * g, -poles.q * g,
-        start.x1 - now.x1 + rise - start.y, 0.0, 0, 0, MAY_TURN)
+    displacement = displacement_numerator(now.v1, now.acc1, poles)
+    h = Numerator(rate - displacement.H3, poles.p * rate - g - displacement.H2, poles.q * rate - poles.p * g)
+    height = event_function_of(h, start.x1 - now.x1 + rise - start.y)
+    height.H0 = -poles.q * g
+    height.decaying = left_in_leg(chain, now.t)
+    height.decay = chain.relaxes
     return height
 
 
 def rate_of_height(chain: FlightChain, sign: Real) -> EventFunction:
     """Its rate, with a sign."""
     g = chain.height
-    rate = EventFunction(sign * (g.H2 - chain.poles.p * g.H3), sign * (g.H1 - chain.poles.q * g.H3), sign * g.H0, 0.0,
-        sign * g.H3, 0.0, 0, 0, MAY_TURN)
+    h = Numerator(sign * (g.H2 - chain.poles.p * g.H3), sign * (g.H1 - chain.poles.q * g.H3), sign * g.H0)
+    rate = event_function_of(h, sign * g.H3)
+    rate.decaying = -sign * g.decay * g.decaying
+    rate.decay = g.decay
     return rate
 
 
-def fall_of_in_flight(chain: FlightChain, g: EventFunction, is_rate: bool, sign: Real) -> Fall:
+def fall_search(chain: FlightChain, g: EventFunction, is_rate: bool, sign: Real) -> Fall:
     """The search for a root of one of the two, of the height itself or of its rate, with a sign: three derivatives of
     the height remove what falls freely, (D + l) what fades.
     """
     poles = chain.poles
     l_ = chain.relaxes
-    way = [0.0, chain.now.v1, chain.now.acc1, 0.0, 0.0, 0.0]
+    displacement = [0.0, chain.now.v1, chain.now.acc1, 0.0, 0.0, 0.0]
     for i in range(3, 6):
-        way[i] = -poles.p * way[i - 1] - poles.q * way[i - 2]
-    value = -sign * way[3]
-    rate = -sign * way[4]
+        displacement[i] = -poles.p * displacement[i - 1] - poles.q * displacement[i - 2]
+    value = -sign * displacement[3]
+    rate = -sign * displacement[4]
     fall = Fall()
     fall.set.poles = poles
     fall.set.node = None
@@ -6982,8 +7018,8 @@ def is_certified_in_fall(fall: Fall, in_: Interval) -> bool:
     after = fall.is_negative != (in_.high.t > fall.turn)
     if variations_in_fall(fall, from_, before) + (1 if before != after else 0) <= variations_in_fall(fall, to, after):
         return True
-    dips = begins_to_fall(from_) and not to.rate < 0.0  # a rate may have faded
-    inside = cut_between(from_.rate, to.rate, h) if dips else cut_between(from_.curvature, to.curvature, h)
+    has_minimum = begins_to_fall(from_) and not to.rate < 0.0  # a rate may have faded
+    inside = cut_between(from_.rate, to.rate, h) if has_minimum else cut_between(from_.curvature, to.curvature, h)
     cut = fall.turn if before != after else in_.low.t + inside
     m = lesser(lesser(from_.curvature, to.curvature), 0.0)
     bends_least_at_an_end = before == after and not (fall.is_rate and before)
@@ -7000,7 +7036,7 @@ def is_certified_in_slip(set: EventSet, in_: Interval) -> bool:
     """
     g = set.function[0]
     from_ = in_.from_[0]
-    if g.shape == DISTANCE or not begins_to_fall(from_) or rate_at(g, in_.high) < 0.0:
+    if g.touch_is_no_event or not begins_to_fall(from_) or rate_at(g, in_.high) < 0.0:
         return True
     lowest = in_.low.t + time_to_rest(set.poles, -from_.rate, -from_.curvature)
     if not (lowest > in_.low.t and lowest < in_.high.t):
@@ -7028,7 +7064,7 @@ def has_root_in_flight(chain: FlightChain, set: EventSet, fall: Any, low: Propag
         end.put(low)
         return True
     while chain.intervals < 10000:
-        end_at_first_crossing(set, in_, MAY_TURN)
+        end_at_first_crossing(set, in_, False)
         if not (is_certified_in_fall(fall, in_) if fall is not None else is_certified_in_slip(set, in_)):
             chain.intervals += 1
             continue
@@ -7049,10 +7085,10 @@ def gap_in_flight(chain: FlightChain) -> Real:
 
 def end_at_stop(chain: FlightChain, end: int) -> int:
     """The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase
-    begins, of the stop, and of the way between.
+    begins, of the stop, and of the displacement between.
     """
     now = chain.now
-    way = way_numerator(now.v1, now.acc1, chain.poles)
+    displacement = displacement_numerator(now.v1, now.acc1, chain.poles)
     first = propagator_at_start(chain.poles)
     away = -float(now.side)
     gap = gap_in_flight(chain)
@@ -7061,7 +7097,8 @@ def end_at_stop(chain: FlightChain, end: int) -> int:
     set = EventSet()
     set.poles = chain.poles
     set.count = 0
-    stop = add_event_function(set, way, away * gap, away, ELEMENT, DISTANCE)
+    stop = add_event_function(set, displacement, away * gap, away, ELEMENT, False)
+    stop.touch_is_no_event = True
     left = value_at(stop, chain.last)
     position = now.x1
     size = abs(position) + abs(position - away * gap) + abs(gap - left)
@@ -7085,7 +7122,7 @@ def end_at_pull(chain: FlightChain, end: int, to: Any) -> int:
         set = EventSet()
         set.poles = chain.poles
         set.count = 0
-        room = add_event_function(set, pull, start, float(-side if now.limit == 0 else side), ELEMENT, MAY_TURN)
+        room = add_event_function(set, pull, start, float(-side if now.limit == 0 else side), ELEMENT, True)
         room.start = 0.0 if room.H3 > 0.0 and room.start < bound else room.start
         at = chain.last.copy()
         if side != -now.limit and has_root_in_flight(chain, set, None, first, at) and at.t < chain.last.t:
@@ -7095,20 +7132,20 @@ def end_at_pull(chain: FlightChain, end: int, to: Any) -> int:
     return end
 
 
-def put_ending(chain: FlightChain, way: Jet, t: Real) -> None:
+def put_ending(chain: FlightChain, displacement: Jet, t: Real) -> None:
     """Put how the flight would end at a time of the phase into it; not behind the horizon by rounding."""
     chain.flight.duration = lesser(chain.now.t + t, chain.horizon)
-    chain.flight.end.put(state_in_flight(chain.robot, chain.start, chain.now, way, t))
+    chain.flight.end.put(state_in_flight(chain.robot, chain.start, chain.now, displacement, t))
 
 
 def look_at_foot(chain: FlightChain, at: Propagator) -> None:
     """Before the foot has been above the ground: whether it is, and whether it is higher than before."""
     height = value_at(chain.height, at)
     if not chain.airborne and height > chain.highest:
-        way = way_in_flight(chain.poles, chain.now, at)
+        displacement = displacement_in_flight(chain.poles, chain.now, at)
         chain.airborne = height > rounding_of(chain.height, at, 0.0)
         chain.highest = height
-        put_ending(chain, way, at.t)
+        put_ending(chain, displacement, at.t)
         chain.at_highest = chain.flight.copy()
 
 
@@ -7179,7 +7216,7 @@ def end_at_touchdown(chain: FlightChain, end: int) -> int:
     sign = -1.0 if begins_to_fall(first) else 1.0
     while not chain.airborne and low.t < chain.last.t:
         onward = rate_of_height(chain, sign)
-        fall = fall_of_in_flight(chain, onward, True, sign)
+        fall = fall_search(chain, onward, True, sign)
         turn = chain.last.copy()
         has_root_in_flight(chain, fall.set, fall, low, turn)
         low = turn.copy()
@@ -7187,7 +7224,7 @@ def end_at_touchdown(chain: FlightChain, end: int) -> int:
         look_at_foot(chain, low)
     if not chain.airborne:
         return end
-    fall = fall_of_in_flight(chain, chain.height, False, 1.0)
+    fall = fall_search(chain, chain.height, False, 1.0)
     return FLIGHT_TOUCHDOWN_HERE if has_root_in_flight(chain, fall.set, fall, low, chain.last) else end
 
 
@@ -7216,7 +7253,7 @@ def record_in_flight(chain: FlightChain, event: int) -> None:
 
 
 def choose_limit(chain: FlightChain) -> None:
-    """Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides."""
+    """Whether the motor is at its limit: where its pull is there exactly, the sign of its rate decides."""
     now = chain.now
     pull = chain.gains.Kp * now.x1 + chain.gains.Kd * now.v1
     chain.now.limit = whole(goes(pull, chain.largest))
@@ -7296,8 +7333,8 @@ def run_flight(chain: FlightChain) -> int:
         if chain.intervals >= 10000:
             flight.phase_count = 0  # report_flight refuses it
             return FLIGHT_HORIZON
-        way = way_in_flight(chain.poles, chain.now, chain.last)
-        put_ending(chain, way, chain.last.t)
+        displacement = displacement_in_flight(chain.poles, chain.now, chain.last)
+        put_ending(chain, displacement, chain.last.t)
         chain.now.t = flight.duration
         if end == FLIGHT_TOUCHDOWN_HERE:
             flight.end.y = left_in_leg(chain, flight.duration)
@@ -7308,12 +7345,12 @@ def run_flight(chain: FlightChain) -> int:
             return FLIGHT_HORIZON if chain.airborne else FLIGHT_TRIPPED
         chain.now.x1 = flight.end.x1
         chain.now.v1 = flight.end.v1
-        chain.now.acc1 = way.curvature
+        chain.now.acc1 = displacement.curvature
         if end == FLIGHT_PULL:
             # Through the law the acceleration would have the rounding of the position times Kp.
             limit = float(side[0] if side[0] != 0 else chain.now.limit)
             goes = float(chain.now.side)
-            chain.now.acc1 = acceleration_at_limit(chain.robot, chain.rates, way.rate, goes, limit)
+            chain.now.acc1 = acceleration_at_limit(chain.robot, chain.rates, displacement.rate, goes, limit)
             chain.now.limit = side[0]
             record_in_flight(chain, FLIGHT_EVENT_U_DESATURATES if side[0] == 0 else FLIGHT_EVENT_U_SATURATES)
         else:
@@ -7328,14 +7365,12 @@ def gains_are_sound(gains: Gains) -> bool:
 
 def gains_for(robot: Robot, start: State) -> Gains:
     """Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least."""
-    time = time_of_fall(robot, start.v2, start.x1) - 0.05
+    time = time_of_fall(robot, start.v2, start.x1) - 0.05  # NaN where it does not rise that high
     return critical_gains(robot, greater(time, 0.02))
 
 
 def report_flight(chain: FlightChain, flight: Flight) -> bool:
-    """What follows from the ending. Numbers out of range leave no phase, or show here; so does a search without end,
-    which only they are known to cause.
-    """
+    """Fill in what depends on the ending. False if a number left the range of the type, or the search met its cap."""
     start = chain.start
     end = flight.end
     g = chain.fall
@@ -7429,7 +7464,7 @@ def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real,
     return PHASES_NOT_KEPT if flight.phases_kept < flight.phase_count else OK
 
 
-def reading_status_in_flight(plan: Any, phases: Any, flight: Any, times: Any, count: int, in_order: bool, arrays: Any,
+def flight_reading_status(plan: Any, phases: Any, flight: Any, times: Any, count: int, in_order: bool, arrays: Any,
         array_count: int) -> int:
     """Status of a call that reads a solved flight, at times, into arrays: OK if it can; else the arrays are zeros, but
     for those that lie in an input.
@@ -7461,9 +7496,9 @@ def state_of_flight(plan: Plan, rates: FlightRates, flight: Flight, phase: Fligh
     start = flight.start.copy()
     poles = poles_in_flight(rates, phase.limit)
     at = propagator_at(poles, t - phase.t)
-    way = way_in_flight(poles, phase, at)
+    displacement = displacement_in_flight(poles, phase, at)
     start.y += flight.ground
-    return state_in_flight(plan.robot, start, phase, way, at.t)
+    return state_in_flight(plan.robot, start, phase, displacement, at.t)
 
 
 def rates_of_flight(plan: Plan, flight: Flight) -> FlightRates:
@@ -7472,7 +7507,7 @@ def rates_of_flight(plan: Plan, flight: Flight) -> FlightRates:
 
 def flight_at(plan: Plan, phases: Any, flight: Flight, times: Any, count: int, states: Any) -> int:
     array_ = array(states, count, State.SIZE)
-    status = reading_status_in_flight(plan, phases, flight, times, count, False, [array_], 1)
+    status = flight_reading_status(plan, phases, flight, times, count, False, [array_], 1)
     if status < 0:
         return status
     rates = rates_of_flight(plan, flight)
@@ -7493,8 +7528,8 @@ def square_of_velocity(poles: Poles, phase: FlightPhase, t: Real) -> Real:
     squares = [0.0] * 3  # of v v, v a, a a
     for node in range(12):
         at = propagator_at(poles, PLACE[node] * h[0])
-        way = way_in_flight(poles, phase, at)
-        motion = (way.rate, way.curvature)
+        displacement = displacement_in_flight(poles, phase, at)
+        motion = (displacement.rate, displacement.curvature)
         for n in range(3):
             squares[n] += WEIGHT[node] * h[0] * motion[n // 2] * motion[(n + 1) // 2]
     while doublings > 0 and phase.side != 0:
@@ -7517,11 +7552,11 @@ def add_work(ledger: FlightLedger, plan: Plan, rates: FlightRates, flight: Fligh
     robot = plan.robot
     poles = poles_in_flight(rates, phase.limit)
     at = propagator_at(poles, t)
-    moved = way_in_flight(poles, phase, at)
+    displacement = displacement_in_flight(poles, phase, at)
     rise = (flight.start.v2 - fall_of(robot) * (phase.t + 0.5 * t)) * t
-    way = Way(moved.value, square_of_velocity(poles, phase, t), rise)
+    integrals = FlightIntegrals(displacement.value, square_of_velocity(poles, phase, t), rise)
     part = flight_ledger_of(robot, flight.gains, largest_force(robot), phase.x1, float(phase.side), float(phase.limit),
-        way)
+        integrals)
     ledger.motor_work += part.motor_work
     ledger.offset_work += part.offset_work
     ledger.viscous_1 += part.viscous_1
@@ -7532,7 +7567,7 @@ def flight_energy(plan: Plan, phases: Any, flight: Flight, times: Any, count: in
         stop_losses: Any) -> int:
     arrays = [array(energies, count, Energy.SIZE), array(ledgers, count, FlightLedger.SIZE),
         array(stop_losses, count, REAL_SIZE)]
-    status = reading_status_in_flight(plan, phases, flight, times, count, True, arrays, 3)
+    status = flight_reading_status(plan, phases, flight, times, count, True, arrays, 3)
     if status < 0:
         return status
     rates = rates_of_flight(plan, flight)
@@ -7819,11 +7854,11 @@ class Variation:
         self.exists = other.exists
 
 
-def current(way: Variation, phase: Phase) -> Real:
-    return way.steps[phase.step].u
+def current(variation: Variation, phase: Phase) -> Real:
+    return variation.steps[phase.step].u
 
 
-def short_echoes(poles: Poles, h: Real, echo: Any) -> None:
+def short_self_convolution(poles: Poles, h: Real, self_convolution: Any) -> None:
     """Over a short time, by Gauss's rule, whose places are their own mirror: each is W with n primes times W with as
     many or one less.
     """
@@ -7831,13 +7866,13 @@ def short_echoes(poles: Poles, h: Real, echo: Any) -> None:
     for node in range(12):
         W[node].put(basis_at(poles, PLACE[node] * h))
     for n in range(7):
-        echo[n] = 0.0
+        self_convolution[n] = 0.0
         for node in range(12):
             mirrored = W[11 - node]
-            echo[n] += WEIGHT[node] * h * W[node][n // 2] * mirrored[(n + 1) // 2]
+            self_convolution[n] += WEIGHT[node] * h * W[node][n // 2] * mirrored[(n + 1) // 2]
 
 
-def double_echoes(poles: Poles, W: Any, echo: Any) -> None:
+def double_self_convolution(poles: Poles, W: Any, self_convolution: Any) -> None:
     """Over twice the time h at which W is: integrals over one half of it each. For i up to 2, the (2 - i)-th derivative
     of W at h + s is row i of `later` times (W'', W', W) at s, in which nothing cancels; its integral, that of W at h
     and row 2 times (W', W, its integral).
@@ -7852,21 +7887,21 @@ def double_echoes(poles: Poles, W: Any, echo: Any) -> None:
         for half in range(2):
             i = order[half]
             j = order[1 - half]
-            doubled[n] += applied(later[i], echo[j:]) if i < POWERS else applied(later[2], echo[j + 1:]) + W[3] * W[j
-                + 1]
-    echo[:] = doubled[:7]
+            doubled[n] += applied(later[i], self_convolution[j:]) if i < POWERS else applied(later[2],
+                self_convolution[j + 1:]) + W[3] * W[j + 1]
+    self_convolution[:] = doubled[:7]
 
 
 def responses(mode: Mode, z: Any, h: Real, W: Any, response: Any) -> None:
     """How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none.
     """
     short_time = [h]
-    echo = [0.0] * 7
+    self_convolution = [0.0] * 7
     doublings = halve(mode.poles, short_time)
-    short_echoes(mode.poles, short_time[0], echo)
+    short_self_convolution(mode.poles, short_time[0], self_convolution)
     for _ in range(doublings):
         at = response_in_mode(mode, short_time[0])
-        double_echoes(mode.poles, at, echo)
+        double_self_convolution(mode.poles, at, self_convolution)
         short_time[0] *= 2.0
     for c in range(4):
         applied_ = [0.0] * 4  # K(s)/s times the powers of s, over P(s) or, for z_c = 1, none of it
@@ -7878,7 +7913,7 @@ def responses(mode: Mode, z: Any, h: Real, W: Any, response: Any) -> None:
                     K[n] += mode.transfer.at[c][j][n] * z[j + 1]
                 K[n + 1] += mode.transfer.at[c][CORE][n]
             for n in range(4):
-                applied_[n] = applied(K, echo[n:]) + K[3] * echo[n + 3]
+                applied_[n] = applied(K, self_convolution[n:]) + K[3] * self_convolution[n + 3]
         for mass in range(2):
             moves = mode.side[mass] != 0
             for i in range(4):
@@ -7886,7 +7921,7 @@ def responses(mode: Mode, z: Any, h: Real, W: Any, response: Any) -> None:
                 response[mass][c][i] = applied(powers, applied_ if i > 0 else applied_[1:]) if moves else 0.0
 
 
-def robot_change(column: int) -> RobotChange:
+def robot_change_of_column(column: int) -> RobotChange:
     """The change of each parameter of the robot that a column stands for."""
     change = RobotChangeByField()
     if column >= ROBOT:
@@ -7894,22 +7929,22 @@ def robot_change(column: int) -> RobotChange:
     return change
 
 
-def travel(way: Variation, t: Real) -> None:
+def travel(variation: Variation, t: Real) -> None:
     """Follow the changes within a phase, up to a time of the stance."""
-    plan = way.plan
-    phase = way.phases[way.index]
-    u = current(way, phase)
+    plan = variation.plan
+    phase = variation.phases[variation.index]
+    u = current(variation, phase)
     mode = mode_of(plan, phase, u)
-    h = t - way.t
-    way.t = t
+    h = t - variation.t
+    variation.t = t
     if not h > 0.0 or rests(mode):
         return
     answer = [[[0.0] * 4 for _ in range(4)] for _ in range(2)]
     response = response_in_mode(mode, h)
-    responses(mode, way.at, h, response, answer)
+    responses(mode, variation.at, h, response, answer)
     phi = transition(mode, response)
     for column in range(20):
-        robot = robot_change(column)
+        robot = robot_change_of_column(column)
         current_ = 1.0 if column == 4 else 0.0
         slopes = SlopesByShare()
         first = float(mode.side[0])
@@ -7918,89 +7953,89 @@ def travel(way: Variation, t: Real) -> None:
         end = StateByAxis()
         for i in range(4):
             for j in range(4):
-                end[i] += phi.at[i][j] * way.change[column][j]
+                end[i] += phi.at[i][j] * variation.change[column][j]
         for n in range(8):
             for i in range(4):
                 if not abs(slopes[n]) > 0.0:
                     break
                 end[i] += answer[n // SHARES][n % SHARES][i] * slopes[n]
-        way.change[column].put(end)
-    way.at.put(state_in_phase(plan, phase, u, t - phase.t))
+        variation.change[column].put(end)
+    variation.at.put(state_in_phase(plan, phase, u, t - phase.t))
 
 
-def cross_in_sensitivity(way: Variation) -> None:
+def cross(variation: Variation) -> None:
     """Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
     belongs to it; nothing jumps where a mass slips or the current steps.
     """
     column_of_stop = (16, 17)
-    old = way.phases[way.index]
-    now = way.phases[way.index + 1]
-    left = mode_of(way.plan, old, current(way, old))
-    entered = mode_of(way.plan, now, current(way, now))
+    old = variation.phases[variation.index]
+    now = variation.phases[variation.index + 1]
+    left = mode_of(variation.plan, old, current(variation, old))
+    entered = mode_of(variation.plan, now, current(variation, now))
     axis = axis_of_event(now.event)
     stops = axis == 0
     velocity = 1
     bound = column_of_stop[left.side[0] > 0] if stops else COLUMNS
     arrives = StateByAxis()
     arrives.put(start_of_phase(now))
-    after = speeds_in_mode(way.plan, entered, arrives)
+    after = speeds_in_mode(variation.plan, entered, arrives)
     start = arrives.copy()
-    arrives[velocity] = way.at[velocity] if stops else arrives[velocity]
-    before = speeds_in_mode(way.plan, left, arrives)
-    way.index += 1
-    way.t = now.t
-    way.at = start.copy()
+    arrives[velocity] = variation.at[velocity] if stops else arrives[velocity]
+    before = speeds_in_mode(variation.plan, left, arrives)
+    variation.index += 1
+    variation.t = now.t
+    variation.at = start.copy()
     # without friction nothing jumps, however little of a velocity is left
     if axis < 0 or not stops and not abs(before[axis] - after[axis]) > 0.0:
         return
-    way.exists = way.exists and abs(before[axis]) > 0.0
+    variation.exists = variation.exists and abs(before[axis]) > 0.0
     for column in range(20):
-        if not way.exists:
+        if not variation.exists:
             break
-        change = way.change[column]
+        change = variation.change[column]
         wanted = 1.0 if column == bound else 0.0
         late = div(wanted - change[axis], before[axis])
-        cross(change, before, after, axis, wanted, late)
+        pass_event_at_axis(change, before, after, axis, wanted, late)
 
 
 def variation_of(plan: Plan, steps: Any, phases: Any, stance: Stance) -> Variation:
     """A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once."""
-    way = Variation(plan, steps, phases, 0, 0.0, StateByAxis(), [StateByAxis() for _ in range(20)], True)
-    mode = mode_of(plan, phases[0], current(way, phases[0]))
-    way.at.put(start_of_phase(phases[0]))
+    variation = Variation(plan, steps, phases, 0, 0.0, StateByAxis(), [StateByAxis() for _ in range(20)], True)
+    mode = mode_of(plan, phases[0], current(variation, phases[0]))
+    variation.at.put(start_of_phase(phases[0]))
     for i in range(4):
-        way.change[COLUMN_OF_AXIS[i]][i] = 1.0
+        variation.change[COLUMN_OF_AXIS[i]][i] = 1.0
     for element in range(2):
         axis = element + 1
         if mode.side[element] == 0 or element == 0 and stance.start_loss < 0.0:
-            way.change[COLUMN_OF_AXIS[axis]][axis] = 0.0
-    return way
+            variation.change[COLUMN_OF_AXIS[axis]][axis] = 0.0
+    return variation
 
 
-def follow_to(way: Variation, last: int, t: Real) -> None:
+def follow_to(variation: Variation, last: int, t: Real) -> None:
     """Follow a stance up to a time; `last` is the index of its last phase."""
-    while way.index < last and way.phases[way.index + 1].t <= t:
-        travel(way, way.phases[way.index + 1].t)
-        cross_in_sensitivity(way)
-    travel(way, t)
+    while variation.index < last and variation.phases[variation.index + 1].t <= t:
+        travel(variation, variation.phases[variation.index + 1].t)
+        cross(variation)
+    travel(variation, t)
 
 
-def finish(way: Variation, end: State, matrix: Any) -> bool:
+def finish(variation: Variation, end: State, matrix: Any) -> bool:
     """The rows of the matrix from the changes at take-off, F = 0."""
-    robot = way.plan.robot
-    phase = way.phases[way.index]
-    mode = mode_of(way.plan, phase, current(way, phase))
-    start = start_of_phase(way.phases[0])
-    speed = speeds_in_mode(way.plan, mode, end)
+    robot = variation.plan.robot
+    phase = variation.phases[variation.index]
+    mode = mode_of(variation.plan, phase, current(variation, phase))
+    start = start_of_phase(variation.phases[0])
+    speed = speeds_in_mode(variation.plan, mode, end)
     contact_rate = contact_slope(robot, speed)
     fall = fall_of(robot)
     underflows = fall > 0.0 and not fall * fall > 0.0  # by which the apex's derivative divides
     if not abs(contact_rate) > 0.0 or underflows:
         return False
     for column in range(20):
-        change = way.change[column]
+        change = variation.change[column]
         unit = StateByAxis()
-        by = robot_change(column)
+        by = robot_change_of_column(column)
         late = div(-contact_change(robot, end, by, change), contact_rate)
         for i in range(4):
             unit[i] = 1.0 if column == COLUMN_OF_AXIS[i] else 0.0
@@ -8022,9 +8057,9 @@ def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, ma
         return status
     exists = stance.ending == ENDING_TAKEOFF
     if exists:
-        way = variation_of(plan, steps, phases, stance)
-        follow_to(way, stance.phases_kept - 1, stance.duration)
-        exists = way.exists and finish(way, stance.end, matrix)
+        variation = variation_of(plan, steps, phases, stance)
+        follow_to(variation, stance.phases_kept - 1, stance.duration)
+        exists = variation.exists and finish(variation, stance.end, matrix)
     for n in range(count):
         if not exists:
             break
@@ -8039,14 +8074,14 @@ def stance_tangents(plan: Plan, steps: Any, phases: Any, stance: Stance, times: 
     status = reading_status(plan, steps, phases, stance, when, arrays, 2)
     if status < 0:
         return status
-    way = variation_of(plan, steps, phases, stance)
+    variation = variation_of(plan, steps, phases, stance)
     for i in range(count):
-        follow_to(way, stance.phases_kept - 1, lesser(times[i], stance.duration))
-        states[i].put(way.at)
+        follow_to(variation, stance.phases_kept - 1, lesser(times[i], stance.duration))
+        states[i].put(variation.at)
         for row in range(TANGENT_ROWS):
             for column in range(20):
-                tangents[(i * TANGENT_ROWS + row) * COLUMNS + column] = way.change[column][row]
-    return OK if way.exists else NO_DERIVATIVE
+                tangents[(i * TANGENT_ROWS + row) * COLUMNS + column] = variation.change[column][row]
+    return OK if variation.exists else NO_DERIVATIVE
 
 
 class Grid:

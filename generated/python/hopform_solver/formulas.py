@@ -13,6 +13,7 @@ from .records import (
     Decay,
     Drive,
     Energy,
+    FlightIntegrals,
     FlightRates,
     FlightWork,
     Free,
@@ -44,7 +45,6 @@ from .records import (
     Speeds,
     StateChange,
     Transfer,
-    Way,
     Work,
 )
 
@@ -913,7 +913,7 @@ def acceleration_at_limit(robot: Robot, flight_rates: FlightRates, v1: Real, sid
     return acc1
 
 
-def way_numerator(v1: Real, acc1: Real, poles: Poles) -> Numerator:
+def displacement_numerator(v1: Real, acc1: Real, poles: Poles) -> Numerator:
     """Numerator of how far the actuator has moved since a phase of the flight began.
 
     v1 [m/s] velocity.
@@ -1011,7 +1011,7 @@ def flight_energies(robot: Robot, v1: Real, v2: Real, hop_height: Real) -> Energ
     return Energy(body, total)
 
 
-def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1: Real, limit: Real, way: Way) -> FlightWork:
+def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1: Real, limit: Real, flight_integrals: FlightIntegrals) -> FlightWork:
     """Each entry of the flight's ledger over a part of a phase.
 
     largest [N] largest force of the motor.
@@ -1021,7 +1021,7 @@ def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1
     """
     m_eff, k, c, b1, f1 = robot.m_eff, robot.k, robot.c, robot.b1, robot.f1
     Kp, Kd = gains.Kp, gains.Kd
-    moved, int_v1v1 = way.moved, way.int_v1v1
+    moved, int_v1v1 = flight_integrals.moved, flight_integrals.int_v1v1
     motor_work = (Kd*int_v1v1 + Kp*moved*(0.5*moved + x1))*(limit*limit - 1.0) - largest*limit*moved  # law, or limit
     offset_work = c*k*moved                                                                           # constant forces
     viscous_1 = -b1*int_v1v1                                                                          # ledger

@@ -851,7 +851,7 @@ class FlightWork(NamedTuple):
     """[J] Coulomb loss of the actuator"""
 
 
-class Way(NamedTuple):
+class FlightIntegrals(NamedTuple):
     """Integrals over a part of a phase of the flight."""
 
     moved: Real

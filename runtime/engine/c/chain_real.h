@@ -10,8 +10,7 @@
 #include "ledger_real.h"
 #include "overlap_real.h"
 
-/* Whose event function it is that has a root: the contact's, or that of an element, whose index is added. Owners are in
- * the order in which they win a tie. */
+/* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_real = -1, CONTACT_real = 0, ELEMENT_real = 1, NO_ELEMENT_real = -1 };
 
 /* The chain while it grows. */
@@ -22,13 +21,13 @@ typedef struct {
     int32_t step;
     real horizon;
     real t;
-    hopform_state_by_axis_real at;
+    state_by_axis_real at;
     real from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     real from_upper;
     int side[HOPFORM_ELEMENTS];
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
-    int alone; /* the element that has just come to rest, and whose free acceleration is known from the motion */
-    real free; /* this acceleration, from before the state lost its digits */
+    int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
+    real carried_acceleration; /* this acceleration, from before the state lost its digits */
     real start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     real aed;
@@ -37,11 +36,11 @@ typedef struct {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
-    int event;                           /* with which the phase began */
-    hopform_drive_by_element_real drive; /* of the phase, as its numerators */
-    hopform_numerators_real motion;
-    hopform_follow_real *follow;
-    hopform_tally_real *tally;
+    int event;                   /* with which the phase began */
+    drive_by_element_real drive; /* of the phase, as its numerators */
+    numerators_real motion;
+    observer_real *observer;
+    current_variation_real *variation;
 } stance_chain_real;
 
 static inline real current_of_chain_real(const stance_chain_real *chain) {
@@ -52,15 +51,15 @@ static inline real current_of_chain_real(const stance_chain_real *chain) {
 
 /* Level of friction of an element. */
 static inline real level_of_real(const hopform_robot_real *robot, int element) {
-    hopform_friction_by_element_real levels;
-    levels.named = hopform_friction_of_real(robot);
+    friction_by_element_real levels;
+    levels.named = friction_of_real(robot);
     return levels.of[element];
 }
 
 /* Numerator of the free acceleration of an element that is held. */
-static inline hopform_numerator_real free_numerator_real(const hopform_rates_real *rates, int element,
-                                                         const hopform_motion_real *motion) {
-    return element == 0 ? hopform_free_numerator_1_real(rates, motion) : hopform_free_numerator_2_real(rates, motion);
+static inline numerator_real free_numerator_real(const hopform_rates_real *rates, int element,
+                                                 const motion_real *motion) {
+    return element == 0 ? free_numerator_1_real(rates, motion) : free_numerator_2_real(rates, motion);
 }
 
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
@@ -72,22 +71,22 @@ static inline bool stance_blocked_real(const stance_chain_real *chain, int eleme
 }
 
 /* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline hopform_drive_by_element_real drive_of_chain_real(const stance_chain_real *chain, const int *side) {
-    hopform_drive_by_element_real drive;
-    drive.named = hopform_drive_of_real(&chain->plan->robot, &chain->plan->rates, current_of_chain_real(chain),
-                                        (real)side[0], (real)side[1]);
+static inline drive_by_element_real drive_of_chain_real(const stance_chain_real *chain, const int *side) {
+    drive_by_element_real drive;
+    drive.named = drive_of_real(&chain->plan->robot, &chain->plan->rates, current_of_chain_real(chain), (real)side[0],
+                                (real)side[1]);
     return drive;
 }
 
-static inline hopform_numerators_real numerators_real(const stance_chain_real *chain, const int *side) {
-    const hopform_drive_by_element_real drive = drive_of_chain_real(chain, side);
-    hopform_numerators_real made;
-    made.named = hopform_motion_under_real(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
+static inline numerators_real numerators_of_chain_real(const stance_chain_real *chain, const int *side) {
+    const drive_by_element_real drive = drive_of_chain_real(chain, side);
+    numerators_real made;
+    made.named = motion_under_real(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
 /* The first derivative at the start that is not zero. */
-static inline real first_derivative_real(const hopform_numerator_real *h) {
+static inline real first_derivative_real(const numerator_real *h) {
     const real first = fabs_real(h->H3) > 0.0 ? h->H3 : h->H2;
     return fabs_real(first) > 0.0 ? first : h->H1;
 }
@@ -95,22 +94,21 @@ static inline real first_derivative_real(const hopform_numerator_real *h) {
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline real drift_of_free_real(const stance_chain_real *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const hopform_numerators_real motion = numerators_real(chain, side);
-    const hopform_numerator_real free = free_numerator_real(&chain->plan->rates, element, &motion.named);
+    const numerators_real motion = numerators_of_chain_real(chain, side);
+    const numerator_real free = free_numerator_real(&chain->plan->rates, element, &motion.named);
     return first_derivative_real(&free);
 }
 
-static inline hopform_free_by_element_real free_of_real(const stance_chain_real *chain,
-                                                        const hopform_state_real *state) {
-    hopform_free_by_element_real free;
-    free.named = hopform_free_accelerations_real(&chain->plan->rates, state, current_of_chain_real(chain));
+static inline free_by_element_real free_of_real(const stance_chain_real *chain, const hopform_state_real *state) {
+    free_by_element_real free;
+    free.named = free_accelerations_real(&chain->plan->rates, state, current_of_chain_real(chain));
     return free;
 }
 
 /* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
 static inline real terms_of_free_real(const stance_chain_real *chain, int element) {
-    hopform_free_by_element_real terms;
-    terms.named = hopform_free_terms_real(&chain->plan->rates, &chain->at.named, current_of_chain_real(chain));
+    free_by_element_real terms;
+    terms.named = free_terms_real(&chain->plan->rates, &chain->at.named, current_of_chain_real(chain));
     return terms.of[element] + level_of_real(&chain->plan->robot, element);
 }
 
@@ -122,16 +120,16 @@ typedef struct {
 } direction_real;
 
 static inline direction_real direction_from_rest_real(const stance_chain_real *chain, int element) {
-    const bool known = chain->alone == element;
-    const hopform_free_by_element_real free = free_of_real(chain, &chain->at.named);
-    const real acceleration = known ? chain->free : free.of[element];
+    const bool known = chain->came_to_rest == element;
+    const free_by_element_real free = free_of_real(chain, &chain->at.named);
+    const real acceleration = known ? chain->carried_acceleration : free.of[element];
     const real friction = level_of_real(&chain->plan->robot, element);
     const real rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_real * terms_of_free_real(chain, element);
     const bool on_threshold = fabs_real(fabs_real(acceleration) - friction) <= rounding;
-    real goes = hopform_goes_real(acceleration, friction);
+    real goes = goes_real(acceleration, friction);
     if (on_threshold) {
         const real drift = drift_of_free_real(chain, element);
-        goes = acceleration * drift > 0.0 || friction <= rounding ? hopform_goes_real(drift, 0.0) : 0.0;
+        goes = acceleration * drift > 0.0 || friction <= rounding ? goes_real(drift, 0.0) : 0.0;
     }
     const direction_real direction = {stance_blocked_real(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
     return direction;
@@ -164,7 +162,7 @@ static inline uint32_t held_elements_real(const stance_chain_real *chain) {
 static inline real end_of_step_real(const stance_chain_real *chain) {
     const int32_t next = chain->step + 1;
     const real until = next < chain->step_count ? chain->steps[next].t : chain->horizon;
-    return hopform_lesser_real(until, chain->horizon);
+    return lesser_real(until, chain->horizon);
 }
 
 /* ---- the end of a phase ---- */
@@ -177,8 +175,8 @@ typedef struct {
     int rests;      /* whose event that is */
 } stance_events_real;
 
-static inline event_function_real *add_event_function_real(event_set_real *set, const hopform_numerator_real *h,
-                                                           real start, real sign, int owner, int shape) {
+static inline event_function_real *add_event_function_real(event_set_real *set, const numerator_real *h, real start,
+                                                           real sign, int owner, bool needs_certificate) {
     event_function_real *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -186,30 +184,29 @@ static inline event_function_real *add_event_function_real(event_set_real *set, 
     g->H0 = 0.0;
     g->start = sign * start;
     g->cancels = 0.0;
+    g->decaying = 0.0; /* and its rate is not read */
     g->owner = owner;
     g->side = 0;
-    g->shape = shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    g->left = 0.0;
-    g->relaxes = 0.0;
-#endif
+    g->needs_certificate = needs_certificate;
+    g->touch_is_no_event = false;
     return g;
 }
 
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
-static inline void add_thresholds_real(const stance_chain_real *chain, int element, int shape, event_set_real *set) {
+static inline void add_thresholds_real(const stance_chain_real *chain, int element, bool needs_certificate,
+                                       event_set_real *set) {
     const bool open[] = {!stance_blocked_real(chain, element, -1), !stance_blocked_real(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
-    const hopform_numerator_real h = free_numerator_real(&chain->plan->rates, element, &chain->motion.named);
+    const numerator_real h = free_numerator_real(&chain->plan->rates, element, &chain->motion.named);
     const real drift = fabs_real(h.H3) > 0.0 ? h.H3 : h.H2;
-    const hopform_free_by_element_real free = free_of_real(chain, &chain->at.named);
+    const free_by_element_real free = free_of_real(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
         const real sign = (real)side;
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
             const real level = sign * level_of_real(&chain->plan->robot, element);
-            event_function_real *slips =
-                add_event_function_real(set, &h, free.of[element] - level, -sign, ELEMENT_real + element, shape);
+            event_function_real *slips = add_event_function_real(set, &h, free.of[element] - level, -sign,
+                                                                 ELEMENT_real + element, needs_certificate);
             slips->side = side;
             slips->cancels = 0.25 * terms_of_free_real(chain, element); /* each term is rounded four times at most */
         }
@@ -220,12 +217,13 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
 static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set) {
     const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
     const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !hopform_is_finite_real(gap)) { return; }
+    if (side == 0 || !is_finite_real(gap)) { return; }
     const real away = -(real)side;
-    const hopform_numerator_real *h = &chain->motion.of.position;
-    const hopform_numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
+    const numerator_real *h = &chain->motion.of.position;
+    const numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_real *stop =
-        add_event_function_real(set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, DISTANCE_real);
+        add_event_function_real(set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, false);
+    stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
@@ -235,13 +233,13 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const real *at = chain->at.of;
     const int *side = chain->side;
     event_set_real *set = &events->set;
-    const hopform_poles_real *poles = hopform_poles_of_real(chain->plan, side[0], side[1]);
+    const hopform_poles_real *poles = poles_of_real(chain->plan, side[0], side[1]);
     const bool several = side[0] != 0 && side[1] != 0;
     const int slips = side[0] != 0 ? 0 : 1;
     const real compression = at[HOPFORM_COMPRESSION_AXIS];
-    const int shape = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED ? MONOTONE_real : MAY_TURN_real;
+    const bool is_monotone = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED;
     set->poles = poles;
-    set->node = hopform_node_of_real(chain->plan, side[0], side[1]);
+    set->node = node_of_real(chain->plan, side[0], side[1]);
     set->count = 0;
     events->rest_time = HOPFORM_NEVER_real;
     events->rests = NO_OWNER_real;
@@ -249,18 +247,18 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
                        && !(fabs_real(chain->drive.of[slips]) > 0.0);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const hopform_numerator_real h = hopform_contact_numerator_real(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_real(set, &h, hopform_contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
-                                      CONTACT_real, shape);
+        const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->motion.named);
+        (void)add_event_function_real(set, &h, contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
+                                      CONTACT_real, !is_monotone);
     }
     add_stop_real(chain, set);
     for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
         (void)add_event_function_real(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (real)side[element], ELEMENT_real + element, MAY_TURN_real);
+                                      (real)side[element], ELEMENT_real + element, true);
     }
     if (several) { return; }
     const real sign = (real)side[slips];
-    add_thresholds_real(chain, 1 - slips, shape, set);
+    add_thresholds_real(chain, 1 - slips, !is_monotone, set);
     events->rest_time =
         time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_real + slips;
@@ -288,21 +286,22 @@ static inline void cross_at_the_limit_real(const stance_events_real *events, rea
     }
 }
 
-/* Whether so much of a phase has passed that what the compression tends to may say more of a take-off. */
-static inline bool is_late_real(const hopform_basis_real *basis) {
+/* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
+static inline bool is_late_real(const basis_real *basis) {
     return fabs_real(basis->Wdd) < 0.25;
 }
 
-/* How much later than t a take-off late in a phase is, by what the compression tends to; 0 where that says no more. */
+/* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
+ * no more accurate. */
 static inline real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
-                                      const event_function_real *contact, const hopform_basis_real *basis, real t) {
+                                      const event_function_real *contact, const basis_real *basis, real t) {
     if (!is_late_real(basis)) { return 0.0; }
-    hopform_state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
-    hopform_numerators_real from_slack;
-    from_slack.named = hopform_motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0],
-                                              chain->side[1]);
-    steady.of[HOPFORM_COMPRESSION_AXIS] = hopform_settled_real(poles, &from_slack.of.compression);
-    const real settled = hopform_contact_of_real(&chain->plan->robot, &steady.named);
+    state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
+    numerators_real from_slack;
+    from_slack.named =
+        motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0], chain->side[1]);
+    steady.of[HOPFORM_COMPRESSION_AXIS] = settled_real(poles, &from_slack.of.compression);
+    const real settled = contact_of_real(&chain->plan->robot, &steady.named);
     return steady_state_correction_real(poles, contact, settled, basis, t);
 }
 
@@ -323,25 +322,25 @@ static inline bool sharpen_takeoff_real(const stance_chain_real *chain, const st
 
 /* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
 static inline real far_end_real(const event_set_real *set, real low, real limit) {
-    const real near = hopform_greater_real(3.0 * low, set->node->t);
+    const real near = greater_real(3.0 * low, set->node->t);
     const real half = 0.95 * set->node->half_period;
     const bool faded =
         -0.5 * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_real; /* the pair: what is left is monotone */
-    const real far = faded ? limit : low + hopform_lesser_real(near, half);
+    const real far = faded ? limit : low + lesser_real(near, half);
     return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
 /* That of the first interval: the node, which a pair that hardly draws has not. */
 static inline real first_end_real(const event_set_real *set, real limit) {
     const real half = 0.95 * set->node->half_period;
-    return hopform_lesser_real(hopform_lesser_real(set->node->t, half), limit);
+    return lesser_real(lesser_real(set->node->t, half), limit);
 }
 
-/* Reach it, by what is known there. */
-static inline void reach_ahead_real(const event_set_real *set, interval_real *in, real limit) {
+/* The first interval, by what is known at its end. */
+static inline void end_first_interval_real(const event_set_real *set, interval_real *in, real limit) {
     const hopform_node_real *node = set->node;
     if (node->t < limit) {
-        const hopform_basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        const basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_real(set->poles, node->t, &basis);
     } else {
         end_interval_at_real(set, in, first_end_real(set, limit));
@@ -364,7 +363,8 @@ typedef struct {
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
  * how many functions each phase has; not zeros, for which compilers call memset. */
 static inline void stance_search_nothing_real(const hopform_poles_real *poles, stance_search_real *search) {
-    const event_function_real nothing = {0.0, 0.0, 0.0, 0.0, 1.0, 0.0, NO_OWNER_real, 0, MAY_TURN_real};
+    const numerator_real zero = {0.0, 0.0, 0.0};
+    const event_function_real nothing = event_function_of_real(&zero, 1.0);
     const jet_real one = {1.0, 0.0, 0.0, 0.0};
     for (int n = 0; n < MOST_EVENT_FUNCTIONS_real; n++) {
         search->events.set.function[n] = nothing;
@@ -379,7 +379,7 @@ static inline void stance_search_nothing_real(const hopform_poles_real *poles, s
 static inline bool is_at_stop_real(const event_set_real *set, const propagator_real *at) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (g->shape == DISTANCE_real) { return fabs_real(value_at_real(g, at)) <= rounding_of_real(g, at, 0.0); }
+        if (g->touch_is_no_event) { return fabs_real(value_at_real(g, at)) <= rounding_of_real(g, at, 0.0); }
     }
     return false;
 }
@@ -398,7 +398,7 @@ static inline void stance_conclude_real(stance_search_real *search) {
         if (owner == NO_OWNER_real || owner >= found->owner) {
             owner = found->owner;
             search->side = found->side;
-            search->stops = found->shape == DISTANCE_real;
+            search->stops = found->touch_is_no_event;
         }
     }
     search->owner = owner;
@@ -414,7 +414,7 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     interval_real *in = &search->in;
     in->count = 0;
     in->found = begin_at_start_real(set, in);
-    search->limit = hopform_lesser_real(search->events.rest_time, until);
+    search->limit = lesser_real(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
     if (!search->open) { in->high = propagator_at_start_real(set->poles); }
 }
@@ -422,9 +422,9 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
 /* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
 static inline bool next_end_real(const event_set_real *set, interval_real *in, real limit, real *end) {
     begin_interval_real(set, in);
-    const real until = quiet_until_real(set, in);
+    const real until = root_free_until_real(set, in);
     const bool quiet = until > in->low.t + 2.0 * set->node->t;
-    *end = quiet ? hopform_lesser_real(until, limit) : far_end_real(set, in->low.t, limit);
+    *end = quiet ? lesser_real(until, limit) : far_end_real(set, in->low.t, limit);
     return quiet;
 }
 
@@ -456,7 +456,7 @@ static inline void stance_end_search_real(const stance_chain_real *chain, stance
     bool open = search->open;
     while (open) {
         if (quiet) {
-            end_at_first_crossing_real(set, in, DISTANCE_real);
+            end_at_first_crossing_real(set, in, true);
         } else {
             certified = find_event_real(chain, search, false);
         }
@@ -487,7 +487,7 @@ static inline void stance_find_end_real(const stance_chain_real *chain, stance_s
         return;
     }
     stance_begin_search_real(chain, search);
-    if (search->open) { reach_ahead_real(&search->events.set, &search->in, search->limit); }
+    if (search->open) { end_first_interval_real(&search->events.set, &search->in, search->limit); }
     stance_end_search_real(chain, search);
 }
 
@@ -555,52 +555,51 @@ static inline void next_step_real(stance_chain_real *chain) {
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_faint_acceleration_real(stance_chain_real *chain, const hopform_basis_real *basis) {
+static inline void keep_small_acceleration_real(stance_chain_real *chain, const basis_real *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = &chain->plan->rates;
     if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->a1_v1) > 0.0) { return; }
-    const hopform_free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
-    const hopform_numerator_real *leg = &chain->motion.of.compression;
+    const free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
+    const numerator_real *leg = &chain->motion.of.compression;
     const real compression = fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_real(leg->H3 * basis->Wd)
                              + fabs_real(leg->H2 * basis->W) + fabs_real(leg->H1 * basis->W1);
     const real by_spring = fabs_real(rates->a1_y * compression);
     if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * by_spring)) { return; }
-    const hopform_numerator_real *h = &chain->motion.of.velocity[element];
+    const numerator_real *h = &chain->motion.of.velocity[element];
     const real terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const real rate = terms[0] + terms[1] + terms[2];
     if (fabs_real(rate) > 16.0 * HOPFORM_EPS_real * (fabs_real(terms[0]) + fabs_real(terms[1]) + fabs_real(terms[2]))) {
-        chain->alone = element;
-        chain->free = rate;
+        chain->came_to_rest = element;
+        chain->carried_acceleration = rate;
     }
 }
 
 /* What is known of the free acceleration of an element that comes to rest from its motion. */
 static inline void keep_free_acceleration_real(stance_chain_real *chain, const stance_search_real *end) {
     const int element = end->owner - ELEMENT_real;
-    chain->alone = NO_ELEMENT_real;
+    chain->came_to_rest = NO_ELEMENT_real;
     if (element < 0 || chain->side[element] == 0) { return; }
     if (chain->side[1 - element] == 0 && !end->stops) {
-        chain->alone = element;
-        chain->free =
-            hopform_free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
-                                           &chain->motion.of.velocity[element], &end->in.high.basis);
+        chain->came_to_rest = element;
+        chain->carried_acceleration =
+            free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
+                                   &chain->motion.of.velocity[element], &end->in.high.basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
-        keep_faint_acceleration_real(chain, &end->in.high.basis);
+        keep_small_acceleration_real(chain, &end->in.high.basis);
     }
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_real(stance_chain_real *chain, const hopform_basis_real *basis) {
+static inline void stance_arrive_real(stance_chain_real *chain, const basis_real *basis) {
     real *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const real before = *position;
     *position = 0.0;
-    chain->at.named =
-        hopform_arrive_real(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
-    const real way = *position;
-    *position = before + way;
-    chain->from_lower += way;
-    chain->from_upper += way;
+    chain->at.named = arrive_real(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    const real moved = *position;
+    *position = before + moved;
+    chain->from_lower += moved;
+    chain->from_upper += moved;
 }
 
 /* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
@@ -611,31 +610,30 @@ static inline void start_on_threshold_real(stance_chain_real *chain) {
     if (element < 0 || side[0] == 0 || side[1] == 0) { return; }
     real *drive = &chain->drive.of[element];
     *drive = 0.0;
-    hopform_numerators_real others;
-    others.named =
-        hopform_motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
+    numerators_real others;
+    others.named = motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
     *drive = -others.of.velocity[element].H3;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_real(stance_chain_real *chain) {
-    const int element = chain->alone;
+    const int element = chain->came_to_rest;
     chain->drive = drive_of_chain_real(chain, chain->side);
     start_on_threshold_real(chain);
-    chain->motion.named = hopform_motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named,
-                                                    chain->side[0], chain->side[1]);
+    chain->motion.named =
+        motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
     if (element >= 0 && chain->side[element] != 0) {
         const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
-        hopform_go_on_real(&chain->motion, element, chain->side[1 - element] == 0, chain->free - level);
+        set_acceleration_from_rest_real(&chain->motion, element, chain->side[1 - element] == 0,
+                                        chain->carried_acceleration - level);
     }
 }
 
 /* The AED of a phase that lasts for t. */
 static inline real aed_in_phase_real(const stance_chain_real *chain, real t) {
     const hopform_phase_real phase = phase_of_chain_real(chain, HOPFORM_EVENT_NONE);
-    const hopform_ledger_real ledger =
-        hopform_ledger_in_phase_real(chain->plan, &phase, current_of_chain_real(chain), t);
-    return hopform_aed_of_ledger_real(&ledger);
+    const hopform_ledger_real ledger = ledger_in_phase_real(chain->plan, &phase, current_of_chain_real(chain), t);
+    return aed_of_ledger_real(&ledger);
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
@@ -657,31 +655,31 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
 /* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_real(const stance_chain_real *chain) {
-    const real contact = hopform_contact_of_real(&chain->plan->robot, &chain->at.named);
+    const real contact = contact_of_real(&chain->plan->robot, &chain->at.named);
     if (HOPFORM_FOOT_IS_FIXED) { return false; }
-    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && hopform_compression_rate_real(&chain->at.named) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_real(&chain->at.named) > 0.0;
     if (fabs_real(contact) > 0.0 || rises) { return contact < 0.0; }
-    const hopform_numerators_real motion = numerators_real(chain, chain->side);
-    const hopform_numerator_real h = hopform_contact_numerator_real(&chain->plan->robot, &motion.named);
+    const numerators_real motion = numerators_of_chain_real(chain, chain->side);
+    const numerator_real h = contact_numerator_real(&chain->plan->robot, &motion.named);
     return first_derivative_real(&h) < 0.0;
 }
 
-/* Show the phase that has come to its end to who follows the stance. */
-static inline void show_phase_real(const stance_chain_real *chain, const hopform_state_by_axis_real *start, real length,
-                                   const hopform_basis_real *end, bool leaves) {
-    if (chain->follow != NULL) {
-        const hopform_passage_real passage = {&chain->motion, end,         length,       start,
-                                              &chain->at,     chain->side, chain->event, leaves};
-        chain->follow(chain->tally, &passage);
+/* Pass the finished phase to the observer, if there is one. */
+static inline void notify_real(const stance_chain_real *chain, const state_by_axis_real *start, real length,
+                               const basis_real *end, bool leaves) {
+    if (chain->observer != NULL) {
+        const solved_phase_real phase = {&chain->motion, end,         length,       start,
+                                         &chain->at,     chain->side, chain->event, leaves};
+        chain->observer(chain->variation, &phase);
     }
 }
 
-/* The same of a last phase in which no time passes. */
-static inline void show_ending_real(stance_chain_real *chain) {
-    if (chain->follow != NULL) {
-        const hopform_basis_real now = {1.0, 0.0, 0.0, 0.0, 0.0};
+/* The same of a last phase of no duration. */
+static inline void notify_ending_real(stance_chain_real *chain) {
+    if (chain->observer != NULL) {
+        const basis_real now = {1.0, 0.0, 0.0, 0.0, 0.0};
         stance_begin_phase_real(chain);
-        show_phase_real(chain, &chain->at, 0.0, &now, false);
+        notify_real(chain, &chain->at, 0.0, &now, false);
     }
 }
 
@@ -692,7 +690,7 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
     if (chain->side[0] == 0 && chain->side[1] == 0 && chain->step + 1 >= chain->step_count) {
-        show_ending_real(chain);
+        notify_ending_real(chain);
         return HOPFORM_ENDING_REST;
     }
     return 0;
@@ -702,10 +700,10 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
 static inline int32_t stance_begin_real(stance_chain_real *chain) {
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         real *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-        chain->side[element] = (int)hopform_goes_real(*velocity, 0.0);
+        chain->side[element] = (int)goes_real(*velocity, 0.0);
         if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
             && stance_blocked_real(chain, element, chain->side[element])) {
-            chain->start_loss = hopform_loss_at_stop_real(&chain->plan->robot, &chain->at.named);
+            chain->start_loss = loss_at_stop_real(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0;
             chain->side[element] = 0;
         }
@@ -715,16 +713,16 @@ static inline int32_t stance_begin_real(stance_chain_real *chain) {
     return leaves_at_once_real(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_real(chain);
 }
 
-/* Go on to the end of a phase and behind it; the ending, 0 if another phase follows. */
+/* Carry the chain to the end of a phase and through its event; the ending, 0 if another phase follows. */
 static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stance_search_real *end) {
     const real until = end_of_step_real(chain);
-    const hopform_state_by_axis_real start = chain->at;
+    const state_by_axis_real start = chain->at;
     const bool passes = end->owner == NO_OWNER_real && end->certified;
     const real length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
     stance_arrive_real(chain, &end->in.high.basis);
-    show_phase_real(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_real);
-    chain->t = passes ? until : hopform_lesser_real(chain->t + length, until); /* not behind it by rounding */
+    notify_real(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_real);
+    chain->t = passes ? until : lesser_real(chain->t + length, until); /* not behind it by rounding */
     if (end->owner == CONTACT_real) {
         real *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
         *compression = HOPFORM_CONTACT_IS_COMPRESSION || *compression < 0.0 ? 0.0 : *compression;
@@ -734,8 +732,8 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_real(chain, end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
-        && hopform_contact_of_real(&chain->plan->robot, &chain->at.named) < 0.0) {
-        show_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
+        && contact_of_real(&chain->plan->robot, &chain->at.named) < 0.0) {
+        notify_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
     return ending_before_phase_real(chain);
@@ -744,7 +742,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
 /* ---- in and out ---- */
 
 static inline bool is_finite_state_real(const hopform_state_real *state) {
-    hopform_state_by_axis_real at;
+    state_by_axis_real at;
     at.named = *state;
     real sum = 0.0;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
@@ -756,7 +754,7 @@ static inline bool is_finite_state_real(const hopform_state_real *state) {
 /* Status of a stance that is to be solved, but for its current. */
 static inline int32_t stance_status_real(const hopform_robot_real *robot, const hopform_state_real *start, real horizon,
                                          int32_t max_phases) {
-    hopform_state_by_axis_real at;
+    state_by_axis_real at;
     at.named = *start;
     const real position = at.of[HOPFORM_POSITION_AXIS];
     bool fixed = true;
@@ -786,10 +784,10 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
     chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
     chain->just_switched = NO_ELEMENT_real;
-    chain->alone = NO_ELEMENT_real;
-    chain->free = 0.0;
+    chain->came_to_rest = NO_ELEMENT_real;
+    chain->carried_acceleration = 0.0;
     chain->start_loss = 0.0;
-    chain->adds_up = hopform_stores_much_real(&plan->robot, start);
+    chain->adds_up = stores_much_real(&plan->robot, start);
     chain->aed = 0.0;
     chain->max_phases = max_phases;
     chain->phases = phases;
@@ -797,8 +795,8 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->count = 0;
     chain->event_count = 0;
     chain->event = HOPFORM_EVENT_NONE;
-    chain->follow = NULL;
-    chain->tally = NULL;
+    chain->observer = NULL;
+    chain->variation = NULL;
 }
 
 /* Put a stance that has come to its ending into its record. */
@@ -808,20 +806,18 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
     const hopform_state_real *end = &chain->at.named;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_real(robot, start, &chain->at.later);
+    stance->aed = chain->adds_up ? chain->aed : body_energy_gain_real(robot, start, &chain->at.later);
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;
     stance->event_count = chain->event_count;
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0;
-    if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_real(robot) > 0.0) {
-        stance->apex = hopform_apex_after_real(robot, end);
-    }
+    if (ending == HOPFORM_ENDING_TAKEOFF && fall_of_real(robot) > 0.0) { stance->apex = apex_after_real(robot, end); }
     const real others = fabs_real(stance->duration) + fabs_real(stance->apex) + fabs_real(stance->aed);
     if (!is_finite_state_real(end) || !(others - stance->start_loss <= HOPFORM_NEVER_real)) {
-        const hopform_memory_real written = hopform_array_real(stance, 1, sizeof *stance);
-        return hopform_refuse_real(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
+        const memory_real written = array_real(stance, 1, sizeof *stance);
+        return refuse_real(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);
     }
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }

@@ -21,18 +21,18 @@
 
 /* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, where
  * not, and where neither takes off. */
-#define CONTROL_WIDE_real 0.5
-#define COARSE_real 0.42
-#define DOWN_real 0.0625
+#define WIDEST_ALIKE_real 0.5
+#define WIDEST_UNLIKE_real 0.42
+#define WIDEST_DOWN_real 0.0625
 
 /* How far a function may be off the cubic in the middle of an interval, as shares of what its slopes differ by from the
  * chord's: of their sum, and of each; where the events change, of each alone. */
-#define LEAN_real 0.75
-#define BEND_real 0.03125
-#define KINK_real 1.5
+#define MARGIN_CUBIC_real 0.75
+#define MARGIN_EACH_real 0.03125
+#define MARGIN_KINK_real 1.5
 
 /* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
-#define STEP_real 0.00390625
+#define NARROW_JUMP_real 0.00390625
 
 /* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
  * smooth in between. */
@@ -51,7 +51,8 @@ static void put_coefficients_real(const curve_real *c, real row[COEFFICIENTS_rea
     const real first = c->from_rise - (c->to - c->from);
     const real last = c->to_rise - (c->to - c->from);
     const real spread = fabs_real(first) + fabs_real(last);
-    const real off = c->smooth ? LEAN_real * fabs_real(first + last) + BEND_real * spread : KINK_real * spread;
+    const real off =
+        c->smooth ? MARGIN_CUBIC_real * fabs_real(first + last) + MARGIN_EACH_real * spread : MARGIN_KINK_real * spread;
     row[0] = c->from;
     row[1] = c->from + 0.25 * c->from_rise;
     row[2] = 0.5 * (c->from + c->to) + (c->from_rise - c->to_rise) / 6.0 - off;
@@ -63,20 +64,20 @@ static void put_coefficients_real(const curve_real *c, real row[COEFFICIENTS_rea
 static real least_real(const curve_real *c) {
     real row[COEFFICIENTS_real];
     put_coefficients_real(c, row);
-    const real inner = hopform_lesser_real(row[1], hopform_lesser_real(row[2], row[3]));
-    return hopform_lesser_real(inner, hopform_lesser_real(row[0], row[4]));
+    const real inner = lesser_real(row[1], lesser_real(row[2], row[3]));
+    return lesser_real(inner, lesser_real(row[0], row[4]));
 }
 
 /* The least coefficient of both halves of the quartic (de Casteljau): nearer to its least value. */
 static real least_of_halves_real(const curve_real *c) {
     real row[COEFFICIENTS_real];
     put_coefficients_real(c, row);
-    real least = hopform_lesser_real(row[0], row[4]);
+    real least = lesser_real(row[0], row[4]);
     for (int n = COEFFICIENTS_real - 1; n > 0; n--) {
         for (int i = 0; i < n; i++) {
             row[i] = 0.5 * (row[i] + row[i + 1]);
         }
-        least = hopform_lesser_real(least, hopform_lesser_real(row[0], row[n - 1]));
+        least = lesser_real(least, lesser_real(row[0], row[n - 1]));
     }
     return least;
 }
@@ -84,20 +85,20 @@ static real least_of_halves_real(const curve_real *c) {
 /* Where the cubic has its minimum, as a share of the interval, kept off its ends; the middle if there is none in it. */
 static real share_of_minimum_real(const curve_real *c) {
     const real chord = c->to - c->from;
-    const real lean = c->from_rise + c->to_rise - 2.0 * chord;
-    const real half = c->from_rise + lean - chord;
-    const real root = sqrt_real(hopform_greater_real(half * half - 3.0 * lean * c->from_rise, 0.0));
+    const real cubic = c->from_rise + c->to_rise - 2.0 * chord;
+    const real half = c->from_rise + cubic - chord;
+    const real root = sqrt_real(greater_real(half * half - 3.0 * cubic * c->from_rise, 0.0));
     const real above = half < 0.0 ? -c->from_rise : half + root;
-    const real below = half < 0.0 ? root - half : 3.0 * lean;
+    const real below = half < 0.0 ? root - half : 3.0 * cubic;
     if (!(above > 0.0 && above < below)) { return 0.5; }
-    return hopform_greater_real(hopform_lesser_real(above / below, 0.96875), 0.03125);
+    return greater_real(lesser_real(above / below, 0.96875), 0.03125);
 }
 
 /* Where the tangents at both ends meet, as a share of the interval: where the function bends, if it does so once. */
 static real share_of_bend_real(const curve_real *c) {
     const real turn = c->to_rise - c->from_rise;
     const real share = fabs_real(turn) > 0.0 ? (c->to_rise - (c->to - c->from)) / turn : 0.5;
-    return hopform_greater_real(hopform_lesser_real(share, 0.75), 0.25);
+    return greater_real(lesser_real(share, 0.75), 0.25);
 }
 
 /* Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is against
@@ -106,8 +107,8 @@ static real share_of_root_real(const curve_real *c) {
     const real chord = c->to - c->from;
     const real t = -c->from / chord;
     if (!(c->from_rise * chord > 0.0 && c->to_rise * chord > 0.0)) { return t; }
-    const real begin = hopform_lesser_real(chord / c->from_rise, 3.0); /* with which the cubic still rises */
-    const real end = hopform_lesser_real(chord / c->to_rise, 3.0);
+    const real begin = lesser_real(chord / c->from_rise, 3.0); /* with which the cubic still rises */
+    const real end = lesser_real(chord / c->to_rise, 3.0);
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
@@ -150,16 +151,16 @@ static control_interval_real interval_of_real(const hopform_search_real *search,
 }
 
 /* Whether the least contact force keeps its sign in an interval, by its value and slope at one end. */
-static bool keeps_sign_real(real value, real rise) {
+static bool sign_is_constant_real(real value, real rise) {
     return value > 0.0 ? value > fabs_real(rise) : value + rise < 0.0;
 }
 
 /* No rebound in the interval takes off that does not do so at its ends, and none stays that takes off there. */
-static bool contact_keeps_sign_real(const control_interval_real *c) {
+static bool contact_sign_is_constant_real(const control_interval_real *c) {
     const curve_real *contact = &c->contact;
-    return c->from->minima > 0 && c->to->minima > 0
-               ? least_real(contact) > 0.0
-               : keeps_sign_real(contact->from, contact->from_rise) && keeps_sign_real(contact->to, -contact->to_rise);
+    return c->from->minima > 0 && c->to->minima > 0 ? least_real(contact) > 0.0
+                                                    : sign_is_constant_real(contact->from, contact->from_rise)
+                                                          && sign_is_constant_real(contact->to, -contact->to_rise);
 }
 
 static bool is_admissible_real(const hopform_search_real *search, const hopform_trial_real *trial) {
@@ -169,8 +170,7 @@ static bool is_admissible_real(const hopform_search_real *search, const hopform_
 /* Slope of the gap over that of the largest position: the multiplier of its limit. */
 static real multiplier_real(const control_interval_real *c, bool starts) {
     const real rise = fabs_real(starts ? c->peak.from_rise : c->peak.to_rise);
-    return (fabs_real(c->gap.from_rise) + fabs_real(c->gap.to_rise))
-           / hopform_greater_real(rise, HOPFORM_UNDERFLOW_real);
+    return (fabs_real(c->gap.from_rise) + fabs_real(c->gap.to_rise)) / greater_real(rise, HOPFORM_UNDERFLOW_real);
 }
 
 /* Lower bound of the gap in a narrow interval in which the apex ends, or jumps: on either side of a take-off like a
@@ -181,9 +181,9 @@ static real bound_at_jump_real(const control_interval_real *c) {
         bound = c->gap.from - 3.0 * fabs_real(c->gap.from_rise);
     }
     if (c->to->takes_off && c->peak.to - 2.0 * fabs_real(c->peak.to_rise) < 0.0) {
-        bound = hopform_lesser_real(bound, fabs_real(c->gap.to) - 3.0 * fabs_real(c->gap.to_rise));
+        bound = lesser_real(bound, fabs_real(c->gap.to) - 3.0 * fabs_real(c->gap.to_rise));
     }
-    return hopform_greater_real(bound, 0.0);
+    return greater_real(bound, 0.0);
 }
 
 /* Lower bound of the gap in an interval whose ends take off, without a root between them: of the gap alone, and where
@@ -193,13 +193,13 @@ static real bound_of_gap_real(const hopform_search_real *search, const control_i
     const curve_real *peak = &c->peak;
     const bool starts = is_admissible_real(search, c->from);
     real bound = least_of_halves_real(gap);
-    if (starts != is_admissible_real(search, c->to) && least_real(peak) >= hopform_lesser_real(peak->from, peak->to)) {
+    if (starts != is_admissible_real(search, c->to) && least_real(peak) >= lesser_real(peak->from, peak->to)) {
         const real weight = 2.0 * multiplier_real(c, starts);
         const curve_real both = {gap->from + weight * peak->from, gap->from_rise + weight * peak->from_rise,
                                  gap->to + weight * peak->to, gap->to_rise + weight * peak->to_rise, gap->smooth};
-        bound = hopform_greater_real(bound, least_of_halves_real(&both));
+        bound = greater_real(bound, least_of_halves_real(&both));
     }
-    return hopform_greater_real(bound, 0.0);
+    return greater_real(bound, 0.0);
 }
 
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it, less
@@ -212,10 +212,10 @@ static real lower_bound_of_real(const hopform_search_real *search, const control
     if ((c->from->held && c->to->held) || c->width <= 2.0 * HOPFORM_EPS_real * fabs_real(c->to->u)) {
         return HOPFORM_NEVER_real;
     }
-    const real widest = none ? DOWN_real : (c->gap.smooth ? CONTROL_WIDE_real : COARSE_real);
+    const real widest = none ? WIDEST_DOWN_real : (c->gap.smooth ? WIDEST_ALIKE_real : WIDEST_UNLIKE_real);
     if (c->width > widest * range) { return unknown; }
-    if (!alike || !contact_keeps_sign_real(c)) {
-        const real narrow = none ? HOPFORM_ROOT_EPS_real : STEP_real;
+    if (!alike || !contact_sign_is_constant_real(c)) {
+        const real narrow = none ? HOPFORM_ROOT_EPS_real : NARROW_JUMP_real;
         return c->width <= narrow * range ? bound_at_jump_real(c) : unknown;
     }
     if (none || (c->peak.from >= 0.0 && c->peak.to >= 0.0 && least_real(&c->peak) >= 0.0)) {
@@ -233,8 +233,8 @@ static real step_to_zero_real(real value, real rise) {
  * order of events stays, and so is the root of its height. */
 static real share_of_apex_real(const hopform_search_real *search, const control_interval_real *c) {
     const real wanted = sqrt_real(search->apex);
-    const real from = sqrt_real(hopform_greater_real(c->from->apex, 0.0));
-    const real to = sqrt_real(hopform_greater_real(c->to->apex, 0.0));
+    const real from = sqrt_real(greater_real(c->from->apex, 0.0));
+    const real to = sqrt_real(greater_real(c->to->apex, 0.0));
     const real along = c->to->u - c->from->u;
     if (!(from > 0.0 && to > 0.0 && fabs_real(to - from) > 0.0)) { /* large ones may have the same root */
         return share_of_root_real(&c->gap);
@@ -253,7 +253,7 @@ static real share_to_try_real(const hopform_search_real *search, const control_i
     const bool leaves = c->from->takes_off;
     if (slow || leaves != c->to->takes_off) { return 0.5; }
     if (leaves && c->gap.to < 0.0) { return share_of_apex_real(search, c); }
-    if (c->width > CONTROL_WIDE_real * search->plan->robot.u_max) { return 0.5; }
+    if (c->width > WIDEST_ALIKE_real * search->plan->robot.u_max) { return 0.5; }
     if (!leaves) { return c->from->minima > 0 && c->to->minima > 0 ? share_of_minimum_real(&c->contact) : 0.5; }
     const bool starts = is_admissible_real(search, c->from);
     if (starts != is_admissible_real(search, c->to)) { /* just inside the limit of the position */
@@ -294,7 +294,7 @@ static bool may_improve_real(const hopform_search_real *search, int32_t n) {
                && bound < HOPFORM_REACHED_WITHIN_real;
     }
     const real gap = gap_of_best_real(search) - 2.0 * HOPFORM_NEAR_WITHIN_real;
-    return bound < HOPFORM_NEVER_real && bound <= hopform_greater_real(gap, 0.0);
+    return bound < HOPFORM_NEVER_real && bound <= greater_real(gap, 0.0);
 }
 
 /* Move a candidate and the interval behind it. */
@@ -308,7 +308,7 @@ static void move_real(hopform_search_real *search, int32_t to, int32_t from) {
 /* Drop a candidate; the two intervals that it has ended become one. */
 static void forget_real(hopform_search_real *search, int32_t n) {
     if (n > 0 && n < HOPFORM_SEARCH_CANDIDATES_real) {
-        search->lower_bound[n - 1] = hopform_lesser_real(search->lower_bound[n - 1], search->lower_bound[n]);
+        search->lower_bound[n - 1] = lesser_real(search->lower_bound[n - 1], search->lower_bound[n]);
         search->slow[n - 1] = 2;
     }
     search->count--;
@@ -411,8 +411,7 @@ static bool add_candidate_real(hopform_search_real *search, const hopform_trial_
     int8_t slow[] = {0, 0}; /* of the intervals below and above */
     if (n > 0 && n + 1 < search->count) {
         const hopform_trial_real *at = &search->candidates[n];
-        const real least =
-            hopform_lesser_real(fabs_real(at[-1].apex - search->apex), fabs_real(at[1].apex - search->apex));
+        const real least = lesser_real(fabs_real(at[-1].apex - search->apex), fabs_real(at[1].apex - search->apex));
         if (!(trial->takes_off && fabs_real(trial->apex - search->apex) < 0.25 * least)) {
             const int wider = at->u - at[-1].u > at[1].u - at->u ? 0 : 1;
             slow[wider] = search->slow[n - 1] < 2 ? (int8_t)(search->slow[n - 1] + 1) : (int8_t)2;
@@ -441,19 +440,19 @@ static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopf
                                        real horizon, hopform_phase_real *phases, int32_t capacity,
                                        hopform_trial_real *trial) {
     const hopform_step_real step = {0.0, u};
-    const hopform_state_by_axis_real none = {{0.0, 0.0, 0.0, 0.0}};
+    const state_by_axis_real none = {{0.0, 0.0, 0.0, 0.0}};
     const hopform_trial_real nothing = {0};
     *trial = nothing;
     trial->u = u;
     trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_real;
     trial->smooth = true;
-    hopform_tally_real tally = {plan, trial, none, none, none, {0, 0}, false};
+    current_variation_real variation = {plan, trial, none, none, none, {0, 0}, false};
     hopform_stance_real stance;
-    const int32_t status = hopform_solve_followed_real(plan, start, &step, 1, horizon, capacity, phases, capacity,
-                                                       &stance, hopform_tally_up_real, &tally);
+    const int32_t status = solve_observed_real(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
+                                               carry_variation_real, &variation);
     if (status < 0) { return status; }
-    hopform_close_trial_real(&tally, phases, &stance);
+    close_trial_real(&variation, phases, &stance);
     return stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
@@ -477,14 +476,14 @@ static int32_t end_search_real(hopform_search_real *search, int32_t status, hopf
 int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hopform_plan_real *plan,
                                           const hopform_state_real *start, const hopform_target_real *target,
                                           hopform_command_real *command) {
-    const hopform_memory_real read = hopform_array_real(plan, 1, sizeof *plan);
-    const hopform_memory_real written[] = {
-        hopform_array_real(search, 1, sizeof *search),
-        hopform_array_real(command, 1, sizeof *command),
+    const memory_real read = array_real(plan, 1, sizeof *plan);
+    const memory_real written[] = {
+        array_real(search, 1, sizeof *search),
+        array_real(command, 1, sizeof *command),
     };
-    if (hopform_overlap_real(written, 2, &read, 1)) {
-        return end_search_real(hopform_overlap_real(&written[0], 1, &read, 1) ? NULL : search, HOPFORM_ERROR_OVERLAP,
-                               hopform_overlap_real(&written[1], 1, &read, 1) ? NULL : command);
+    if (overlap_real(written, 2, &read, 1)) {
+        return end_search_real(overlap_real(&written[0], 1, &read, 1) ? NULL : search, HOPFORM_ERROR_OVERLAP,
+                               overlap_real(&written[1], 1, &read, 1) ? NULL : command);
     }
     if (search == NULL || plan == NULL || start == NULL || target == NULL || command == NULL) {
         return end_search_real(search, HOPFORM_ERROR_NULL, command);
@@ -493,10 +492,9 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     const hopform_target_real wanted = *target;
     (void)end_search_real(search, HOPFORM_SEARCHING, command);
     const hopform_robot_real *robot = &plan->robot;
-    if (!hopform_hops_real(plan) || !(robot->u_max <= HOPFORM_NEVER_real)) {
+    if (!hops_real(plan) || !(robot->u_max <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_ROBOT;
-    } else if (!hopform_is_finite_real(wanted.h_des) || !hopform_is_finite_real(wanted.datum)
-               || !(wanted.h_des + wanted.datum >= 0.0)
+    } else if (!is_finite_real(wanted.h_des) || !is_finite_real(wanted.datum) || !(wanted.h_des + wanted.datum >= 0.0)
                || !(wanted.stop_margin >= 0.0 && wanted.stop_margin <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_TARGET;
     } else if (!(wanted.horizon > 0.0 && wanted.horizon <= HOPFORM_NEVER_real)) {
@@ -521,17 +519,16 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
 int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_phase_real *phases, int32_t capacity,
                                          hopform_command_real *command) {
     if (search == NULL) { return end_search_real(NULL, HOPFORM_ERROR_NULL, command); }
-    const hopform_memory_real read[] = {
-        hopform_array_real(search, 1, sizeof *search),
-        hopform_array_real(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
+    const memory_real read[] = {
+        array_real(search, 1, sizeof *search),
+        array_real(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
     };
-    const hopform_memory_real written[] = {
-        hopform_array_real(phases, capacity, sizeof *phases),
-        hopform_array_real(command, 1, sizeof *command),
+    const memory_real written[] = {
+        array_real(phases, capacity, sizeof *phases),
+        array_real(command, 1, sizeof *command),
     };
-    if (hopform_overlap_real(written, 2, read, 2)) {
-        return end_search_real(search, HOPFORM_ERROR_OVERLAP,
-                               hopform_overlap_real(&written[1], 1, read, 2) ? NULL : command);
+    if (overlap_real(written, 2, read, 2)) {
+        return end_search_real(search, HOPFORM_ERROR_OVERLAP, overlap_real(&written[1], 1, read, 2) ? NULL : command);
     }
     if (phases == NULL || command == NULL) { return end_search_real(search, HOPFORM_ERROR_NULL, command); }
     if (search->status != HOPFORM_SEARCHING || search->plan == NULL) {
@@ -566,28 +563,26 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
                                   const real *currents, int32_t current_count, real horizon, hopform_phase_real *phases,
                                   int32_t capacity, hopform_trial_real *trials) {
     const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
-    const hopform_memory_real read[] = {
-        hopform_array_real(plan, 1, sizeof *plan),
-        hopform_array_real(starts, start_count, sizeof *starts),
-        hopform_array_real(currents, current_count, sizeof *currents),
+    const memory_real read[] = {
+        array_real(plan, 1, sizeof *plan),
+        array_real(starts, start_count, sizeof *starts),
+        array_real(currents, current_count, sizeof *currents),
     };
-    const hopform_memory_real written[] = {
-        hopform_array_real(trials, start_count, row),
-        hopform_array_real(phases, capacity, sizeof *phases),
+    const memory_real written[] = {
+        array_real(trials, start_count, row),
+        array_real(phases, capacity, sizeof *phases),
     };
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
-        return hopform_refuse_real(HOPFORM_ERROR_NULL, written, 1, read, 3);
+        return refuse_real(HOPFORM_ERROR_NULL, written, 1, read, 3);
     }
-    if (hopform_overlap_real(written, 2, read, 3)) {
-        return hopform_refuse_real(HOPFORM_ERROR_OVERLAP, written, 1, read, 3);
-    }
-    if (!hopform_hops_real(plan)) { return hopform_refuse_real(HOPFORM_ERROR_ROBOT, written, 1, read, 3); }
+    if (overlap_real(written, 2, read, 3)) { return refuse_real(HOPFORM_ERROR_OVERLAP, written, 1, read, 3); }
+    if (!hops_real(plan)) { return refuse_real(HOPFORM_ERROR_ROBOT, written, 1, read, 3); }
     int32_t kept = HOPFORM_OK;
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             const int32_t status = evaluate_candidate_real(plan, &starts[i], currents[j], horizon, phases, capacity,
                                                            &trials[i * current_count + j]);
-            if (status < 0) { return hopform_refuse_real(status, written, 1, read, 3); }
+            if (status < 0) { return refuse_real(status, written, 1, read, 3); }
             kept = status != HOPFORM_OK ? status : kept;
         }
     }
@@ -598,31 +593,31 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
 
 /* The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign. */
 static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t) {
-    const int side[] = {hopform_side_1_real(phase), hopform_side_2_real(phase)};
+    const int side[] = {side_1_real(phase), side_2_real(phase)};
     const real first = phase->y;
     if (!HOPFORM_COMPRESSION_MAY_TURN(side) || !(t > 0.0)) { return first; }
-    hopform_numerators_real motion;
-    motion.named = hopform_motion_in_phase_real(plan, phase, u);
-    const hopform_numerator_real *h = &motion.of.compression;
-    const hopform_numerator_real extension = {-h->H3, -h->H2, -h->H1};
-    const hopform_poles_real *poles = hopform_poles_of_real(plan, side[0], side[1]);
-    const hopform_node_real *node = hopform_node_of_real(plan, side[0], side[1]);
+    numerators_real motion;
+    motion.named = motion_in_phase_real(plan, phase, u);
+    const numerator_real *h = &motion.of.compression;
+    const numerator_real extension = {-h->H3, -h->H2, -h->H1};
+    const hopform_poles_real *poles = poles_of_real(plan, side[0], side[1]);
+    const hopform_node_real *node = node_of_real(plan, side[0], side[1]);
     const propagator_real end = propagator_at_real(poles, t);
-    const hopform_least_real least = hopform_least_minimum_real(poles, node, &extension, -first, &end, 65536.0);
-    return hopform_greater_real(first, -least.value);
+    const minima_real least = least_minimum_real(poles, node, &extension, -first, &end, 65536.0);
+    return greater_real(first, -least.value);
 }
 
 int32_t hopform_stance_compression_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                         const hopform_phase_real *phases, const hopform_stance_real *stance,
                                         real *compression_max) {
-    const hopform_memory_real array = hopform_array_real(compression_max, 1, sizeof *compression_max);
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
+    const memory_real array = array_real(compression_max, 1, sizeof *compression_max);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
     real most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const real until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
         const real u = steps[phases[n].step].u;
-        most = hopform_greater_real(most, most_in_phase_real(plan, &phases[n], u, until - phases[n].t));
+        most = greater_real(most, most_in_phase_real(plan, &phases[n], u, until - phases[n].t));
     }
     *compression_max = most;
     return HOPFORM_OK;

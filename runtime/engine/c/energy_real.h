@@ -13,7 +13,7 @@
 /* Add the work of the first t of a phase to a ledger. */
 static void energy_add_real(hopform_ledger_real *ledger, const hopform_plan_real *plan, const hopform_phase_real *phase,
                             real u, real t) {
-    const hopform_ledger_real part = hopform_ledger_in_phase_real(plan, phase, u, t);
+    const hopform_ledger_real part = ledger_in_phase_real(plan, phase, u, t);
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
@@ -24,29 +24,29 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
                                    const real *times, int32_t count, hopform_energy_real *energies,
                                    hopform_ledger_real *ledgers, real *stop_losses) {
     const bool wanted = ledgers != NULL || stop_losses != NULL;
-    const hopform_memory_real arrays[] = {
-        hopform_array_real(energies, count, sizeof *energies),
-        hopform_array_real(ledgers, count, sizeof *ledgers),
-        hopform_array_real(stop_losses, count, sizeof *stop_losses),
+    const memory_real arrays[] = {
+        array_real(energies, count, sizeof *energies),
+        array_real(ledgers, count, sizeof *ledgers),
+        array_real(stop_losses, count, sizeof *stop_losses),
     };
-    const hopform_times_real when = {times, count, wanted};
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &when, arrays, wanted ? 3 : 1);
+    const times_real when = {times, count, wanted};
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, arrays, wanted ? 3 : 1);
     if (status < 0) { return status; }
     hopform_ledger_real sum = {0};
     real loss = stance->start_loss;
     int32_t n = 0;
     for (int32_t i = 0; i < count; i++) {
-        const hopform_state_real state = hopform_state_of_stance_real(plan, steps, phases, stance, times[i]);
-        energies[i] = hopform_energies_real(&plan->robot, &state);
+        const hopform_state_real state = state_of_stance_real(plan, steps, phases, stance, times[i]);
+        energies[i] = energies_real(&plan->robot, &state);
         if (!wanted) { continue; }
-        const real t = hopform_lesser_real(times[i], stance->duration);
+        const real t = lesser_real(times[i], stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
             const real length = phases[n + 1].t - phases[n].t;
             const real u = steps[phases[n].step].u;
             energy_add_real(&sum, plan, &phases[n], u, length);
-            if (hopform_axis_of_event_real(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
-                const hopform_state_real before = hopform_state_in_phase_real(plan, &phases[n], u, length);
-                loss += hopform_loss_at_stop_real(&plan->robot, &before);
+            if (axis_of_event_real(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
+                const hopform_state_real before = state_in_phase_real(plan, &phases[n], u, length);
+                loss += loss_at_stop_real(&plan->robot, &before);
             }
         }
         ledgers[i] = sum;

@@ -34,26 +34,27 @@ enum { MOST_EVENT_FUNCTIONS_real = 4, MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS
 #define HOPFORM_MOST_INTERVALS 10000
 #endif
 
-/* What is known of an event function: nothing; that it is monotone until the end of the phase, so that where it crosses
- * zero it does once; that it is the distance to a limit, which is monotone until the velocity of its element vanishes,
- * and of which a touch is no event. */
-enum { MAY_TURN_real, MONOTONE_real, DISTANCE_real };
-
-/* An event function. `owner` and `side` are the caller's. */
+/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
+ * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
+ * a touch of it is no event. */
 typedef struct {
     real H3, H2, H1, H0; /* its numerator */
     real start;
     real cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
+    real decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
     int32_t owner;
     int32_t side;
-    int32_t shape;
-#if HOPFORM_LEG_HAS_DAMPER
-    real left; /* in flight: what a damper leaves in the leg, and the rate at which that relaxes */
-    real relaxes;
-#endif
+    bool needs_certificate;
+    bool touch_is_no_event;
 } event_function_real;
 
-/* The active event functions of a phase, in the order in which they win a tie. */
+/* A function with this numerator and value at the start, of which nothing is known. */
+static inline event_function_real event_function_of_real(const numerator_real *h, real start) {
+    const event_function_real g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, true, false};
+    return g;
+}
+
+/* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
     const hopform_poles_real *poles;
     const hopform_node_real *node;
@@ -64,7 +65,7 @@ typedef struct {
 /* A time since the start of the phase, and the propagator there. */
 typedef struct {
     real t;
-    hopform_basis_real basis;
+    basis_real basis;
     real W_third; /* W''' */
 } propagator_real;
 
@@ -82,55 +83,53 @@ typedef struct {
     real third;
 } jet_real;
 
-static inline real third_of_basis_real(const hopform_poles_real *poles, const hopform_basis_real *basis) {
+static inline real third_of_basis_real(const hopform_poles_real *poles, const basis_real *basis) {
     return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
 }
 
-static inline propagator_real propagator_of_real(const hopform_poles_real *poles, real t,
-                                                 const hopform_basis_real *basis) {
+static inline propagator_real propagator_of_real(const hopform_poles_real *poles, real t, const basis_real *basis) {
     const propagator_real at = {t, *basis, third_of_basis_real(poles, basis)};
     return at;
 }
 
 static inline propagator_real propagator_at_real(const hopform_poles_real *poles, real t) {
-    const hopform_basis_real basis = hopform_basis_at_real(poles, t);
+    const basis_real basis = basis_at_real(poles, t);
     return propagator_of_real(poles, t, &basis);
 }
 
-/* The n-th derivative of what a damper leaves in the leg. */
-static inline real relaxing_real(const event_function_real *g, real t, int n) {
-    real value = 0.0;
-#if HOPFORM_LEG_HAS_DAMPER
-    if (fabs_real(g->left) > 0.0) { value = g->left * hopform_exp_real(-g->relaxes * t); }
+/* Whether a function has a further term, which decays: only where a damper is in the leg. */
+static inline bool has_decay_real(const event_function_real *g) {
+    return HOPFORM_LEG_HAS_DAMPER && fabs_real(g->decaying) > 0.0;
+}
+
+/* The n-th derivative of a function from that of its other terms. */
+static inline real with_decay_real(const event_function_real *g, real t, int n, real others) {
+    if (!has_decay_real(g)) { return others; }
+    real value = g->decaying * exponential_real(-g->decay * t);
     for (int i = 0; i < n; i++) {
-        value *= -g->relaxes;
+        value *= -g->decay;
     }
-#else
-    (void)g;
-    (void)t;
-    (void)n;
-#endif
-    return value;
+    return others + value;
 }
 
 static inline real value_at_real(const event_function_real *g, const propagator_real *at) {
-    const hopform_basis_real *w = &at->basis;
+    const basis_real *w = &at->basis;
     const real value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return HOPFORM_LEG_HAS_DAMPER ? value + relaxing_real(g, at->t, 0) : value;
+    return with_decay_real(g, at->t, 0, value);
 }
 
 static inline real rate_at_real(const event_function_real *g, const propagator_real *at) {
-    const hopform_basis_real *w = &at->basis;
+    const basis_real *w = &at->basis;
     const real rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return HOPFORM_LEG_HAS_DAMPER ? rate + relaxing_real(g, at->t, 1) : rate;
+    return with_decay_real(g, at->t, 1, rate);
 }
 
 static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
                                  const propagator_real *at) {
-    const hopform_basis_real *w = &at->basis;
+    const basis_real *w = &at->basis;
     const real fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
     const real third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return HOPFORM_LEG_HAS_DAMPER ? third + relaxing_real(g, at->t, 3) : third;
+    return with_decay_real(g, at->t, 3, third);
 }
 
 static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g) {
@@ -144,10 +143,9 @@ static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const 
 
 /* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at) {
-    const hopform_basis_real *w = &at->basis;
+    const basis_real *w = &at->basis;
     const real curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_real jet = {value_at_real(g, at), rate_at_real(g, at),
-                          HOPFORM_LEG_HAS_DAMPER ? curvature + relaxing_real(g, at->t, 2) : curvature, 0.0};
+    const jet_real jet = {value_at_real(g, at), rate_at_real(g, at), with_decay_real(g, at->t, 2, curvature), 0.0};
     return jet;
 }
 
@@ -175,7 +173,7 @@ static inline real rough_root_real(const jet_real *from, const jet_real *to, rea
     const real start = above ? from->value : rise;
     const real slope = above ? rise : 0.5 * h * h * from->curvature;
     const real square = slope * slope + 4.0 * start * (start + slope - to->value);
-    const real below = sqrt_real(hopform_greater_real(square, 0.0)) - slope;
+    const real below = sqrt_real(greater_real(square, 0.0)) - slope;
     const real share = 2.0 * start / (below > 0.0 ? below : 1.0);
     return ((start > 0.0) & (share < 1.0)) ? share : 0.75;
 }
@@ -273,11 +271,10 @@ static inline derivatives_real carried_real(const hopform_poles_real *poles, con
 }
 
 /* The propagator's basis d later. */
-static inline hopform_basis_real carried_basis_real(const hopform_poles_real *poles, const hopform_basis_real *from,
-                                                    real d) {
+static inline basis_real carried_basis_real(const hopform_poles_real *poles, const basis_real *from, real d) {
     const derivatives_real w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
     const derivatives_real later = carried_real(poles, &w, d);
-    const hopform_basis_real basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
+    const basis_real basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return basis;
 }
 
@@ -325,13 +322,13 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
             }
         }
         at->t = t;
-        at->basis = hopform_basis_at_real(poles, t);
+        at->basis = basis_at_real(poles, t);
         at->W_third = third_of_basis_real(poles, &at->basis);
         const jet_real jet = jet_at_real(poles, g, at);
         if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) { return; }
         const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
-        /* The rate at which a leg relaxes is none of the poles: no step is known to land. */
-        if (step.lands && !(HOPFORM_LEG_HAS_DAMPER && fabs_real(relaxing_real(g, t, 0)) > 0.0)) {
+        /* The rate of the further term is none of the poles: no step is known to land. */
+        if (step.lands && !has_decay_real(g)) {
             at->basis = carried_basis_real(poles, &at->basis, step.next - t);
             at->W_third = third_of_basis_real(poles, &at->basis);
             at->t = step.next;
@@ -366,7 +363,7 @@ static inline deflated_real deflated_at_real(const hopform_poles_real *poles, co
                        sum,
                        product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const hopform_pair_real pair = hopform_pair_at_real(poles, at->t);
+        const pair_real pair = pair_at_real(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
     }
@@ -394,7 +391,7 @@ static inline real deflated_derivative_real(const event_set_real *set, const eve
 
 /* Whether a rate is negative by more than rounding. */
 static inline bool falls_for_certain_real(const event_function_real *g, const propagator_real *at, real rate) {
-    const hopform_basis_real *w = &at->basis;
+    const basis_real *w = &at->basis;
     const real terms = fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W);
     return decided_real(rate, terms) < 0.0;
 }
@@ -410,9 +407,9 @@ static inline bool has_no_root_real(const jet_real *from, real d, bool falls_the
 
 /* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
  * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool is_held_up_by_slope_real(real l, const jet_real *from, const jet_real *to, real h, real bound) {
+static inline bool stays_positive_by_slope_real(real l, const jet_real *from, const jet_real *to, real h, real bound) {
     const real left = from->value + bound;
-    return left > -h * from->rate && left * hopform_greater_real(1.0 - l * h, 0.0) > -h * to->rate;
+    return left > -h * from->rate && left * greater_real(1.0 - l * h, 0.0) > -h * to->rate;
 }
 
 /* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
@@ -421,7 +418,7 @@ static inline bool is_held_up_by_slope_real(real l, const jet_real *from, const 
 static inline bool has_faded_real(const event_set_real *set, const event_function_real *g, const propagator_real *start,
                                   const jet_real *from, real h, real bound) {
     const hopform_poles_real *poles = set->poles;
-    const hopform_basis_real *w = &start->basis;
+    const basis_real *w = &start->basis;
     const deflated_real deflated = deflated_at_real(poles, set->node, g, start);
     const real mu = 0.5 * poles->p;
     const real d = deflated.A * deflated.Rd + deflated.B * deflated.R;
@@ -430,7 +427,7 @@ static inline bool has_faded_real(const event_set_real *set, const event_functio
     const real amplitude = sqrt_real(d * d + wY * wY / (poles->q - mu * mu));
     const real rounding =
         16.0 * HOPFORM_EPS_real * (fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W));
-    const real falls = rounding - hopform_lesser_real(from->rate, 0.0) + 1.001 * h * amplitude;
+    const real falls = rounding - lesser_real(from->rate, 0.0) + 1.001 * h * amplitude;
     return from->value + bound > h * falls;
 }
 
@@ -439,7 +436,7 @@ static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, 
     const real mu = 0.5 * poles->p;
     const real ww = poles->q - mu * mu;
     const real a = poles->a;
-    const real e = (g->H1 - a * (g->H2 - a * g->H3)) / hopform_residue_real(poles);
+    const real e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_real(poles);
     const real c = g->H3 - e;
     const real sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
     return poles->q * poles->q * sqrt_real(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_real(e);
@@ -447,9 +444,9 @@ static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, 
 
 /* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
-static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                const jet_real *from, const jet_real *to, real h, bool root_at_end,
-                                                real rounding) {
+static inline bool stays_positive_by_bernstein_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                    const jet_real *from, const jet_real *to, real h, bool root_at_end,
+                                                    real rounding) {
     const real M6 = sixth_derivative_bound_real(poles, g);
     const real f = 0.2 * h;
     const real tw = 0.05 * h * h;
@@ -457,10 +454,10 @@ static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles,
     const real b2 = b1 + f * from->rate + tw * from->curvature;
     const real b4 = to->value - f * to->rate;
     const real b3 = b4 - f * to->rate + tw * to->curvature;
-    real low = hopform_lesser_real(hopform_lesser_real(b1, b2), hopform_lesser_real(b3, b4));
-    const real at_start = hopform_lesser_real(low, from->value);
+    real low = lesser_real(lesser_real(b1, b2), lesser_real(b3, b4));
+    const real at_start = lesser_real(low, from->value);
     low = from->value > 0.0 ? at_start : low;
-    const real at_end = hopform_lesser_real(low, to->value);
+    const real at_end = lesser_real(low, to->value);
     low = root_at_end ? low : at_end;
     const real hhh = h * h * h;
     return low > M6 * hhh * hhh / 43200.0 + rounding;
@@ -468,7 +465,7 @@ static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles,
 
 /* Whether the curvature of an event function is more than what rounding may have left of it. */
 static inline bool bends_real(const event_function_real *g, const propagator_real *at, real curvature) {
-    const hopform_basis_real *w = &at->basis;
+    const basis_real *w = &at->basis;
     const real terms = fabs_real(g->H3 * at->W_third) + fabs_real(g->H2 * w->Wdd) + fabs_real(g->H1 * w->Wd);
     return fabs_real(curvature) > 64.0 * HOPFORM_EPS_real * terms;
 }
@@ -526,7 +523,7 @@ static inline real quiet_time_of_ringing_real(const event_set_real *set, const e
     const deflated_real deflated = deflated_at_real(set->poles, set->node, g, start);
     const real d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const real D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
-    const real r = (poles->a * d - D) / hopform_residue_real(poles);
+    const real r = (poles->a * d - D) / residue_real(poles);
     const bool stiff = poles->a * poles->a > poles->q;
     const real X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
     const real x = at->rate - r;
@@ -550,9 +547,9 @@ static inline real quiet_time_of_decay_real(const event_set_real *set, const eve
     if (!(product > 0.0)) { return 0.0; }
     const deflated_real d = deflated_at_real(set->poles, set->node, g, start);
     const real slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
-    const real first = hopform_lesser_real(at->rate, 0.0);
-    const real second = hopform_lesser_real(d.A * d.Rd + d.B * d.R, 0.0);
-    const real third = hopform_lesser_real(slowest * (d.Rd + l_2 * d.R), 0.0);
+    const real first = lesser_real(at->rate, 0.0);
+    const real second = lesser_real(d.A * d.Rd + d.B * d.R, 0.0);
+    const real third = lesser_real(slowest * (d.Rd + l_2 * d.R), 0.0);
     const real left = at->value + first / l_1 + second / product - rounding;
     const real falls = third / product;
     if (!(left > 0.0)) { return 0.0; }
@@ -593,7 +590,7 @@ static inline bool has_crossed_real(const jet_real *to, real h, real rounding, b
 static inline real guessed_crossing_real(const event_function_real *g, const interval_real *in, const jet_real *from,
                                          jet_real *to) {
     const real h = in->high.t - in->low.t;
-    const bool is_last = in->found < 0 && g->shape != DISTANCE_real;
+    const bool is_last = in->found < 0 && !g->touch_is_no_event;
     *to = short_jet_at_real(g, &in->high);
     return has_crossed_real(to, h, rounding_of_real(g, &in->high, to->rate), is_last) ? rough_root_real(from, to, h)
                                                                                       : 2.0;
@@ -605,16 +602,16 @@ typedef struct {
     real share;
 } crossing_real;
 
-/* Which function of this shape or behind has crossed zero first by the end of the interval, by rough guesses, if one
- * has. */
-static inline bool first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape,
+/* Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
+ * alone. */
+static inline bool first_crossing_real(const event_set_real *set, interval_real *in, bool distances,
                                        crossing_real *first) {
     const propagator_real end = in->high; /* for registers */
     first->function = 0;
     first->share = 2.0;
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (n != in->found && g->shape >= shape && value_at_real(g, &end) < 0.0) {
+        if (n != in->found && (!distances || g->touch_is_no_event) && value_at_real(g, &end) < 0.0) {
             jet_real to;
             const real share = guessed_crossing_real(g, in, &in->from[n], &to);
             if (share < first->share) {
@@ -636,10 +633,10 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
     in->found = crossing->function;
 }
 
-/* Ends the interval at the earliest root of the functions of this shape or behind that have crossed zero by its end. */
-static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, int32_t shape) {
+/* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
+static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, bool distances) {
     crossing_real first;
-    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, shape, &first); n++) {
+    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, distances, &first); n++) {
         end_at_crossing_real(set, in, &first);
     }
 }
@@ -656,9 +653,9 @@ static inline void settle_ties_real(const event_set_real *set, interval_real *in
         const real rounding = rounding_of_real(g, &in->high, rate);
         if (!(rate * (in->high.t - in->low.t) < -16.0 * rounding)) { continue; }
         const real value = value_at_real(g, &in->high);
-        if (found->shape == DISTANCE_real ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
-                                          : (value - 4.0 * rounding) * fabs_real(other)
-                                                < fabs_real(rate) * rounding_of_real(found, &in->high, other)) {
+        if (found->touch_is_no_event ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
+                                     : (value - 4.0 * rounding) * fabs_real(other)
+                                           < fabs_real(rate) * rounding_of_real(found, &in->high, other)) {
             if (value > 0.0) { end_interval_at_real(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
@@ -686,10 +683,10 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
     if (has_no_root_real(from, d, falls_for_certain_real(g, &in->high, to->rate), d_then)) { return true; }
     const real h = in->high.t - in->low.t;
     const real rounding = rounding_of_real(g, &in->high, to->rate);
-    return (!(d < 0.0) && is_held_up_by_slope_real(set->node->pole, from, to, h, rounding))
+    return (!(d < 0.0) && stays_positive_by_slope_real(set->node->pole, from, to, h, rounding))
            || quiet_time_real(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_real
-               && (is_held_up_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding)
+               && (stays_positive_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding)
                    || has_faded_real(set, g, &in->low, from, h, rounding)));
 }
 
@@ -720,12 +717,14 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
 static inline bool are_certified_real(const event_set_real *set, interval_real *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (g->shape != MAY_TURN_real) { continue; }
+        if (!g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const real d = deflated_derivative_real(set, g, &in->low, 1.0);
-        const bool soon = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
-                                  : (d > 0.0) & !(in->from[n].rate < 0.0);
-        if (!soon && !is_certified_real(set, in, n, d) && !is_certified_inside_real(set, in, n, d)) { return false; }
+        const bool no_root_by_signs = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
+                                              : (d > 0.0) & !(in->from[n].rate < 0.0);
+        if (!no_root_by_signs && !is_certified_real(set, in, n, d) && !is_certified_inside_real(set, in, n, d)) {
+            return false;
+        }
     }
     if (in->found > 0) { settle_ties_real(set, in); }
     return true;
@@ -736,7 +735,7 @@ static inline bool find_first_root_real(const event_set_real *set, interval_real
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
-        end_at_first_crossing_real(set, in, MAY_TURN_real);
+        end_at_first_crossing_real(set, in, false);
     } while (!are_certified_real(set, in));
     return true;
 }
@@ -747,18 +746,17 @@ static inline void begin_interval_real(const event_set_real *set, interval_real 
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
         in->from[n] = jet_at_real(set->poles, &set->function[n], &in->high);
-        in->from[n].value = hopform_greater_real(in->from[n].value, 0.0);
+        in->from[n].value = greater_real(in->from[n].value, 0.0);
     }
 }
 
 /* Rule 5: until when no function has a root, for certain. */
-static inline real quiet_until_real(const event_set_real *set, const interval_real *in) {
+static inline real root_free_until_real(const event_set_real *set, const interval_real *in) {
     real quiet = HOPFORM_NEVER_real;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(set->function[n].start) + set->function[n].cancels);
-        if (set->function[n].shape != DISTANCE_real) { /* one that is monotone is looked at where the interval ends */
-            quiet =
-                hopform_lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
+        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+            quiet = lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
     return in->low.t + quiet;
@@ -780,10 +778,10 @@ static inline int32_t begin_at_start_real(const event_set_real *set, interval_re
 
 /* ---- closed forms, contacts ---- */
 
-/* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
+/* Rule 3 of a pair that rings with omega. From rest a mass moves for half a period. */
 static inline real time_to_rest_of_ringing_real(const hopform_poles_real *poles, real omega, real v, real acc) {
     const real back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
-    const real slowing = hopform_angle_real(back, v) / omega;
+    const real slowing = angle_real(back, v) / omega;
     const real at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_real;
     const real from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
     return v > 0.0 ? slowing : from_rest;
@@ -807,20 +805,20 @@ static inline real time_to_rest_real(const hopform_poles_real *poles, real v, re
     const real x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
     if (!(x < 1.0)) { return HOPFORM_NEVER_real; }
     const real s = x / (2.0 - x);
-    if (s < 0.1716) { return 2.0 * (v / back) * hopform_area_tangent_real(s) / (2.0 - x); }
+    if (s < 0.1716) { return 2.0 * (v / back) * area_tangent_real(s) / (2.0 - x); }
     const real ratio = -(acc + (mean + half) * v) / back;
-    return ratio > 0.0 ? -hopform_log_real(ratio) / (2.0 * half) : HOPFORM_NEVER_real;
+    return ratio > 0.0 ? -logarithm_real(ratio) / (2.0 * half) : HOPFORM_NEVER_real;
 }
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
 static inline real steady_state_correction_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                real settled, const hopform_basis_real *basis, real t) {
+                                                real settled, const basis_real *basis, real t) {
     const real residual = settled - g->start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const real by_2 = residual * poles->s_2;
-    const hopform_numerator_real fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const real value = settled - hopform_residual_to_steady_state_real(poles, &fading, basis, residual);
+    const numerator_real fading = {g->H3, slow ? g->H2 : by_2, g->H1};
+    const real value = settled - residual_to_steady_state_real(poles, &fading, basis, residual);
     const real rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
     const real of_time = t * fabs_real(rate);
     const real of_rise = fabs_real(g->start) + fabs_real(g->H3 * basis->Wd) + fabs_real(g->H2 * basis->W)

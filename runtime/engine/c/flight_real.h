@@ -5,8 +5,8 @@
  *
  * Its phases are phases of the engine (first_event_real.h) whose real pole is 0. The distance to a stop and the pull of
  * the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
- * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a turn of the
- * pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
+ * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a period of
+ * the pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
  * compression is in the height, too, and fades as exp(-l t).
  */
 #ifndef HOPFORM_FLIGHT_H_real
@@ -39,7 +39,7 @@ typedef struct {
 typedef struct {
     const hopform_robot_real *robot;
     hopform_gains_real gains;
-    hopform_flight_rates_real rates;
+    flight_rates_real rates;
     real largest, fall, horizon;
     hopform_state_real start;       /* its compression is that over the ground ahead */
     real leg, relaxes;              /* compression that a damper leaves in the leg, and the rate of that */
@@ -61,34 +61,34 @@ typedef struct {
 /* The largest force of the motor, 0 if it has none. */
 static real largest_force_real(const hopform_robot_real *robot) {
     const real force = fabs_real(robot->gamma2) * robot->u_max;
-    return fabs_real(robot->gamma2) > 0.0 ? hopform_lesser_real(force, HOPFORM_NEVER_real) : 0.0;
+    return fabs_real(robot->gamma2) > 0.0 ? lesser_real(force, HOPFORM_NEVER_real) : 0.0;
 }
 
-static hopform_poles_real poles_in_flight_real(const hopform_flight_rates_real *rates, int limit) {
+static hopform_poles_real poles_in_flight_real(const flight_rates_real *rates, int limit) {
     return limit == 0 ? pair_alone_real(rates->p_law, rates->q_law) : pair_alone_real(rates->p_free, 0.0);
 }
 
 /* How far the element has moved since a phase began, its velocity and its acceleration. */
-static jet_real way_in_flight_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase,
-                                   const propagator_real *at) {
+static jet_real displacement_in_flight_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase,
+                                            const propagator_real *at) {
     const jet_real rest = {0.0, 0.0, 0.0, 0.0};
-    const hopform_numerator_real h = hopform_way_numerator_real(phase->v1, phase->acc1, poles);
-    const event_function_real way = {h.H3, h.H2, h.H1, 0.0, 0.0, 0.0, 0, 0, MAY_TURN_real};
-    return phase->side != 0 ? short_jet_at_real(&way, at) : rest;
+    const numerator_real h = displacement_numerator_real(phase->v1, phase->acc1, poles);
+    const event_function_real displacement = event_function_of_real(&h, 0.0);
+    return phase->side != 0 ? short_jet_at_real(&displacement, at) : rest;
 }
 
 /* The state at a time of a phase; rounding or underflow may have put the position a last digit beyond a stop. */
 static hopform_state_real state_in_flight_real(const hopform_robot_real *robot, const hopform_state_real *start,
-                                               const hopform_flight_phase_real *phase, const jet_real *way,
+                                               const hopform_flight_phase_real *phase, const jet_real *displacement,
                                                real after) {
-    const real g = hopform_fall_of_real(robot);
+    const real g = fall_of_real(robot);
     const real t = phase->t + after;
     const real rise = (start->v2 - 0.5 * g * t) * t;
-    const real moved = (phase->x1 - start->x1) + way->value;
-    const real position = hopform_lesser_real(robot->x1_max, phase->x1 + way->value);
+    const real moved = (phase->x1 - start->x1) + displacement->value;
+    const real position = lesser_real(robot->x1_max, phase->x1 + displacement->value);
     hopform_state_real state;
-    state.x1 = hopform_greater_real(robot->x1_min, position);
-    state.v1 = way->rate;
+    state.x1 = greater_real(robot->x1_min, position);
+    state.v1 = displacement->rate;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
     return state;
@@ -96,7 +96,7 @@ static hopform_state_real state_in_flight_real(const hopform_robot_real *robot, 
 
 /* What a damper leaves of the leg's compression, at a time of the flight. */
 static real left_in_leg_real(const flight_chain_real *chain, real t) {
-    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * hopform_exp_real(-chain->relaxes * t) : 0.0;
+    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * exponential_real(-chain->relaxes * t) : 0.0;
 }
 
 /* ---- the height over the ground ---- */
@@ -113,53 +113,41 @@ static event_function_real height_in_flight_real(const flight_chain_real *chain)
     const real g = chain->fall;
     const real rate = start->v2 - g * now->t;
     const real rise = (start->v2 - 0.5 * g * now->t) * now->t;
-    const hopform_numerator_real way = hopform_way_numerator_real(now->v1, now->acc1, poles);
-    event_function_real height = {rate - way.H3,
-                                  poles->p * rate - g - way.H2,
-                                  poles->q * rate - poles->p * g,
-                                  -poles->q * g,
-                                  (start->x1 - now->x1) + rise - start->y,
-                                  0.0,
-                                  0,
-                                  0,
-                                  MAY_TURN_real};
-#if HOPFORM_LEG_HAS_DAMPER
-    height.left = left_in_leg_real(chain, now->t);
-    height.relaxes = chain->relaxes;
-#endif
+    const numerator_real displacement = displacement_numerator_real(now->v1, now->acc1, poles);
+    const numerator_real h = {rate - displacement.H3, poles->p * rate - g - displacement.H2,
+                              poles->q * rate - poles->p * g};
+    event_function_real height = event_function_of_real(&h, (start->x1 - now->x1) + rise - start->y);
+    height.H0 = -poles->q * g;
+    height.decaying = left_in_leg_real(chain, now->t);
+    height.decay = chain->relaxes;
     return height;
 }
 
 /* Its rate, with a sign. */
 static event_function_real rate_of_height_real(const flight_chain_real *chain, real sign) {
     const event_function_real *g = &chain->height;
-    event_function_real rate = {sign * (g->H2 - chain->poles.p * g->H3),
-                                sign * (g->H1 - chain->poles.q * g->H3),
-                                sign * g->H0,
-                                0.0,
-                                sign * g->H3,
-                                0.0,
-                                0,
-                                0,
-                                MAY_TURN_real};
-#if HOPFORM_LEG_HAS_DAMPER
-    rate.left = -sign * g->relaxes * g->left;
-    rate.relaxes = g->relaxes;
-#endif
+    const numerator_real h = {sign * (g->H2 - chain->poles.p * g->H3), sign * (g->H1 - chain->poles.q * g->H3),
+                              sign * g->H0};
+    event_function_real rate = event_function_of_real(&h, sign * g->H3);
+    rate.decaying = -sign * g->decay * g->decaying;
+    rate.decay = g->decay;
     return rate;
 }
 
 /* The search for a root of one of the two, of the height itself or of its rate, with a sign: three derivatives of the
  * height remove what falls freely, (D + l) what fades. */
-static fall_real fall_of_real(const flight_chain_real *chain, const event_function_real *g, bool is_rate, real sign) {
+static fall_real fall_search_real(const flight_chain_real *chain, const event_function_real *g, bool is_rate,
+                                  real sign) {
     const hopform_poles_real *poles = &chain->poles;
     const real l = chain->relaxes;
-    real way[6] = {0.0, chain->now.v1, chain->now.acc1};
+    real displacement[6] = {0.0, chain->now.v1, chain->now.acc1};
     for (int i = 3; i < 6; i++) {
-        way[i] = -poles->p * way[i - 1] - poles->q * way[i - 2];
+        displacement[i] = -poles->p * displacement[i - 1] - poles->q * displacement[i - 2];
     }
-    const real value = -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? way[4] + l * way[3] : way[3]);
-    const real rate = -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? way[5] + l * way[4] : way[4]);
+    const real value =
+        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? displacement[4] + l * displacement[3] : displacement[3]);
+    const real rate =
+        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_real fall;
     fall.set.poles = poles;
     fall.set.node = NULL;
@@ -188,7 +176,7 @@ static int variations_in_fall_real(const fall_real *fall, const jet_real *at, bo
 static real lower_bound_real(const jet_real *from, const jet_real *to, real m, real h) {
     const real meet = from->value - to->value + (to->rate - 0.5 * m * h) * h;
     const real steeper = to->rate - from->rate - m * h;
-    const real t = meet > 0.0 && steeper > 0.0 ? hopform_lesser_real(meet / steeper, h) : 0.0;
+    const real t = meet > 0.0 && steeper > 0.0 ? lesser_real(meet / steeper, h) : 0.0;
     return from->value + (from->rate + 0.5 * m * t) * t;
 }
 
@@ -205,11 +193,11 @@ static bool is_certified_in_fall_real(const fall_real *fall, interval_real *in) 
         <= variations_in_fall_real(fall, &to, after)) {
         return true;
     }
-    const bool dips = begins_to_fall_real(from) && !(to.rate < 0.0); /* a rate may have faded */
+    const bool has_minimum = begins_to_fall_real(from) && !(to.rate < 0.0); /* a rate may have faded */
     const real inside =
-        dips ? cut_between_real(from->rate, to.rate, h) : cut_between_real(from->curvature, to.curvature, h);
+        has_minimum ? cut_between_real(from->rate, to.rate, h) : cut_between_real(from->curvature, to.curvature, h);
     const real cut = before != after ? fall->turn : in->low.t + inside;
-    real m = hopform_lesser_real(hopform_lesser_real(from->curvature, to.curvature), 0.0);
+    real m = lesser_real(lesser_real(from->curvature, to.curvature), 0.0);
     if (HOPFORM_LEG_HAS_DAMPER && fall->relaxes > 0.0 && from->third < 0.0 && to.third > 0.0) {
         m += h * from->third; /* exp(l t) g''' rises */
     }
@@ -227,7 +215,7 @@ static bool is_certified_in_fall_real(const fall_real *fall, interval_real *in) 
 static bool is_certified_in_slip_real(const event_set_real *set, interval_real *in) {
     const event_function_real *g = &set->function[0];
     const jet_real *from = &in->from[0];
-    if (g->shape == DISTANCE_real || !begins_to_fall_real(from) || rate_at_real(g, &in->high) < 0.0) { return true; }
+    if (g->touch_is_no_event || !begins_to_fall_real(from) || rate_at_real(g, &in->high) < 0.0) { return true; }
     const real lowest = in->low.t + time_to_rest_real(set->poles, -from->rate, -from->curvature);
     if (!(lowest > in->low.t && lowest < in->high.t)) { return true; }
     end_interval_at_real(set, in, lowest);
@@ -257,7 +245,7 @@ static bool has_root_in_flight_real(flight_chain_real *chain, event_set_real *se
         return true;
     }
     for (; chain->intervals < HOPFORM_MOST_INTERVALS; chain->intervals++) {
-        end_at_first_crossing_real(set, &in, MAY_TURN_real);
+        end_at_first_crossing_real(set, &in, false);
         if (!(fall != NULL ? is_certified_in_fall_real(fall, &in) : is_certified_in_slip_real(set, &in))) { continue; }
         if (in.found >= 0 || !(in.high.t < end->t)) {
             *end = in.high;
@@ -278,19 +266,19 @@ static real gap_in_flight_real(const flight_chain_real *chain) {
 }
 
 /* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
- * of the stop, and of the way between. */
+ * of the stop, and of the displacement between. */
 static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_real end) {
     const hopform_flight_phase_real *now = &chain->now;
-    const hopform_numerator_real way = hopform_way_numerator_real(now->v1, now->acc1, &chain->poles);
+    const numerator_real displacement = displacement_numerator_real(now->v1, now->acc1, &chain->poles);
     const propagator_real first = propagator_at_start_real(&chain->poles);
     const real away = -(real)now->side;
     const real gap = gap_in_flight_real(chain);
-    if (!hopform_is_finite_real(gap)) { return end; }
+    if (!is_finite_real(gap)) { return end; }
     event_set_real set;
     set.poles = &chain->poles;
     set.count = 0;
-    const event_function_real *stop =
-        add_event_function_real(&set, &way, away * gap, away, ELEMENT_real, DISTANCE_real);
+    event_function_real *stop = add_event_function_real(&set, &displacement, away * gap, away, ELEMENT_real, false);
+    stop->touch_is_no_event = true;
     const real left = value_at_real(stop, &chain->last);
     const real position = now->x1;
     const real size = fabs_real(position) + fabs_real(position - away * gap) + fabs_real(gap - left);
@@ -305,15 +293,15 @@ static flight_end_real end_at_pull_real(flight_chain_real *chain, flight_end_rea
     const real proportional = gains->Kp * now->x1;
     const real derivative = gains->Kd * now->v1;
     const real bound = 16.0 * HOPFORM_EPS_real * (fabs_real(proportional) + fabs_real(derivative) + chain->largest);
-    const hopform_numerator_real pull = hopform_pull_numerator_real(gains, now->v1, now->acc1, &chain->poles);
+    const numerator_real pull = pull_numerator_real(gains, now->v1, now->acc1, &chain->poles);
     const propagator_real first = propagator_at_start_real(&chain->poles);
     for (int side = -1; side <= 1 && (gains->Kp > 0.0 || gains->Kd > 0.0); side += 2) {
         const real start = proportional + derivative - (real)side * chain->largest;
         event_set_real set;
         set.poles = &chain->poles;
         set.count = 0;
-        event_function_real *room = add_event_function_real(&set, &pull, start, (real)(now->limit == 0 ? -side : side),
-                                                            ELEMENT_real, MAY_TURN_real);
+        event_function_real *room =
+            add_event_function_real(&set, &pull, start, (real)(now->limit == 0 ? -side : side), ELEMENT_real, true);
         room->start = room->H3 > 0.0 && room->start < bound ? 0.0 : room->start;
         propagator_real at = chain->last;
         if (side != -now->limit && has_root_in_flight_real(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {
@@ -326,19 +314,19 @@ static flight_end_real end_at_pull_real(flight_chain_real *chain, flight_end_rea
 }
 
 /* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
-static void put_ending_real(const flight_chain_real *chain, const jet_real *way, real t) {
-    chain->flight->duration = hopform_lesser_real(chain->now.t + t, chain->horizon);
-    chain->flight->end = state_in_flight_real(chain->robot, &chain->start, &chain->now, way, t);
+static void put_ending_real(const flight_chain_real *chain, const jet_real *displacement, real t) {
+    chain->flight->duration = lesser_real(chain->now.t + t, chain->horizon);
+    chain->flight->end = state_in_flight_real(chain->robot, &chain->start, &chain->now, displacement, t);
 }
 
 /* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
 static void look_at_foot_real(flight_chain_real *chain, const propagator_real *at) {
     const real height = value_at_real(&chain->height, at);
     if (!chain->airborne && height > chain->highest) {
-        const jet_real way = way_in_flight_real(&chain->poles, &chain->now, at);
+        const jet_real displacement = displacement_in_flight_real(&chain->poles, &chain->now, at);
         chain->airborne = height > rounding_of_real(&chain->height, at, 0.0);
         chain->highest = height;
-        put_ending_real(chain, &way, at->t);
+        put_ending_real(chain, &displacement, at->t);
         chain->at_highest = *chain->flight;
     }
 }
@@ -351,7 +339,7 @@ static real falling_in_flight_real(const flight_chain_real *chain) {
 /* Height of the foot if the leg were the shortest. */
 static real height_of_shortest_real(const flight_chain_real *chain) {
     const real longer = chain->now.x1 - chain->robot->x1_min;
-    return chain->height.start + longer + hopform_greater_real(left_in_leg_real(chain, chain->now.t), 0.0);
+    return chain->height.start + longer + greater_real(left_in_leg_real(chain, chain->now.t), 0.0);
 }
 
 /* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
@@ -359,16 +347,16 @@ static real longest_phase_real(const flight_chain_real *chain) {
     const real until = chain->horizon - chain->now.t;
     const real height = height_of_shortest_real(chain);
     if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_real)) { return until; }
-    const real fallen = 1.01 * hopform_time_of_fall_real(chain->robot, falling_in_flight_real(chain), height);
+    const real fallen = 1.01 * time_of_fall_real(chain->robot, falling_in_flight_real(chain), height);
     return fallen < until && fallen > 0.0 ? fallen : until;
 }
 
 /* The acceleration under what the motor does now, at a velocity, with the friction of a side. */
 static real acceleration_of_real(const flight_chain_real *chain, real velocity, int side) {
-    const hopform_flight_rates_real *rates = &chain->rates;
+    const flight_rates_real *rates = &chain->rates;
     const int limit = chain->now.limit;
-    return limit == 0 ? hopform_acceleration_under_law_real(chain->robot, rates, chain->now.x1, velocity, (real)side)
-                      : hopform_acceleration_at_limit_real(chain->robot, rates, velocity, (real)side, (real)limit);
+    return limit == 0 ? acceleration_under_law_real(chain->robot, rates, chain->now.x1, velocity, (real)side)
+                      : acceleration_at_limit_real(chain->robot, rates, velocity, (real)side, (real)limit);
 }
 
 /* When the element comes to rest. Where nothing grows with its position, and nothing would turn it back at rest, its
@@ -386,13 +374,13 @@ static flight_end_real end_of_parabola_real(flight_chain_real *chain) {
     const real rate = chain->height.H3;
     const real g = chain->fall;
     if (!chain->airborne && rate > 0.0) {
-        const propagator_real top = propagator_at_real(&chain->poles, hopform_lesser_real(rate / g, until));
+        const propagator_real top = propagator_at_real(&chain->poles, lesser_real(rate / g, until));
         look_at_foot_real(chain, &top);
     }
     const real square = rate * rate + 2.0 * g * height;
-    const real then = square <= HOPFORM_NEVER_real ? sqrt_real(hopform_greater_real(square, 0.0)) : fabs_real(rate);
+    const real then = square <= HOPFORM_NEVER_real ? sqrt_real(greater_real(square, 0.0)) : fabs_real(rate);
     const real slower = then - rate > 0.0 ? then - rate : 1.0;
-    const real down = rate > 0.0 ? (rate + then) / g : 2.0 * hopform_greater_real(height, 0.0) / slower;
+    const real down = rate > 0.0 ? (rate + then) / g : 2.0 * greater_real(height, 0.0) / slower;
     const bool lands = chain->airborne && down <= until;
     chain->last = propagator_at_start_real(&chain->poles); /* the element rests: nothing else is asked of it */
     chain->last.t = lands ? down : until;
@@ -407,7 +395,7 @@ static flight_end_real end_at_touchdown_real(flight_chain_real *chain, flight_en
     real sign = begins_to_fall_real(&first) ? -1.0 : 1.0;
     while (!chain->airborne && low.t < chain->last.t) {
         const event_function_real onward = rate_of_height_real(chain, sign);
-        fall_real fall = fall_of_real(chain, &onward, true, sign);
+        fall_real fall = fall_search_real(chain, &onward, true, sign);
         propagator_real turn = chain->last;
         (void)has_root_in_flight_real(chain, &fall.set, &fall, &low, &turn);
         low = turn;
@@ -415,7 +403,7 @@ static flight_end_real end_at_touchdown_real(flight_chain_real *chain, flight_en
         look_at_foot_real(chain, &low);
     }
     if (!chain->airborne) { return end; }
-    fall_real fall = fall_of_real(chain, &chain->height, false, 1.0);
+    fall_real fall = fall_search_real(chain, &chain->height, false, 1.0);
     return has_root_in_flight_real(chain, &fall.set, &fall, &low, &chain->last) ? FLIGHT_TOUCHDOWN_real : end;
 }
 
@@ -427,7 +415,7 @@ static flight_end_real find_end_in_flight_real(flight_chain_real *chain, int *to
     const real until = longest_phase_real(chain);
     const real rest = chain->now.side != 0 ? time_of_rest_real(chain) : HOPFORM_NEVER_real;
     flight_end_real end = rest <= until ? FLIGHT_REST_real : FLIGHT_HORIZON_real;
-    chain->last = propagator_at_real(&chain->poles, hopform_lesser_real(rest, until));
+    chain->last = propagator_at_real(&chain->poles, lesser_real(rest, until));
     if (chain->now.side != 0) {
         end = end_at_stop_real(chain, end);
         end = end_at_pull_real(chain, end, to);
@@ -448,15 +436,15 @@ static void record_in_flight_real(flight_chain_real *chain, int event) {
     flight->phase_count++;
 }
 
-/* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
+/* Whether the motor is at its limit: where its pull is there exactly, the sign of its rate decides. */
 static void choose_limit_real(flight_chain_real *chain) {
     const hopform_flight_phase_real *now = &chain->now;
     const real pull = chain->gains.Kp * now->x1 + chain->gains.Kd * now->v1;
-    chain->now.limit = (int8_t)hopform_goes_real(pull, chain->largest);
+    chain->now.limit = (int8_t)goes_real(pull, chain->largest);
     if (now->limit == 0 && !(fabs_real(pull) < chain->largest) && now->side != 0) {
         const real acceleration = acceleration_of_real(chain, now->v1, now->side);
         const real rate = chain->gains.Kp * now->v1 + chain->gains.Kd * acceleration;
-        chain->now.limit = rate * pull > 0.0 ? (int8_t)hopform_goes_real(pull, 0.0) : 0;
+        chain->now.limit = rate * pull > 0.0 ? (int8_t)goes_real(pull, 0.0) : 0;
     }
 }
 
@@ -464,7 +452,7 @@ static void choose_limit_real(flight_chain_real *chain) {
  * as long as it is held. */
 static void settle_in_flight_real(flight_chain_real *chain, real free) {
     const real friction = level_of_real(chain->robot, HOPFORM_STOPPED_ELEMENT);
-    chain->now.side = (int8_t)hopform_goes_real(free, friction);
+    chain->now.side = (int8_t)goes_real(free, friction);
     if (!(gap_in_flight_real(chain) > 0.0)) { chain->now.side = 0; }
     chain->now.acc1 = chain->now.side == 0 ? 0.0 : free - friction * (real)chain->now.side;
 }
@@ -487,9 +475,9 @@ static void rest_in_flight_real(flight_chain_real *chain, bool at_stop) {
 
 /* What the element does at the start; no event. */
 static void begin_flight_real(flight_chain_real *chain) {
-    chain->now.side = (int8_t)hopform_goes_real(chain->now.v1, 0.0);
+    chain->now.side = (int8_t)goes_real(chain->now.v1, 0.0);
     if (chain->now.side != 0 && !(gap_in_flight_real(chain) > 0.0)) {
-        chain->flight->start_loss = hopform_loss_at_stop_real(chain->robot, &chain->start);
+        chain->flight->start_loss = loss_at_stop_real(chain->robot, &chain->start);
         chain->now.v1 = 0.0;
         chain->now.side = 0;
     }
@@ -535,8 +523,8 @@ static int32_t run_flight_real(flight_chain_real *chain) {
             flight->phase_count = 0; /* report_flight refuses it */
             return HOPFORM_FLIGHT_HORIZON;
         }
-        const jet_real way = way_in_flight_real(&chain->poles, &chain->now, &chain->last);
-        put_ending_real(chain, &way, chain->last.t);
+        const jet_real displacement = displacement_in_flight_real(&chain->poles, &chain->now, &chain->last);
+        put_ending_real(chain, &displacement, chain->last.t);
         chain->now.t = flight->duration;
         if (end == FLIGHT_TOUCHDOWN_real) {
             flight->end.y = left_in_leg_real(chain, flight->duration);
@@ -549,12 +537,12 @@ static int32_t run_flight_real(flight_chain_real *chain) {
         }
         chain->now.x1 = flight->end.x1;
         chain->now.v1 = flight->end.v1;
-        chain->now.acc1 = way.curvature;
+        chain->now.acc1 = displacement.curvature;
         if (end == FLIGHT_PULL_real) {
             /* Through the law the acceleration would have the rounding of the position times Kp. */
             const real limit = (real)(side != 0 ? side : chain->now.limit);
             const real goes = (real)chain->now.side;
-            chain->now.acc1 = hopform_acceleration_at_limit_real(chain->robot, &chain->rates, way.rate, goes, limit);
+            chain->now.acc1 = acceleration_at_limit_real(chain->robot, &chain->rates, displacement.rate, goes, limit);
             chain->now.limit = (int8_t)side;
             record_in_flight_real(chain,
                                   side == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
@@ -574,30 +562,27 @@ static bool gains_are_sound_real(const hopform_gains_real *gains) {
 
 /* Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. */
 static hopform_gains_real gains_for_real(const hopform_robot_real *robot, const hopform_state_real *start) {
-    const real time =
-        hopform_time_of_fall_real(robot, start->v2, start->x1) - 0.05; /* NaN where it does not rise that high */
-    return hopform_critical_gains_real(robot, hopform_greater_real(time, 0.02));
+    const real time = time_of_fall_real(robot, start->v2, start->x1) - 0.05; /* NaN where it does not rise that high */
+    return critical_gains_real(robot, greater_real(time, 0.02));
 }
 
-/* What follows from the ending. Numbers out of range leave no phase, or show here; so does a search without end, which
- * only they are known to cause. */
+/* Fill in what depends on the ending. False if a number left the range of the type, or the search met its cap. */
 static bool report_flight_real(const flight_chain_real *chain, hopform_flight_real *flight) {
     const hopform_state_real *start = &chain->start;
     const hopform_state_real *end = &flight->end;
     const real g = chain->fall;
-    const real top = hopform_lesser_real(hopform_greater_real(start->v2, 0.0) / g, flight->duration);
+    const real top = lesser_real(greater_real(start->v2, 0.0) / g, flight->duration);
     const real left = left_in_leg_real(chain, flight->duration);
     flight->gains = chain->gains;
     flight->v2_after = end->v2;
     if (flight->ending == HOPFORM_FLIGHT_TOUCHDOWN) {
-        flight->v2_after = hopform_velocity_after_impact_real(chain->robot, end->v2);
-        flight->impact_loss = hopform_loss_at_impact_real(chain->robot, end->v2);
+        flight->v2_after = velocity_after_impact_real(chain->robot, end->v2);
+        flight->impact_loss = loss_at_impact_real(chain->robot, end->v2);
     }
     flight->apex_time = top;
     flight->apex = start->x1 - start->y + (start->v2 - 0.5 * g * top) * top;
-    flight->leg_loss = HOPFORM_LEG_HAS_DAMPER ? hopform_leg_energy_real(chain->robot, left)
-                                                    - hopform_leg_energy_real(chain->robot, chain->leg)
-                                              : 0.0;
+    flight->leg_loss =
+        HOPFORM_LEG_HAS_DAMPER ? leg_energy_real(chain->robot, left) - leg_energy_real(chain->robot, chain->leg) : 0.0;
     flight->phases_kept = flight->phase_count < chain->capacity ? flight->phase_count : chain->capacity;
     const real others = fabs_real(flight->duration) + fabs_real(flight->v2_after) + fabs_real(flight->apex)
                         + fabs_real(top) - flight->impact_loss - flight->start_loss - flight->leg_loss;
@@ -605,22 +590,22 @@ static bool report_flight_real(const flight_chain_real *chain, hopform_flight_re
 }
 
 int32_t hopform_design_return_real(const hopform_plan_real *plan, real time, hopform_gains_real *gains) {
-    const hopform_memory_real read = hopform_array_real(plan, 1, sizeof *plan);
-    const hopform_memory_real written = hopform_array_real(gains, 1, sizeof *gains);
+    const memory_real read = array_real(plan, 1, sizeof *plan);
+    const memory_real written = array_real(gains, 1, sizeof *gains);
     int32_t status = HOPFORM_OK;
     if (plan == NULL || gains == NULL) {
         status = HOPFORM_ERROR_NULL;
-    } else if (hopform_overlap_real(&written, 1, &read, 1)) {
+    } else if (overlap_real(&written, 1, &read, 1)) {
         status = HOPFORM_ERROR_OVERLAP;
-    } else if (!hopform_is_made_real(plan)) {
+    } else if (!is_made_real(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!(time > 0.0 && time <= HOPFORM_NEVER_real)) {
         status = HOPFORM_ERROR_TIME;
     } else {
-        *gains = hopform_critical_gains_real(&plan->robot, time);
+        *gains = critical_gains_real(&plan->robot, time);
         status = gains_are_sound_real(gains) ? HOPFORM_OK : HOPFORM_ERROR_NUMBERS;
     }
-    return status < 0 ? hopform_refuse_real(status, &written, 1, &read, 1) : status;
+    return status < 0 ? refuse_real(status, &written, 1, &read, 1) : status;
 }
 
 int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_state_real *start, real ground,
@@ -630,19 +615,17 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     if (flight == NULL) { return HOPFORM_ERROR_NULL; }
     const hopform_state_real from = start != NULL ? *start : nothing.start; /* may lie in what is written, as gains */
     const hopform_gains_real law = gains != NULL ? *gains : nothing.gains;
-    const hopform_memory_real read = hopform_array_real(plan, 1, sizeof *plan);
-    const hopform_memory_real written[] = {
-        hopform_array_real(flight, 1, sizeof *flight),
-        hopform_array_real(phases, capacity, sizeof *phases),
+    const memory_real read = array_real(plan, 1, sizeof *plan);
+    const memory_real written[] = {
+        array_real(flight, 1, sizeof *flight),
+        array_real(phases, capacity, sizeof *phases),
     };
-    if (hopform_overlap_real(written, 2, &read, 1)) {
-        return hopform_refuse_real(HOPFORM_ERROR_OVERLAP, written, 1, &read, 1);
-    }
+    if (overlap_real(written, 2, &read, 1)) { return refuse_real(HOPFORM_ERROR_OVERLAP, written, 1, &read, 1); }
     *flight = nothing;
     if (plan == NULL || start == NULL || (phases == NULL && capacity > 0)) { return HOPFORM_ERROR_NULL; }
     const hopform_robot_real *robot = &plan->robot;
-    if (!hopform_hops_real(plan)) { return HOPFORM_ERROR_ROBOT; }
-    if (!is_finite_state_real(&from) || !hopform_is_finite_real(ground)
+    if (!hops_real(plan)) { return HOPFORM_ERROR_ROBOT; }
+    if (!is_finite_state_real(&from) || !is_finite_real(ground)
         || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
@@ -650,15 +633,15 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
         return HOPFORM_ERROR_HORIZON;
     }
     if (!gains_are_sound_real(&law)) { return HOPFORM_ERROR_GAINS; }
-    const real time = HOPFORM_LEG_HAS_DAMPER ? hopform_leg_time_real(robot) : 0.0;
+    const real time = HOPFORM_LEG_HAS_DAMPER ? leg_time_real(robot) : 0.0;
     flight_chain_real chain; /* what is not set here is set by its first phase */
     chain.robot = robot;
     chain.largest = largest_force_real(robot);
     chain.gains = nothing.gains;
     if (chain.largest > 0.0) { chain.gains = gains != NULL ? law : gains_for_real(robot, &from); }
-    chain.rates = hopform_flight_rates_of_real(robot, &chain.gains, chain.largest);
+    chain.rates = flight_rates_of_real(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
-    chain.fall = hopform_fall_of_real(robot);
+    chain.fall = fall_of_real(robot);
     chain.start = from;
     chain.start.y = from.y + ground;
     chain.relaxes = time > HOPFORM_FASTEST_LEG_real ? 1.0 / time : 0.0;
@@ -686,60 +669,59 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
 
 /* Status of a call that reads a solved flight, at times, into arrays: HOPFORM_OK if it can; else the arrays are zeros,
  * but for those that lie in an input. */
-static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
-                                   const hopform_flight_real *flight, const real *times, int32_t count, bool in_order,
-                                   const hopform_memory_real *arrays, int array_count) {
+static int32_t flight_reading_status_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
+                                          const hopform_flight_real *flight, const real *times, int32_t count,
+                                          bool in_order, const memory_real *arrays, int array_count) {
     bool given = plan != NULL && phases != NULL && flight != NULL && (times != NULL || count <= 0);
     for (int n = 0; n < array_count; n++) {
         given = given && (arrays[n].first != NULL || count <= 0);
     }
-    const hopform_memory_real read[] = {
-        hopform_array_real(plan, 1, sizeof *plan),
-        hopform_array_real(phases, flight != NULL ? flight->phases_kept : 1, sizeof *phases),
-        hopform_array_real(flight, 1, sizeof *flight),
-        hopform_array_real(times, count, sizeof *times),
+    const memory_real read[] = {
+        array_real(plan, 1, sizeof *plan),
+        array_real(phases, flight != NULL ? flight->phases_kept : 1, sizeof *phases),
+        array_real(flight, 1, sizeof *flight),
+        array_real(times, count, sizeof *times),
     };
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (!hopform_is_made_real(plan)) {
+    } else if (!is_made_real(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1) {
         status = HOPFORM_ERROR_TIME;
-    } else if (hopform_overlap_real(arrays, array_count, read, 4)) {
+    } else if (overlap_real(arrays, array_count, read, 4)) {
         status = HOPFORM_ERROR_OVERLAP;
     }
     for (int32_t n = 0; status >= 0 && n < count; n++) {
         const bool sound = times[n] >= (in_order && n > 0 ? times[n - 1] : 0.0) && times[n] <= flight->duration;
         status = sound ? status : HOPFORM_ERROR_TIME;
     }
-    return status < 0 ? hopform_refuse_real(status, arrays, array_count, read, 4) : status;
+    return status < 0 ? refuse_real(status, arrays, array_count, read, 4) : status;
 }
 
 /* The state at a time of a phase of a solved flight. */
-static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, const hopform_flight_rates_real *rates,
+static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, const flight_rates_real *rates,
                                                const hopform_flight_real *flight,
                                                const hopform_flight_phase_real *phase, real t) {
     hopform_state_real start = flight->start;
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
     const propagator_real at = propagator_at_real(&poles, t - phase->t);
-    const jet_real way = way_in_flight_real(&poles, phase, &at);
+    const jet_real displacement = displacement_in_flight_real(&poles, phase, &at);
     start.y += flight->ground;
-    return state_in_flight_real(&plan->robot, &start, phase, &way, at.t);
+    return state_in_flight_real(&plan->robot, &start, phase, &displacement, at.t);
 }
 
-static hopform_flight_rates_real rates_of_flight_real(const hopform_plan_real *plan,
-                                                      const hopform_flight_real *flight) {
-    return hopform_flight_rates_of_real(&plan->robot, &flight->gains, largest_force_real(&plan->robot));
+static flight_rates_real rates_of_flight_real(const hopform_plan_real *plan, const hopform_flight_real *flight) {
+    return flight_rates_of_real(&plan->robot, &flight->gains, largest_force_real(&plan->robot));
 }
 
 int32_t hopform_flight_at_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
                                const hopform_flight_real *flight, const real *times, int32_t count,
                                hopform_state_real *states) {
-    const hopform_memory_real array = hopform_array_real(states, count, sizeof *states);
-    const int32_t status = reading_status_real(plan, phases, flight, times, count, false, &array, 1);
+    const memory_real array = array_real(states, count, sizeof *states);
+    const int32_t status = flight_reading_status_real(plan, phases, flight, times, count, false, &array, 1);
     if (status < 0) { return status; }
-    const hopform_flight_rates_real rates = rates_of_flight_real(plan, flight);
+    const flight_rates_real rates = rates_of_flight_real(plan, flight);
     for (int32_t i = 0; i < count; i++) {
         int32_t n = flight->phases_kept - 1;
         while (n > 0 && phases[n].t > times[i]) {
@@ -756,18 +738,18 @@ int32_t hopform_flight_at_real(const hopform_plan_real *plan, const hopform_flig
  * Phi(h)^T, as in the stance's ledger, from a short time by Gauss's rule. */
 static real square_of_velocity_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase, real t) {
     real h = t;
-    int doublings = hopform_halve_real(poles, &h);
+    int doublings = halve_real(poles, &h);
     real squares[] = {0.0, 0.0, 0.0}; /* of v v, v a, a a */
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
-        const propagator_real at = propagator_at_real(poles, hopform_place_real[node] * h);
-        const jet_real way = way_in_flight_real(poles, phase, &at);
-        const real motion[] = {way.rate, way.curvature};
+        const propagator_real at = propagator_at_real(poles, place_real[node] * h);
+        const jet_real displacement = displacement_in_flight_real(poles, phase, &at);
+        const real motion[] = {displacement.rate, displacement.curvature};
         for (int n = 0; n < 3; n++) {
-            squares[n] += hopform_weight_real[node] * h * motion[n / 2] * motion[(n + 1) / 2];
+            squares[n] += weight_real[node] * h * motion[n / 2] * motion[(n + 1) / 2];
         }
     }
     for (; doublings > 0 && phase->side != 0; doublings--) {
-        const hopform_basis_real basis = hopform_basis_at_real(poles, h);
+        const basis_real basis = basis_at_real(poles, h);
         const real of_v[] = {basis.Wdd + poles->p * basis.Wd, -poles->q * basis.Wd};
         const real of_a[] = {basis.Wd, basis.Wdd};
         const real before[] = {squares[0], squares[1], squares[2]};
@@ -784,16 +766,16 @@ static real square_of_velocity_real(const hopform_poles_real *poles, const hopfo
 
 /* Add the work of the first t of a phase to a ledger. */
 static void add_work_real(hopform_flight_ledger_real *ledger, const hopform_plan_real *plan,
-                          const hopform_flight_rates_real *rates, const hopform_flight_real *flight,
+                          const flight_rates_real *rates, const hopform_flight_real *flight,
                           const hopform_flight_phase_real *phase, real t) {
     const hopform_robot_real *robot = &plan->robot;
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
     const propagator_real at = propagator_at_real(&poles, t);
-    const jet_real moved = way_in_flight_real(&poles, phase, &at);
-    const real rise = (flight->start.v2 - hopform_fall_of_real(robot) * (phase->t + 0.5 * t)) * t;
-    const hopform_way_real way = {moved.value, square_of_velocity_real(&poles, phase, t), rise};
-    const hopform_flight_ledger_real part = hopform_flight_ledger_of_real(
-        robot, &flight->gains, largest_force_real(robot), phase->x1, (real)phase->side, (real)phase->limit, &way);
+    const jet_real displacement = displacement_in_flight_real(&poles, phase, &at);
+    const real rise = (flight->start.v2 - fall_of_real(robot) * (phase->t + 0.5 * t)) * t;
+    const flight_integrals_real integrals = {displacement.value, square_of_velocity_real(&poles, phase, t), rise};
+    const hopform_flight_ledger_real part = flight_ledger_of_real(
+        robot, &flight->gains, largest_force_real(robot), phase->x1, (real)phase->side, (real)phase->limit, &integrals);
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
@@ -803,14 +785,14 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
                                    const hopform_flight_real *flight, const real *times, int32_t count,
                                    hopform_energy_real *energies, hopform_flight_ledger_real *ledgers,
                                    real *stop_losses) {
-    const hopform_memory_real arrays[] = {
-        hopform_array_real(energies, count, sizeof *energies),
-        hopform_array_real(ledgers, count, sizeof *ledgers),
-        hopform_array_real(stop_losses, count, sizeof *stop_losses),
+    const memory_real arrays[] = {
+        array_real(energies, count, sizeof *energies),
+        array_real(ledgers, count, sizeof *ledgers),
+        array_real(stop_losses, count, sizeof *stop_losses),
     };
-    const int32_t status = reading_status_real(plan, phases, flight, times, count, true, arrays, 3);
+    const int32_t status = flight_reading_status_real(plan, phases, flight, times, count, true, arrays, 3);
     if (status < 0) { return status; }
-    const hopform_flight_rates_real rates = rates_of_flight_real(plan, flight);
+    const flight_rates_real rates = rates_of_flight_real(plan, flight);
     hopform_flight_ledger_real sum = {0};
     real loss = flight->start_loss;
     int32_t n = 0;
@@ -820,14 +802,14 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
             add_work_real(&sum, plan, &rates, flight, &phases[n], until - phases[n].t);
             if (phases[n + 1].event == HOPFORM_EVENT_HITS_STOP) {
                 const hopform_state_real met = state_of_flight_real(plan, &rates, flight, &phases[n], until);
-                loss += hopform_loss_at_stop_real(&plan->robot, &met);
+                loss += loss_at_stop_real(&plan->robot, &met);
             }
         }
         ledgers[i] = sum;
         add_work_real(&ledgers[i], plan, &rates, flight, &phases[n], times[i] - phases[n].t);
         stop_losses[i] = loss;
         const hopform_state_real state = state_of_flight_real(plan, &rates, flight, &phases[n], times[i]);
-        energies[i] = hopform_flight_energies_real(&plan->robot, state.v1, state.v2, state.x1 - state.y);
+        energies[i] = flight_energies_real(&plan->robot, state.v1, state.v2, state.x1 - state.y);
     }
     return HOPFORM_OK;
 }

@@ -16,20 +16,19 @@
 typedef union {
     hopform_state_real named;
     real of[HOPFORM_AXES_AND_ONE];
-} hopform_state_and_one_real;
+} state_and_one_real;
 
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
-static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_real *plan,
-                                                             const hopform_mode_real *mode,
-                                                             const hopform_state_real *start, real u, real h) {
-    const hopform_motion_real motion = hopform_motion_of_real(plan, start, u, mode->side[0], mode->side[1]);
-    hopform_matrix_real sum = {{{0}}};
+static inline matrix_real short_moments_real(const hopform_plan_real *plan, const mode_real *mode,
+                                             const hopform_state_real *start, real u, real h) {
+    const motion_real motion = motion_of_real(plan, start, u, mode->side[0], mode->side[1]);
+    matrix_real sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
-        const hopform_basis_real basis = hopform_basis_at_real(mode->poles, hopform_place_real[node] * h);
-        hopform_state_and_one_real at;
-        at.named = hopform_arrive_real(start, &motion, &basis, mode->side[0], mode->side[1]);
+        const basis_real basis = basis_at_real(mode->poles, place_real[node] * h);
+        state_and_one_real at;
+        at.named = arrive_real(start, &motion, &basis, mode->side[0], mode->side[1]);
         at.of[ONE_real] = 1.0;
-        const real weight = hopform_weight_real[node] * h;
+        const real weight = weight_real[node] * h;
         for (int i = 0; i <= HOPFORM_AXES; i++) {
             for (int j = i; j <= HOPFORM_AXES; j++) {
                 sum.at[i][j] += weight * at.of[i] * at.of[j];
@@ -40,7 +39,7 @@ static inline hopform_matrix_real hopform_short_moments_real(const hopform_plan_
 }
 
 /* sum += Phi sum Phi^T, on and above the diagonal; Phi passes 1 on, and axis 0 to itself alone. */
-static inline void hopform_double_moments_real(hopform_matrix_real *sum, const hopform_matrix_real *phi) {
+static inline void double_moments_real(matrix_real *sum, const matrix_real *phi) {
     real left[HOPFORM_AXES][HOPFORM_AXES_AND_ONE];
     for (int i = 1; i <= HOPFORM_AXES; i++) {
         for (int j = 0; j < i; j++) {
@@ -70,26 +69,26 @@ static inline void hopform_double_moments_real(hopform_matrix_real *sum, const h
 }
 
 /* The ledger over the first t of a phase; axis 0 counts from where it starts. */
-static inline hopform_ledger_real hopform_ledger_in_phase_real(const hopform_plan_real *plan,
-                                                               const hopform_phase_real *phase, real u, real t) {
-    const hopform_mode_real mode = hopform_mode_of_real(plan, phase, u);
-    hopform_state_by_axis_real from;
-    from.named = hopform_start_of_phase_real(phase);
+static inline hopform_ledger_real ledger_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
+                                                       real u, real t) {
+    const mode_real mode = mode_of_real(plan, phase, u);
+    state_by_axis_real from;
+    from.named = start_of_phase_real(phase);
     const real origin = from.of[0];
     from.of[0] = 0.0;
     real h = t;
-    const int doublings = hopform_halve_real(mode.poles, &h);
-    hopform_matrix_real sum = hopform_short_moments_real(plan, &mode, &from.named, u, h);
+    const int doublings = halve_real(mode.poles, &h);
+    matrix_real sum = short_moments_real(plan, &mode, &from.named, u, h);
     for (int n = 0; n < doublings; n++) {
-        const hopform_basis_by_order_real response = hopform_response_in_mode_real(&mode, h);
-        const hopform_matrix_real phi = hopform_transition_real(&mode, response.of);
-        hopform_double_moments_real(&sum, &phi);
+        const basis_by_order_real response = response_in_mode_real(&mode, h);
+        const matrix_real phi = transition_real(&mode, response.of);
+        double_moments_real(&sum, &phi);
         h *= 2.0;
     }
 #define TAKE_MOMENT(i, j) sum.at[i][j],
-    const hopform_moments_real moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
+    const moments_real moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
 #undef TAKE_MOMENT
-    return hopform_ledger_of_real(&plan->robot, &moments, u, (real)mode.side[0], (real)mode.side[1], origin);
+    return ledger_of_real(&plan->robot, &moments, u, (real)mode.side[0], (real)mode.side[1], origin);
 }
 
 #endif

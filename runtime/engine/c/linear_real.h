@@ -15,67 +15,65 @@ enum { CORE_real = HOPFORM_CORE, ONE_real = HOPFORM_AXES, POWERS_real = 3, ORDER
 
 typedef struct {
     real at[HOPFORM_AXES_AND_ONE][HOPFORM_AXES_AND_ONE];
-} hopform_matrix_real;
+} matrix_real;
 
 /* The mode of a phase under its current. */
 typedef struct {
     union {
-        hopform_transfer_real of;
+        transfer_real of;
         real at[CORE_real][HOPFORM_AXES][POWERS_real]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
-    hopform_drive_real drive;
+    drive_real drive;
     int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
     const hopform_poles_real *poles;
-} hopform_mode_real;
+} mode_real;
 
-static inline hopform_mode_real hopform_mode_of_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
-                                                     real u) {
-    hopform_mode_real mode;
-    mode.side[0] = hopform_side_1_real(phase);
-    mode.side[1] = hopform_side_2_real(phase);
+static inline mode_real mode_of_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u) {
+    mode_real mode;
+    mode.side[0] = side_1_real(phase);
+    mode.side[1] = side_2_real(phase);
     const real first = (real)mode.side[0];
     const real second = (real)mode.side[1];
-    mode.poles = hopform_poles_of_real(plan, mode.side[0], mode.side[1]);
-    mode.drive = hopform_drive_of_real(&plan->robot, &plan->rates, u, first, second);
-    mode.transfer.of = hopform_transfer_of_real(&plan->rates, &mode.drive, first, second);
+    mode.poles = poles_of_real(plan, mode.side[0], mode.side[1]);
+    mode.drive = drive_of_real(&plan->robot, &plan->rates, u, first, second);
+    mode.transfer.of = transfer_of_real(&plan->rates, &mode.drive, first, second);
     return mode;
 }
 
-static inline bool hopform_rests_real(const hopform_mode_real *mode) {
+static inline bool rests_real(const mode_real *mode) {
     return mode->side[0] == 0 && mode->side[1] == 0;
 }
 
 /* z' of a state. */
-static inline hopform_state_by_axis_real hopform_speeds_in_mode_real(const hopform_plan_real *plan,
-                                                                     const hopform_mode_real *mode,
-                                                                     const hopform_state_real *state) {
-    hopform_state_by_axis_real speeds;
+static inline state_by_axis_real speeds_in_mode_real(const hopform_plan_real *plan, const mode_real *mode,
+                                                     const hopform_state_real *state) {
+    state_by_axis_real speeds;
     const real first = (real)mode->side[0];
     const real second = (real)mode->side[1];
-    speeds.rates = hopform_speeds_of_real(&plan->rates, &mode->drive, first, second, state);
+    speeds.rates = speeds_of_real(&plan->rates, &mode->drive, first, second, state);
     return speeds;
 }
 
 /* W'', W', W and its integrals at h; those of h = 0 where both masses are held. */
-static inline hopform_basis_by_order_real hopform_response_in_mode_real(const hopform_mode_real *mode, real h) {
-    hopform_basis_by_order_real response;
-    response.named = hopform_basis_at_real(mode->poles, hopform_rests_real(mode) ? 0.0 : h);
+static inline basis_by_order_real response_in_mode_real(const mode_real *mode, real h) {
+    basis_by_order_real response;
+    response.named = basis_at_real(mode->poles, rests_real(mode) ? 0.0 : h);
     return response;
 }
 
-static inline real hopform_applied_real(const real powers[POWERS_real], const real *W) {
+static inline real applied_real(const real powers[POWERS_real], const real *W) {
     return powers[0] * W[0] + powers[1] * W[1] + powers[2] * W[2];
 }
 
 /* Phi(h) from W at h: axis 0 and the constant part are one integral further each; the 1 of that part is left out. */
-static inline hopform_matrix_real hopform_transition_real(const hopform_mode_real *mode, const real W[ORDERS_real]) {
-    hopform_matrix_real phi = {{{0}}};
+static inline matrix_real transition_real(const mode_real *mode, const real W[ORDERS_real]) {
+    matrix_real phi = {{{0}}};
     phi.at[0][0] = 1.0;
     for (int j = 0; j <= CORE_real; j++) {
         const real *at = j < CORE_real ? W : W + 1;
-        phi.at[0][j + 1] = hopform_applied_real(mode->transfer.at[0][j], at + 1);
+        phi.at[0][j + 1] = applied_real(mode->transfer.at[0][j], at + 1);
         for (int i = 0; i < CORE_real; i++) {
-            phi.at[i + 1][j + 1] = hopform_applied_real(mode->transfer.at[i][j], at);
+            phi.at[i + 1][j + 1] = applied_real(mode->transfer.at[i][j], at);
         }
     }
     return phi;
@@ -83,12 +81,12 @@ static inline hopform_matrix_real hopform_transition_real(const hopform_mode_rea
 
 /* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30): exact to rounding for
  * a product of two motions over a time in which neither turns or fades by more than a factor of e^4. */
-static const real hopform_place_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_PLACES_real};
+static const real place_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_PLACES_real};
 
-static const real hopform_weight_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_WEIGHTS_real};
+static const real weight_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_WEIGHTS_real};
 
 /* Halve a time until the rule is exact, no pole being further from 0 than s_1 + sqrt(s_2); how often. */
-static inline int hopform_halve_real(const hopform_poles_real *poles, real *h) {
+static inline int halve_real(const hopform_poles_real *poles, real *h) {
     const real fastest = poles->s_1 + sqrt_real(poles->s_2);
     int times = 0;
     while (fastest * *h > 4.0 && times < 200) {

@@ -10,44 +10,42 @@
 #include "model_real.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
-static inline bool hopform_stores_much_real(const hopform_robot_real *robot, const hopform_state_real *start) {
-    return !(hopform_stored_energy_real(robot, start) <= 64.0 * hopform_moving_energy_real(robot, start, 1.0));
+static inline bool stores_much_real(const hopform_robot_real *robot, const hopform_state_real *start) {
+    return !(stored_energy_real(robot, start) <= 64.0 * moving_energy_real(robot, start, 1.0));
 }
 
 /* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. */
-static inline const hopform_poles_real *hopform_poles_of_real(const hopform_plan_real *plan, int side_1, int side_2) {
+static inline const hopform_poles_real *poles_of_real(const hopform_plan_real *plan, int side_1, int side_2) {
 #define POLES_OF(mode) &plan->mode
     return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
 #undef POLES_OF
 }
 
-static inline const hopform_node_real *hopform_node_of_real(const hopform_plan_real *plan, int side_1, int side_2) {
+static inline const hopform_node_real *node_of_real(const hopform_plan_real *plan, int side_1, int side_2) {
 #define NODE_OF(mode) &plan->node_##mode
     return HOPFORM_OF_MODE(NODE_OF, side_1, side_2);
 #undef NODE_OF
 }
 
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
-static inline hopform_motion_real hopform_motion_under_real(const hopform_rates_real *rates,
-                                                            const hopform_drive_real *drive,
-                                                            const hopform_state_real *state, int side_1, int side_2) {
-#define MOTION_OF(mode) hopform_motion_of_##mode##_real(rates, drive, state)
+static inline motion_real motion_under_real(const hopform_rates_real *rates, const drive_real *drive,
+                                            const hopform_state_real *state, int side_1, int side_2) {
+#define MOTION_OF(mode) motion_of_##mode##_real(rates, drive, state)
     if (side_1 != 0 || side_2 != 0) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
 #undef MOTION_OF
-    const hopform_motion_real rest = {0};
+    const motion_real rest = {0};
     return rest;
 }
 
 /* The same under a current. */
-static inline hopform_motion_real hopform_motion_of_real(const hopform_plan_real *plan, const hopform_state_real *state,
-                                                         real u, int side_1, int side_2) {
-    const hopform_drive_real drive = hopform_drive_of_real(&plan->robot, &plan->rates, u, (real)side_1, (real)side_2);
-    return hopform_motion_under_real(&plan->rates, &drive, state, side_1, side_2);
+static inline motion_real motion_of_real(const hopform_plan_real *plan, const hopform_state_real *state, real u,
+                                         int side_1, int side_2) {
+    const drive_real drive = drive_of_real(&plan->robot, &plan->rates, u, (real)side_1, (real)side_2);
+    return motion_under_real(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* What a function of time with this numerator tends to in a mode, less its start; NEVER where nothing that is left of k
- * draws it. */
-static inline real hopform_settled_real(const hopform_poles_real *poles, const hopform_numerator_real *h) {
+/* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
+static inline real settled_real(const hopform_poles_real *poles, const numerator_real *h) {
     const bool slow = poles->s_3 > 0.0;
     const real draws = slow ? poles->s_3 : poles->s_2;
     const real settled = (slow ? h->H1 : h->H2) / (draws > 0.0 ? draws : 1.0);
@@ -57,34 +55,35 @@ static inline real hopform_settled_real(const hopform_poles_real *poles, const h
 /* ---- the hold rule ---- */
 
 /* Where an element at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
-static inline real hopform_goes_real(real acceleration, real friction) {
+static inline real goes_real(real acceleration, real friction) {
     const real down = acceleration < -friction ? -1.0 : 0.0;
     return acceleration > friction ? 1.0 : down;
 }
 
 /* The free acceleration of an element that has come to rest alone, from its motion: it fades far below the digits of
  * the state. Without friction nothing but the sign is left of it in the end, and that is kept. */
-static inline real hopform_free_after_motion_real(real side, real friction, const hopform_numerator_real *velocity,
-                                                  const hopform_basis_real *basis) {
+static inline real free_after_motion_real(real side, real friction, const numerator_real *velocity,
+                                          const basis_real *basis) {
     const real back = fabs_real(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd);
     return side * (friction - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
 }
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
  * follows it. */
-static inline void hopform_go_on_real(hopform_numerators_real *motion, int element, bool alone, real acceleration) {
+static inline void set_acceleration_from_rest_real(numerators_real *motion, int element, bool alone,
+                                                   real acceleration) {
     motion->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { motion->of.position.H3 = acceleration; /* its velocity is 0 */ }
     if (alone) { motion->of.compression.H2 = (real)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
 }
 
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
-static inline hopform_state_real hopform_arrive_real(const hopform_state_real *state, const hopform_motion_real *motion,
-                                                     const hopform_basis_real *basis, int side_1, int side_2) {
+static inline hopform_state_real arrive_real(const hopform_state_real *state, const motion_real *motion,
+                                             const basis_real *basis, int side_1, int side_2) {
     const int side[] = {side_1, side_2};
     const bool stays = side[HOPFORM_STOPPED_ELEMENT] == 0;
-    hopform_state_by_axis_real at;
-    at.later = hopform_state_at_real(state, motion, basis);
+    state_by_axis_real at;
+    at.later = state_at_real(state, motion, basis);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; }
     }
@@ -93,17 +92,17 @@ static inline hopform_state_real hopform_arrive_real(const hopform_state_real *s
 }
 
 /* A plan that hopform_plan_init made, not memory that holds anything. */
-static inline bool hopform_is_made_real(const hopform_plan_real *plan) {
+static inline bool is_made_real(const hopform_plan_real *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
 }
 
 /* A plan of a robot that can take off, and comes down again. */
-static inline bool hopform_hops_real(const hopform_plan_real *plan) {
-    return hopform_is_made_real(plan) && !HOPFORM_FOOT_IS_FIXED && hopform_fall_of_real(&plan->robot) > 0.0;
+static inline bool hops_real(const hopform_plan_real *plan) {
+    return is_made_real(plan) && !HOPFORM_FOOT_IS_FIXED && fall_of_real(&plan->robot) > 0.0;
 }
 
 /* Index of the last phase that starts at or before t. */
-static inline int32_t hopform_phase_index_real(const hopform_phase_real *phases, int32_t count, real t) {
+static inline int32_t phase_index_real(const hopform_phase_real *phases, int32_t count, real t) {
     int32_t low = 0;
     int32_t high = count - 1;
     while (low < high) {
@@ -117,15 +116,15 @@ static inline int32_t hopform_phase_index_real(const hopform_phase_real *phases,
     return low;
 }
 
-static inline int hopform_side_1_real(const hopform_phase_real *phase) {
+static inline int side_1_real(const hopform_phase_real *phase) {
     return phase->mode / 3 - 1;
 }
 
-static inline int hopform_side_2_real(const hopform_phase_real *phase) {
+static inline int side_2_real(const hopform_phase_real *phase) {
     return phase->mode % 3 - 1;
 }
 
-static inline hopform_state_real hopform_start_of_phase_real(const hopform_phase_real *phase) {
+static inline hopform_state_real start_of_phase_real(const hopform_phase_real *phase) {
 #define TAKE_MEMBER(name, domain) phase->name,
     const hopform_state_real start = {HOPFORM_STATE_MEMBERS(TAKE_MEMBER)};
 #undef TAKE_MEMBER
@@ -133,34 +132,32 @@ static inline hopform_state_real hopform_start_of_phase_real(const hopform_phase
 }
 
 /* The numerators of a phase. */
-static inline hopform_motion_real hopform_motion_in_phase_real(const hopform_plan_real *plan,
-                                                               const hopform_phase_real *phase, real u) {
-    const hopform_state_real start = hopform_start_of_phase_real(phase);
-    return hopform_motion_of_real(plan, &start, u, hopform_side_1_real(phase), hopform_side_2_real(phase));
+static inline motion_real motion_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u) {
+    const hopform_state_real start = start_of_phase_real(phase);
+    return motion_of_real(plan, &start, u, side_1_real(phase), side_2_real(phase));
 }
 
 /* The state at time t since a phase with these numerators began. */
-static inline hopform_state_real hopform_state_by_motion_real(const hopform_plan_real *plan,
-                                                              const hopform_phase_real *phase,
-                                                              const hopform_motion_real *motion, real t) {
-    const int side_1 = hopform_side_1_real(phase);
-    const int side_2 = hopform_side_2_real(phase);
-    const hopform_state_real start = hopform_start_of_phase_real(phase);
+static inline hopform_state_real state_by_motion_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
+                                                      const motion_real *motion, real t) {
+    const int side_1 = side_1_real(phase);
+    const int side_2 = side_2_real(phase);
+    const hopform_state_real start = start_of_phase_real(phase);
     if (side_1 == 0 && side_2 == 0) { return start; }
-    const hopform_basis_real basis = hopform_basis_at_real(hopform_poles_of_real(plan, side_1, side_2), t);
-    return hopform_arrive_real(&start, motion, &basis, side_1, side_2);
+    const basis_real basis = basis_at_real(poles_of_real(plan, side_1, side_2), t);
+    return arrive_real(&start, motion, &basis, side_1, side_2);
 }
 
-static inline hopform_state_real hopform_state_in_phase_real(const hopform_plan_real *plan,
-                                                             const hopform_phase_real *phase, real u, real t) {
-    const hopform_motion_real motion = hopform_motion_in_phase_real(plan, phase, u);
-    return hopform_state_by_motion_real(plan, phase, &motion, t);
+static inline hopform_state_real state_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
+                                                     real u, real t) {
+    const motion_real motion = motion_in_phase_real(plan, phase, u);
+    return state_by_motion_real(plan, phase, &motion, t);
 }
 
 /* ---- through an event, at which an axis is at a value: a velocity at 0, or a position at a stop ---- */
 
 /* The axis that is at a value when an event comes; -1 where nothing jumps. */
-static inline int hopform_axis_of_event_real(int event) {
+static inline int axis_of_event_real(int event) {
     static const signed char axis_of_event[] = HOPFORM_AXIS_OF_EVENT;
     return axis_of_event[event];
 }
@@ -168,8 +165,8 @@ static inline int hopform_axis_of_event_real(int event) {
 /* The change of z right after an event of `axis`, in place of that before it. The event comes `late`r, which adds (z'
  * before - z' after) late; the value changes by `wanted`, that of a velocity by 0. A stop takes the velocity at once,
  * and all that it acts on jumps. At rest the acceleration of the element jumps alone. */
-static inline void hopform_cross_real(real change[HOPFORM_AXES], const real before[HOPFORM_AXES],
-                                      const real after[HOPFORM_AXES], int axis, real wanted, real late) {
+static inline void pass_event_at_axis_real(real change[HOPFORM_AXES], const real before[HOPFORM_AXES],
+                                           const real after[HOPFORM_AXES], int axis, real wanted, real late) {
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = stops ? HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT) : axis;
     for (int i = 0; stops && i < HOPFORM_AXES; i++) {
@@ -183,17 +180,17 @@ static inline void hopform_cross_real(real change[HOPFORM_AXES], const real befo
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const hopform_numerators_real *motion;
-    const hopform_basis_real *end; /* the propagator where it ends */
+    const numerators_real *motion;
+    const basis_real *end; /* the propagator where it ends */
     real length;
-    const hopform_state_by_axis_real *start;
-    const hopform_state_by_axis_real *arrived;
+    const state_by_axis_real *start;
+    const state_by_axis_real *arrived;
     const int *side; /* of each element */
     int event;       /* with which it began */
     bool leaves;     /* it ends as the contact is lost */
-} hopform_passage_real;
+} solved_phase_real;
 
-typedef struct hopform_tally_real hopform_tally_real;
-typedef void hopform_follow_real(hopform_tally_real *tally, const hopform_passage_real *passage);
+typedef struct current_variation_real current_variation_real;
+typedef void observer_real(current_variation_real *variation, const solved_phase_real *phase);
 
 #endif

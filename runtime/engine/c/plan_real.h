@@ -12,8 +12,8 @@
 static inline hopform_node_real node_of_poles_real(const hopform_poles_real *poles, bool whole) {
     const bool draws = poles->q > HOPFORM_UNDERFLOW_real; /* else the node is never reached */
     const real t = draws ? 2.984 / sqrt_real(poles->q) : HOPFORM_NEVER_real;
-    hopform_basis_real basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    if (whole) { basis = hopform_basis_at_real(poles, draws ? t : 0.0); }
+    basis_real basis = {1.0, 0.0, 0.0, 0.0, 0.0};
+    if (whole) { basis = basis_at_real(poles, draws ? t : 0.0); }
     const real mu = 0.5 * poles->p;
     const real square = mu * mu - poles->q;
     hopform_node_real node = {HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     t,
@@ -24,9 +24,9 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
     } else {
         const real fast = mu + sqrt_real(square);
         const real slow = fast > 0.0 ? poles->q / fast : 0.0;
-        node.pole = hopform_greater_real(poles->a, fast);
-        node.second = hopform_lesser_real(fast, hopform_greater_real(poles->a, slow));
-        node.third = hopform_lesser_real(poles->a, slow);
+        node.pole = greater_real(poles->a, fast);
+        node.second = lesser_real(fast, greater_real(poles->a, slow));
+        node.third = lesser_real(poles->a, slow);
     }
     return node;
 }
@@ -39,7 +39,7 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
-    const hopform_rates_real rates = hopform_rates_of_real(robot);
+    const hopform_rates_real rates = rates_of_real(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
     if ((value) < 0.0) { return HOPFORM_ERROR_UNSTABLE; }
     HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
@@ -51,11 +51,11 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan) {
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both, bool whole) {
     const hopform_rates_real *rates = &plan->rates;
-    if (!hopform_is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
-        || !hopform_is_finite_real(rates->s_2) || !hopform_is_finite_real(rates->s_3)
+    if (!is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
+        || !is_finite_real(rates->s_2) || !is_finite_real(rates->s_3)
         || !(both->q <= HOPFORM_NEVER_real)         /* a and p are within s_1, and NaN only if q is */
         || !(both->q > 0.0 || HOPFORM_ONE_IS_FIXED) /* both never move then */
-        || !hopform_is_finite_real(rates->a1_0) || !hopform_is_finite_real(rates->a1_u)) {
+        || !is_finite_real(rates->a1_0) || !is_finite_real(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;

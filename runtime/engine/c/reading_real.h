@@ -13,10 +13,10 @@ typedef struct {
     const real *at;
     int32_t count;
     bool in_order;
-} hopform_times_real;
+} times_real;
 
 /* Whether a stance has each of the times; at rest it goes on for ever. */
-static bool times_are_sound_real(const hopform_times_real *times, const hopform_stance_real *stance) {
+static bool times_are_sound_real(const times_real *times, const hopform_stance_real *stance) {
     const real latest = stance->ending == HOPFORM_ENDING_REST ? HOPFORM_NEVER_real : stance->duration;
     real earliest = 0.0;
     bool sound = true;
@@ -29,12 +29,11 @@ static bool times_are_sound_real(const hopform_times_real *times, const hopform_
 
 /* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
  * the arrays are zeros, but for those that lie in an input. */
-static int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
-                                           const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                           const hopform_times_real *times, const hopform_memory_real *arrays,
-                                           int array_count) {
-    const hopform_times_real none = {NULL, 0, false};
-    const hopform_times_real *when = times != NULL ? times : &none;
+static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                   const hopform_phase_real *phases, const hopform_stance_real *stance,
+                                   const times_real *times, const memory_real *arrays, int array_count) {
+    const times_real none = {NULL, 0, false};
+    const times_real *when = times != NULL ? times : &none;
     const int32_t kept = stance != NULL ? stance->phases_kept : 1; /* one at least is an input */
     const bool whole = stance != NULL && kept >= 1 && kept >= stance->phase_count;
     bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
@@ -42,36 +41,35 @@ static int32_t hopform_reading_status_real(const hopform_plan_real *plan, const 
     for (int n = 0; n < array_count; n++) {
         given = given && arrays[n].first != NULL;
     }
-    const hopform_memory_real read[] = {
-        hopform_array_real(plan, 1, sizeof *plan),
-        hopform_array_real(steps, whole && phases != NULL ? phases[kept - 1].step + 1 : 1, sizeof *steps),
-        hopform_array_real(phases, kept, sizeof *phases),
-        hopform_array_real(stance, 1, sizeof *stance),
-        hopform_array_real(when->at, when->count, sizeof *when->at),
+    const memory_real read[] = {
+        array_real(plan, 1, sizeof *plan),
+        array_real(steps, whole && phases != NULL ? phases[kept - 1].step + 1 : 1, sizeof *steps),
+        array_real(phases, kept, sizeof *phases),
+        array_real(stance, 1, sizeof *stance),
+        array_real(when->at, when->count, sizeof *when->at),
     };
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (!hopform_is_made_real(plan)) {
+    } else if (!is_made_real(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!whole) {
         status = HOPFORM_ERROR_TIME;
-    } else if (hopform_overlap_real(arrays, array_count, read, 5)) {
+    } else if (overlap_real(arrays, array_count, read, 5)) {
         status = HOPFORM_ERROR_OVERLAP;
     } else if (!times_are_sound_real(when, stance)) {
         status = HOPFORM_ERROR_TIME;
     }
-    return status < 0 ? hopform_refuse_real(status, arrays, array_count, read, 5) : status;
+    return status < 0 ? refuse_real(status, arrays, array_count, read, 5) : status;
 }
 
 /* The state at a time of a solved stance, which has it. */
-static inline hopform_state_real hopform_state_of_stance_real(const hopform_plan_real *plan,
-                                                              const hopform_step_real *steps,
-                                                              const hopform_phase_real *phases,
-                                                              const hopform_stance_real *stance, real t) {
-    const real within = hopform_lesser_real(t, stance->duration);
-    const hopform_phase_real *phase = &phases[hopform_phase_index_real(phases, stance->phases_kept, within)];
-    return hopform_state_in_phase_real(plan, phase, steps[phase->step].u, within - phase->t);
+static inline hopform_state_real state_of_stance_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                                      const hopform_phase_real *phases,
+                                                      const hopform_stance_real *stance, real t) {
+    const real within = lesser_real(t, stance->duration);
+    const hopform_phase_real *phase = &phases[phase_index_real(phases, stance->phases_kept, within)];
+    return state_in_phase_real(plan, phase, steps[phase->step].u, within - phase->t);
 }
 
 #endif

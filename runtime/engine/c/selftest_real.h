@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT-0
  *
  * Fixed stances, flights and searches that together visit every mode, kind of event, ending and branch of the kernels,
- * and a hash of all bits of what comes out: one word to compare between boards, compilers and the computer on the desk.
+ * and a hash of all bits of what comes out: one word to compare between boards, compilers and a computer.
  */
 #ifndef HOPFORM_SELFTEST_H_real
 #define HOPFORM_SELFTEST_H_real
@@ -34,7 +34,7 @@ static void mix_reals_real(uint32_t *hash, const void *reals, size_t size) {
     real values[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS]; /* no array or struct is larger */
     (void)memcpy(values, reals, size);
     for (size_t n = 0; n < size / sizeof(real); n++) {
-        const uint64_t bits = hopform_bits_of_real_real(values[n]);
+        const uint64_t bits = bits_of_real_real(values[n]);
         mix_word_real(hash, (uint32_t)bits);
         mix_word_real(hash, (uint32_t)(bits >> 32));
     }
@@ -112,7 +112,7 @@ static void mix_derivatives_real(uint32_t *hash, const hopform_plan_real *plan, 
 static void mix_flight_real(uint32_t *hash, const hopform_plan_real *plan, const hopform_stance_real *stance) {
     hopform_flight_phase_real phases[FLIGHT_PHASES_real];
     hopform_flight_real flight;
-    hopform_state_by_axis_real from;
+    state_by_axis_real from;
     hopform_state_real state;
     hopform_energy_real energy;
     hopform_flight_ledger_real ledger;
@@ -137,10 +137,10 @@ static void mix_flight_real(uint32_t *hash, const hopform_plan_real *plan, const
 
 /* ---- the cases ---- */
 
-static void mix_case_real(uint32_t *hash, const hopform_selftest_case_real *one, hopform_phase_real *phases) {
+static void mix_case_real(uint32_t *hash, const selftest_case_real *one, hopform_phase_real *phases) {
     hopform_plan_real plan;
     hopform_stance_real stance;
-    mix_int_real(hash, hopform_plan_init_real(&plan, &hopform_selftest_robots_real[one->robot]));
+    mix_int_real(hash, hopform_plan_init_real(&plan, &selftest_robots_real[one->robot]));
     mix_reals_real(hash, &plan, offsetof(hopform_plan_real, made));
     const int32_t status = hopform_solve_stance_real(&plan, &one->start, one->steps, 2, one->horizon,
                                                      HOPFORM_SELFTEST_PHASES, phases, HOPFORM_SELFTEST_PHASES, &stance);
@@ -154,12 +154,12 @@ static void mix_case_real(uint32_t *hash, const hopform_selftest_case_real *one,
 }
 
 /* The controller from the state of a case, for hop heights within and beyond what the robot can do. */
-static void mix_search_real(uint32_t *hash, const hopform_selftest_case_real *one, real h_des,
-                            hopform_search_real *search, hopform_phase_real *phases) {
+static void mix_search_real(uint32_t *hash, const selftest_case_real *one, real h_des, hopform_search_real *search,
+                            hopform_phase_real *phases) {
     hopform_plan_real plan;
     hopform_command_real command;
     const hopform_target_real target = {h_des, 0.0, 0.001, 2.0};
-    mix_int_real(hash, hopform_plan_init_real(&plan, &hopform_selftest_robots_real[one->robot]));
+    mix_int_real(hash, hopform_plan_init_real(&plan, &selftest_robots_real[one->robot]));
     mix_int_real(hash, hopform_choose_current_real(search, &plan, &one->start, &target, phases, HOPFORM_SELFTEST_PHASES,
                                                    &command));
     mix_reals_real(hash, &command, offsetof(hopform_command_real, status));
@@ -168,11 +168,11 @@ static void mix_search_real(uint32_t *hash, const hopform_selftest_case_real *on
 }
 
 /* What two currents do from the state of a case. */
-static void mix_trials_real(uint32_t *hash, const hopform_selftest_case_real *one, hopform_phase_real *phases) {
+static void mix_trials_real(uint32_t *hash, const selftest_case_real *one, hopform_phase_real *phases) {
     hopform_plan_real plan;
     hopform_trial_real trials[CURRENTS_real];
     const real currents[CURRENTS_real] = {one->steps[0].u, one->steps[1].u};
-    mix_int_real(hash, hopform_plan_init_real(&plan, &hopform_selftest_robots_real[one->robot]));
+    mix_int_real(hash, hopform_plan_init_real(&plan, &selftest_robots_real[one->robot]));
     const int32_t status = hopform_try_currents_real(&plan, &one->start, 1, currents, CURRENTS_real, one->horizon,
                                                      phases, HOPFORM_SELFTEST_PHASES, trials);
     mix_int_real(hash, status);
@@ -199,14 +199,14 @@ static void mix_contact_real(uint32_t *hash) {
 uint32_t hopform_selftest_real(hopform_search_real *search, hopform_phase_real *phases, int32_t capacity) {
     if (search == NULL || phases == NULL || capacity < HOPFORM_SELFTEST_PHASES) { return 0; }
     uint32_t hash = 1;
-    for (size_t n = 0; n < sizeof hopform_selftest_cases_real / sizeof hopform_selftest_cases_real[0]; n++) {
-        mix_case_real(&hash, &hopform_selftest_cases_real[n], phases);
+    for (size_t n = 0; n < sizeof selftest_cases_real / sizeof selftest_cases_real[0]; n++) {
+        mix_case_real(&hash, &selftest_cases_real[n], phases);
     }
-    mix_search_real(&hash, &hopform_selftest_cases_real[0], 0.15, search, phases);
-    mix_search_real(&hash, &hopform_selftest_cases_real[1], 0.02, search, phases);
-    mix_search_real(&hash, &hopform_selftest_cases_real[3], 0.5, search, phases);
-    mix_trials_real(&hash, &hopform_selftest_cases_real[0], phases);
-    mix_trials_real(&hash, &hopform_selftest_cases_real[8], phases);
+    mix_search_real(&hash, &selftest_cases_real[0], 0.15, search, phases);
+    mix_search_real(&hash, &selftest_cases_real[1], 0.02, search, phases);
+    mix_search_real(&hash, &selftest_cases_real[3], 0.5, search, phases);
+    mix_trials_real(&hash, &selftest_cases_real[0], phases);
+    mix_trials_real(&hash, &selftest_cases_real[8], phases);
     mix_contact_real(&hash);
     return hash == 0 ? 1 : hash;
 }

@@ -22,7 +22,7 @@
 enum {
     COLUMNS_real = HOPFORM_SENSITIVITY_COLUMNS,
     ROBOT_real = HOPFORM_COLUMN_OF_ROBOT,
-    ECHOES_real = 7,
+    CONVOLUTIONS_real = 7,
     SHARES_real = CORE_real + 1
 };
 
@@ -35,29 +35,30 @@ typedef struct {
     const hopform_phase_real *phases;
     int32_t index; /* of the phase that it is in */
     real t;        /* since touchdown */
-    hopform_state_by_axis_real at;
-    hopform_state_by_axis_real change[COLUMNS_real];
+    state_by_axis_real at;
+    state_by_axis_real change[COLUMNS_real];
     bool exists; /* the time of each event so far moves in proportion */
 } variation_real;
 
-static real current_real(const variation_real *way, const hopform_phase_real *phase) {
-    return way->steps[phase->step].u;
+static real current_real(const variation_real *variation, const hopform_phase_real *phase) {
+    return variation->steps[phase->step].u;
 }
 
 /* ---- W * W: its derivatives from the fourth down, itself, and two integrals ---- */
 
 /* Over a short time, by Gauss's rule, whose places are their own mirror: each is W with n primes times W with as many
  * or one less. */
-static void short_echoes_real(const hopform_poles_real *poles, real h, real echo[ECHOES_real]) {
-    hopform_basis_by_order_real W[HOPFORM_NODES_real];
+static void short_self_convolution_real(const hopform_poles_real *poles, real h,
+                                        real self_convolution[CONVOLUTIONS_real]) {
+    basis_by_order_real W[HOPFORM_NODES_real];
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
-        W[node].named = hopform_basis_at_real(poles, hopform_place_real[node] * h);
+        W[node].named = basis_at_real(poles, place_real[node] * h);
     }
-    for (int n = 0; n < ECHOES_real; n++) {
-        echo[n] = 0.0;
+    for (int n = 0; n < CONVOLUTIONS_real; n++) {
+        self_convolution[n] = 0.0;
         for (int node = 0; node < HOPFORM_NODES_real; node++) {
-            const hopform_basis_by_order_real *mirrored = &W[HOPFORM_NODES_real - 1 - node];
-            echo[n] += hopform_weight_real[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
+            const basis_by_order_real *mirrored = &W[HOPFORM_NODES_real - 1 - node];
+            self_convolution[n] += weight_real[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
         }
     }
 }
@@ -65,38 +66,39 @@ static void short_echoes_real(const hopform_poles_real *poles, real h, real echo
 /* Over twice the time h at which W is: integrals over one half of it each. For i up to 2, the (2 - i)-th derivative of
  * W at h + s is row i of `later` times (W'', W', W) at s, in which nothing cancels; its integral, that of W at h and
  * row 2 times (W', W, its integral). */
-static void double_echoes_real(const hopform_poles_real *poles, const real W[ORDERS_real], real echo[ECHOES_real]) {
+static void double_self_convolution_real(const hopform_poles_real *poles, const real W[ORDERS_real],
+                                         real self_convolution[CONVOLUTIONS_real]) {
     const real later[POWERS_real][POWERS_real] = {
         {W[0], -poles->s_2 * W[1] - poles->s_3 * W[2], -poles->s_3 * W[1]},
         {W[1], W[0] + poles->s_1 * W[1], -poles->s_3 * W[2]},
         {W[2], W[1] + poles->s_1 * W[2], W[0] + poles->s_1 * W[1] + poles->s_2 * W[2]},
     };
-    real doubled[ECHOES_real];
-    for (int n = 0; n < ECHOES_real; n++) {
+    real doubled[CONVOLUTIONS_real];
+    for (int n = 0; n < CONVOLUTIONS_real; n++) {
         const int order[2] = {n / 2, (n + 1) / 2};
         doubled[n] = 0.0;
         for (int half = 0; half < 2; half++) {
             const int i = order[half];
             const int j = order[1 - half];
-            doubled[n] += i < POWERS_real ? hopform_applied_real(later[i], echo + j)
-                                          : hopform_applied_real(later[2], echo + j + 1) + W[3] * W[j + 1];
+            doubled[n] += i < POWERS_real ? applied_real(later[i], self_convolution + j)
+                                          : applied_real(later[2], self_convolution + j + 1) + W[3] * W[j + 1];
         }
     }
-    (void)memcpy(echo, doubled, sizeof doubled);
+    (void)memcpy(self_convolution, doubled, sizeof doubled);
 }
 
 /* ---- within a phase ---- */
 
 /* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
-static void responses_real(const hopform_mode_real *mode, const real z[HOPFORM_AXES], real h, const real *W,
+static void responses_real(const mode_real *mode, const real z[HOPFORM_AXES], real h, const real *W,
                            real response[HOPFORM_ELEMENTS][SHARES_real][HOPFORM_AXES]) {
     real short_time = h;
-    real echo[ECHOES_real];
-    const int doublings = hopform_halve_real(mode->poles, &short_time);
-    short_echoes_real(mode->poles, short_time, echo);
+    real self_convolution[CONVOLUTIONS_real];
+    const int doublings = halve_real(mode->poles, &short_time);
+    short_self_convolution_real(mode->poles, short_time, self_convolution);
     for (int n = 0; n < doublings; n++) {
-        const hopform_basis_by_order_real at = hopform_response_in_mode_real(mode, short_time);
-        double_echoes_real(mode->poles, at.of, echo);
+        const basis_by_order_real at = response_in_mode_real(mode, short_time);
+        double_self_convolution_real(mode->poles, at.of, self_convolution);
         short_time *= 2.0;
     }
     for (int c = 0; c < SHARES_real; c++) {
@@ -111,50 +113,50 @@ static void responses_real(const hopform_mode_real *mode, const real z[HOPFORM_A
                 K[n + 1] += mode->transfer.at[c][CORE_real][n];
             }
             for (int n = 0; n <= POWERS_real; n++) {
-                applied[n] = hopform_applied_real(K, echo + n) + K[3] * echo[n + 3];
+                applied[n] = applied_real(K, self_convolution + n) + K[3] * self_convolution[n + 3];
             }
         }
         for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
             const bool moves = mode->side[mass] != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
                 const real *powers = mode->transfer.at[i > 0 ? i - 1 : 0][mass];
-                response[mass][c][i] = moves ? hopform_applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
+                response[mass][c][i] = moves ? applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
             }
         }
     }
 }
 
 /* The change of each parameter of the robot that a column stands for. */
-static hopform_robot_change_real robot_change_real(int column) {
-    hopform_robot_change_by_field_real change = {{0}};
+static robot_change_real robot_change_of_column_real(int column) {
+    robot_change_by_field_real change = {{0}};
     if (column >= ROBOT_real) { change.of[column - ROBOT_real] = 1.0; }
     return change.named;
 }
 
 /* Follow the changes within a phase, up to a time of the stance. */
-static void travel_real(variation_real *way, real t) {
-    const hopform_plan_real *plan = way->plan;
-    const hopform_phase_real *phase = &way->phases[way->index];
-    const real u = current_real(way, phase);
-    const hopform_mode_real mode = hopform_mode_of_real(plan, phase, u);
-    const real h = t - way->t;
-    way->t = t;
-    if (!(h > 0.0) || hopform_rests_real(&mode)) { return; }
+static void travel_real(variation_real *variation, real t) {
+    const hopform_plan_real *plan = variation->plan;
+    const hopform_phase_real *phase = &variation->phases[variation->index];
+    const real u = current_real(variation, phase);
+    const mode_real mode = mode_of_real(plan, phase, u);
+    const real h = t - variation->t;
+    variation->t = t;
+    if (!(h > 0.0) || rests_real(&mode)) { return; }
     real answer[HOPFORM_ELEMENTS][SHARES_real][HOPFORM_AXES];
-    const hopform_basis_by_order_real response = hopform_response_in_mode_real(&mode, h);
-    responses_real(&mode, way->at.of, h, response.of, answer);
-    const hopform_matrix_real phi = hopform_transition_real(&mode, response.of);
+    const basis_by_order_real response = response_in_mode_real(&mode, h);
+    responses_real(&mode, variation->at.of, h, response.of, answer);
+    const matrix_real phi = transition_real(&mode, response.of);
     for (int column = 0; column < COLUMNS_real; column++) {
-        const hopform_robot_change_real robot = robot_change_real(column);
+        const robot_change_real robot = robot_change_of_column_real(column);
         const real current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
-        hopform_slopes_by_share_real slopes;
+        slopes_by_share_real slopes;
         const real first = (real)mode.side[0];
         const real second = (real)mode.side[1];
-        slopes.named = hopform_slopes_of_real(&plan->robot, u, first, second, &robot, current);
-        hopform_state_by_axis_real end = {{0.0, 0.0, 0.0, 0.0}};
+        slopes.named = slopes_of_real(&plan->robot, u, first, second, &robot, current);
+        state_by_axis_real end = {{0.0, 0.0, 0.0, 0.0}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
-                end.of[i] += phi.at[i][j] * way->change[column].of[j];
+                end.of[i] += phi.at[i][j] * variation->change[column].of[j];
             }
         }
         for (int n = 0; n < HOPFORM_ELEMENTS * SHARES_real; n++) {
@@ -162,102 +164,102 @@ static void travel_real(variation_real *way, real t) {
                 end.of[i] += answer[n / SHARES_real][n % SHARES_real][i] * slopes.of[n];
             }
         }
-        way->change[column] = end;
+        variation->change[column] = end;
     }
-    way->at.named = hopform_state_in_phase_real(plan, phase, u, t - phase->t);
+    variation->at.named = state_in_phase_real(plan, phase, u, t - phase->t);
 }
 
 /* ---- through the events ---- */
 
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
  * belongs to it; nothing jumps where a mass slips or the current steps. */
-static void cross_real(variation_real *way) {
+static void cross_real(variation_real *variation) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
-    const hopform_phase_real *old = &way->phases[way->index];
+    const hopform_phase_real *old = &variation->phases[variation->index];
     const hopform_phase_real *now = old + 1;
-    const hopform_mode_real left = hopform_mode_of_real(way->plan, old, current_real(way, old));
-    const hopform_mode_real entered = hopform_mode_of_real(way->plan, now, current_real(way, now));
-    const int axis = hopform_axis_of_event_real(now->event);
+    const mode_real left = mode_of_real(variation->plan, old, current_real(variation, old));
+    const mode_real entered = mode_of_real(variation->plan, now, current_real(variation, now));
+    const int axis = axis_of_event_real(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
     const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_real;
-    hopform_state_by_axis_real arrives;
-    arrives.named = hopform_start_of_phase_real(now);
-    const hopform_state_by_axis_real after = hopform_speeds_in_mode_real(way->plan, &entered, &arrives.named);
-    const hopform_state_by_axis_real start = arrives;
-    arrives.of[velocity] = stops ? way->at.of[velocity] : arrives.of[velocity];
-    const hopform_state_by_axis_real before = hopform_speeds_in_mode_real(way->plan, &left, &arrives.named);
-    way->index++;
-    way->t = now->t;
-    way->at = start;
+    state_by_axis_real arrives;
+    arrives.named = start_of_phase_real(now);
+    const state_by_axis_real after = speeds_in_mode_real(variation->plan, &entered, &arrives.named);
+    const state_by_axis_real start = arrives;
+    arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
+    const state_by_axis_real before = speeds_in_mode_real(variation->plan, &left, &arrives.named);
+    variation->index++;
+    variation->t = now->t;
+    variation->at = start;
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_real(before.of[axis] - after.of[axis]) > 0.0))) { return; }
-    way->exists = way->exists && fabs_real(before.of[axis]) > 0.0;
-    for (int column = 0; column < COLUMNS_real && way->exists; column++) {
-        real *change = way->change[column].of;
+    variation->exists = variation->exists && fabs_real(before.of[axis]) > 0.0;
+    for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
+        real *change = variation->change[column].of;
         const real wanted = column == bound ? 1.0 : 0.0;
         const real late = (wanted - change[axis]) / before.of[axis];
-        hopform_cross_real(change, before.of, after.of, axis, wanted, late);
+        pass_event_at_axis_real(change, before.of, after.of, axis, wanted, late);
     }
 }
 
 /* A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once. */
 static variation_real variation_of_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                         const hopform_phase_real *phases, const hopform_stance_real *stance) {
-    variation_real way = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, true};
-    const hopform_mode_real mode = hopform_mode_of_real(plan, phases, current_real(&way, phases));
-    way.at.named = hopform_start_of_phase_real(phases);
+    variation_real variation = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, true};
+    const mode_real mode = mode_of_real(plan, phases, current_real(&variation, phases));
+    variation.at.named = start_of_phase_real(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
-        way.change[column_of_axis_real[i]].of[i] = 1.0;
+        variation.change[column_of_axis_real[i]].of[i] = 1.0;
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
         if (mode.side[element] == 0 || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
-            way.change[column_of_axis_real[axis]].of[axis] = 0.0;
+            variation.change[column_of_axis_real[axis]].of[axis] = 0.0;
         }
     }
-    return way;
+    return variation;
 }
 
 /* Follow a stance up to a time; `last` is the index of its last phase. */
-static void follow_to_real(variation_real *way, int32_t last, real t) {
-    while (way->index < last && way->phases[way->index + 1].t <= t) {
-        travel_real(way, way->phases[way->index + 1].t);
-        cross_real(way);
+static void follow_to_real(variation_real *variation, int32_t last, real t) {
+    while (variation->index < last && variation->phases[variation->index + 1].t <= t) {
+        travel_real(variation, variation->phases[variation->index + 1].t);
+        cross_real(variation);
     }
-    travel_real(way, t);
+    travel_real(variation, t);
 }
 
 /* The rows of the matrix from the changes at take-off, F = 0. */
-static bool finish_real(variation_real *way, const hopform_state_real *end, real *matrix) {
-    const hopform_robot_real *robot = &way->plan->robot;
-    const hopform_phase_real *phase = &way->phases[way->index];
-    const hopform_mode_real mode = hopform_mode_of_real(way->plan, phase, current_real(way, phase));
-    const hopform_state_real start = hopform_start_of_phase_real(way->phases);
-    const hopform_state_by_axis_real speed = hopform_speeds_in_mode_real(way->plan, &mode, end);
-    const real contact_rate = hopform_contact_slope_real(robot, &speed.named);
-    const real fall = hopform_fall_of_real(robot);
+static bool finish_real(variation_real *variation, const hopform_state_real *end, real *matrix) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const hopform_phase_real *phase = &variation->phases[variation->index];
+    const mode_real mode = mode_of_real(variation->plan, phase, current_real(variation, phase));
+    const hopform_state_real start = start_of_phase_real(variation->phases);
+    const state_by_axis_real speed = speeds_in_mode_real(variation->plan, &mode, end);
+    const real contact_rate = contact_slope_real(robot, &speed.named);
+    const real fall = fall_of_real(robot);
     const bool underflows = fall > 0.0 && !(fall * fall > 0.0); /* by which the apex's derivative divides */
     if (!(fabs_real(contact_rate) > 0.0) || underflows) { return false; }
     for (int column = 0; column < COLUMNS_real; column++) {
-        hopform_state_by_axis_real *change = &way->change[column];
-        hopform_state_by_axis_real unit;
-        const hopform_robot_change_real by = robot_change_real(column);
-        const real late = -hopform_contact_change_real(robot, end, &by, &change->change) / contact_rate;
+        state_by_axis_real *change = &variation->change[column];
+        state_by_axis_real unit;
+        const robot_change_real by = robot_change_of_column_real(column);
+        const real late = -contact_change_real(robot, end, &by, &change->change) / contact_rate;
         for (int i = 0; i < HOPFORM_AXES; i++) {
             unit.of[i] = column == column_of_axis_real[i] ? 1.0 : 0.0;
             change->of[i] += speed.of[i] * late;
         }
         if (HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0; /* at take-off */ }
-        const real rows[HOPFORM_SENSITIVITY_ROWS] = {
-            late,
-            change->of[0],
-            change->of[1],
-            hopform_height_change_real(robot, &by, &change->change),
-            change->of[2],
-            fall > 0.0 ? hopform_apex_change_real(robot, end, &by, &change->change) : 0.0,
-            hopform_body_energy_change_real(robot, end, &by, &change->change)
-                - hopform_body_energy_change_real(robot, &start, &by, &unit.change)};
+        const real rows[HOPFORM_SENSITIVITY_ROWS] = {late,
+                                                     change->of[0],
+                                                     change->of[1],
+                                                     height_change_real(robot, &by, &change->change),
+                                                     change->of[2],
+                                                     fall > 0.0 ? apex_change_real(robot, end, &by, &change->change)
+                                                                : 0.0,
+                                                     body_energy_change_real(robot, end, &by, &change->change)
+                                                         - body_energy_change_real(robot, &start, &by, &unit.change)};
         for (int row = 0; row < HOPFORM_SENSITIVITY_ROWS; row++) {
             matrix[row * COLUMNS_real + column] = rows[row];
         }
@@ -269,42 +271,42 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
                                           const hopform_phase_real *phases, const hopform_stance_real *stance,
                                           real *matrix) {
     const int32_t count = HOPFORM_SENSITIVITY_ROWS * COLUMNS_real;
-    const hopform_memory_real array = hopform_array_real(matrix, count, sizeof *matrix);
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
+    const memory_real array = array_real(matrix, count, sizeof *matrix);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
     bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
     if (exists) {
-        variation_real way = variation_of_real(plan, steps, phases, stance);
-        follow_to_real(&way, stance->phases_kept - 1, stance->duration);
-        exists = way.exists && finish_real(&way, &stance->end, matrix);
+        variation_real variation = variation_of_real(plan, steps, phases, stance);
+        follow_to_real(&variation, stance->phases_kept - 1, stance->duration);
+        exists = variation.exists && finish_real(&variation, &stance->end, matrix);
     }
     for (int32_t n = 0; exists && n < count; n++) {
         exists = matrix[n] >= -HOPFORM_NEVER_real && matrix[n] <= HOPFORM_NEVER_real;
     }
-    return exists ? HOPFORM_OK : hopform_refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
+    return exists ? HOPFORM_OK : refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 
 int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                      const hopform_phase_real *phases, const hopform_stance_real *stance,
                                      const real *times, int32_t count, hopform_state_real *states, real *tangents) {
-    const hopform_memory_real arrays[] = {
-        hopform_array_real(states, count, sizeof *states),
-        hopform_array_real(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_real * sizeof *tangents),
+    const memory_real arrays[] = {
+        array_real(states, count, sizeof *states),
+        array_real(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_real * sizeof *tangents),
     };
-    const hopform_times_real when = {times, count, true};
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &when, arrays, 2);
+    const times_real when = {times, count, true};
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, arrays, 2);
     if (status < 0) { return status; }
-    variation_real way = variation_of_real(plan, steps, phases, stance);
+    variation_real variation = variation_of_real(plan, steps, phases, stance);
     for (int32_t i = 0; i < count; i++) {
-        follow_to_real(&way, stance->phases_kept - 1, hopform_lesser_real(times[i], stance->duration));
-        states[i] = way.at.named;
+        follow_to_real(&variation, stance->phases_kept - 1, lesser_real(times[i], stance->duration));
+        states[i] = variation.at.named;
         for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
             for (int column = 0; column < COLUMNS_real; column++) {
-                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_real + column] = way.change[column].of[row];
+                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_real + column] = variation.change[column].of[row];
             }
         }
     }
-    return way.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
+    return variation.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }
 
 #endif

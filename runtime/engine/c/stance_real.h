@@ -12,8 +12,7 @@
 static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count) {
     if (count < 1 || count > HOPFORM_MOST_STEPS || fabs_real(steps[0].t) > 0.0) { return false; }
     for (int32_t n = 0; n < count; n++) {
-        if (!hopform_is_finite_real(steps[n].t) || !hopform_is_finite_real(steps[n].u)
-            || (n > 0 && !(steps[n].t > steps[n - 1].t))) {
+        if (!is_finite_real(steps[n].t) || !is_finite_real(steps[n].u) || (n > 0 && !(steps[n].t > steps[n - 1].t))) {
             return false;
         }
     }
@@ -32,7 +31,7 @@ static int32_t fill_plan_real(hopform_plan_real *plan) {
     const int32_t status = rates_of_plan_real(plan);
     if (status < 0) { return status; }
     const hopform_rates_real *rates = &plan->rates;
-    const hopform_poles_real both = hopform_factor_cubic_real(rates->s_1, rates->s_2, rates->s_3);
+    const hopform_poles_real both = factor_cubic_real(rates->s_1, rates->s_2, rates->s_3);
     const int32_t made = poles_of_plan_real(plan, &both, true);
     return made == HOPFORM_OK && is_stiff_real(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }
@@ -54,41 +53,40 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
                                 const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                 const hopform_phase_real *phases, int32_t capacity) {
     if (plan == NULL || steps == NULL || (phases == NULL && capacity > 0)) { return HOPFORM_ERROR_NULL; }
-    if (!hopform_is_made_real(plan)) { return HOPFORM_ERROR_ROBOT; }
+    if (!is_made_real(plan)) { return HOPFORM_ERROR_ROBOT; }
     const int32_t status = stance_status_real(&plan->robot, start, horizon, max_phases);
     if (status < 0) { return status; }
     if (!steps_are_sound_real(steps, step_count)) { return HOPFORM_ERROR_STEPS; }
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `follow`; NULL for none. */
-static int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
-                                           const hopform_step_real *steps, int32_t step_count, real horizon,
-                                           int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
-                                           hopform_stance_real *stance, hopform_follow_real *follow,
-                                           hopform_tally_real *tally) {
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_state_real *start,
+                                   const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
+                                   hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance,
+                                   observer_real *observer, current_variation_real *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
-    const hopform_memory_real read[] = {
-        hopform_array_real(plan, 1, sizeof *plan),
-        hopform_array_real(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
+    const memory_real read[] = {
+        array_real(plan, 1, sizeof *plan),
+        array_real(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
     };
-    const hopform_memory_real written[] = {
-        hopform_array_real(stance, 1, sizeof *stance),
-        hopform_array_real(phases, capacity, sizeof *phases),
+    const memory_real written[] = {
+        array_real(stance, 1, sizeof *stance),
+        array_real(phases, capacity, sizeof *phases),
     };
     const hopform_state_real nothing = {0.0, 0.0, 0.0, 0.0};
     const hopform_state_real from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
     int32_t status = HOPFORM_ERROR_NULL;
-    if (follow == NULL && hopform_overlap_real(written, 2, read, 2)) { /* who follows has looked */
+    if (observer == NULL && overlap_real(written, 2, read, 2)) { /* who follows has looked */
         status = HOPFORM_ERROR_OVERLAP;
     } else if (start != NULL) {
         status = call_status_real(plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
     }
-    if (status < 0) { return hopform_refuse_real(status, written, 1, read, 2); }
+    if (status < 0) { return refuse_real(status, written, 1, read, 2); }
     stance_chain_real chain;
     stance_start_real(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
-    chain.follow = follow;
-    chain.tally = tally;
+    chain.observer = observer;
+    chain.variation = variation;
     stance_search_real search;
     stance_search_nothing_real(&plan->both, &search);
     int32_t ending = stance_begin_real(&chain);
@@ -103,18 +101,18 @@ static int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const 
 int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                   const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                   hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance) {
-    return hopform_solve_followed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
-                                       NULL, NULL);
+    return solve_observed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
+                               NULL);
 }
 
 int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                const hopform_phase_real *phases, const hopform_stance_real *stance, real t,
                                hopform_state_real *state) {
-    const hopform_memory_real array = hopform_array_real(state, 1, sizeof *state);
-    const hopform_times_real when = {&t, 1, false};
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &when, &array, 1);
+    const memory_real array = array_real(state, 1, sizeof *state);
+    const times_real when = {&t, 1, false};
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, &array, 1);
     if (status < 0) { return status; }
-    *state = hopform_state_of_stance_real(plan, steps, phases, stance, t);
+    *state = state_of_stance_real(plan, steps, phases, stance, t);
     return HOPFORM_OK;
 }
 

@@ -46,9 +46,9 @@ static inline real moved_real(const real phi[HOPFORM_AXES_AND_ONE], real z_1, re
 static inline void step_columns_real(const real *RESTRICT_real z_0, const real *RESTRICT_real z_1,
                                      const real *RESTRICT_real z_2, const real *RESTRICT_real z_3,
                                      real *RESTRICT_real later_0, real *RESTRICT_real later_1,
-                                     real *RESTRICT_real later_2, real *RESTRICT_real later_3,
-                                     const hopform_matrix_real *phi, int32_t count) {
-    const hopform_matrix_real by = *phi;
+                                     real *RESTRICT_real later_2, real *RESTRICT_real later_3, const matrix_real *phi,
+                                     int32_t count) {
+    const matrix_real by = *phi;
     for (int32_t n = 0; n < count; n++) {
         later_0[n] = z_0[n] + moved_real(by.at[0], z_1[n], z_2[n], z_3[n]);
         later_1[n] = moved_real(by.at[1], z_1[n], z_2[n], z_3[n]);
@@ -58,8 +58,8 @@ static inline void step_columns_real(const real *RESTRICT_real z_0, const real *
 }
 
 /* The samples from `behind` after `first` on, from those from `first` on. */
-static inline void put_samples_real(const grid_real *grid, const hopform_matrix_real *phi, int32_t first,
-                                    int32_t behind, int32_t count) {
+static inline void put_samples_real(const grid_real *grid, const matrix_real *phi, int32_t first, int32_t behind,
+                                    int32_t count) {
     real *const *z = grid->column;
     const int32_t to = first + behind;
     step_columns_real(z[0] + first, z[1] + first, z[2] + first, z[3] + first, z[0] + to, z[1] + to, z[2] + to,
@@ -67,24 +67,23 @@ static inline void put_samples_real(const grid_real *grid, const hopform_matrix_
 }
 
 /* A full block has a count known to the compiler. */
-static GRID_WIDE_real void put_wide_real(const grid_real *grid, const hopform_matrix_real *phi, int32_t first,
-                                         int32_t behind) {
+static GRID_WIDE_real void put_wide_real(const grid_real *grid, const matrix_real *phi, int32_t first, int32_t behind) {
     put_samples_real(grid, phi, first, behind, BLOCK_real);
 }
 
 /* The samples of a phase from number `first` on, before `end`. */
 static void samples_of_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u,
                                   const grid_real *grid, int32_t first, int32_t end) {
-    hopform_state_by_axis_real start;
-    start.named = hopform_state_in_phase_real(plan, phase, u, grid->t0 + (real)first * grid->dt - phase->t);
-    const hopform_mode_real mode = hopform_mode_of_real(plan, phase, u);
+    state_by_axis_real start;
+    start.named = state_in_phase_real(plan, phase, u, grid->t0 + (real)first * grid->dt - phase->t);
+    const mode_real mode = mode_of_real(plan, phase, u);
     const int32_t count = end - first;
     for (int i = 0; i < HOPFORM_AXES; i++) {
         grid->column[i][first] = start.of[i];
     }
     for (int64_t behind = 1; behind < count; behind *= STRIDE_real) {
-        const hopform_basis_by_order_real response = hopform_response_in_mode_real(&mode, (real)behind * grid->dt);
-        const hopform_matrix_real phi = hopform_transition_real(&mode, response.of);
+        const basis_by_order_real response = response_in_mode_real(&mode, (real)behind * grid->dt);
+        const matrix_real phi = transition_real(&mode, response.of);
         const int64_t most = behind < BLOCK_real ? behind : (int64_t)BLOCK_real;
         for (int64_t n = behind; n < STRIDE_real * behind && n < count; n += most) {
             const int32_t from = first + (int32_t)(n - behind);
@@ -114,18 +113,18 @@ static int32_t sample_behind_real(real time, real t0, real dt, int32_t first, in
 }
 
 /* The columns of an output, one for each axis. */
-static void columns_of_real(real *const *columns, int32_t count, hopform_memory_real arrays[HOPFORM_AXES]) {
+static void columns_of_real(real *const *columns, int32_t count, memory_real arrays[HOPFORM_AXES]) {
     for (int i = 0; i < HOPFORM_AXES; i++) {
-        arrays[i] = hopform_array_real(columns != NULL ? columns[i] : NULL, count, sizeof **columns);
+        arrays[i] = array_real(columns != NULL ? columns[i] : NULL, count, sizeof **columns);
     }
 }
 
 int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                  const hopform_phase_real *phases, const hopform_stance_real *stance, real t0, real dt,
                                  int32_t count, real *const *columns) {
-    hopform_memory_real arrays[HOPFORM_AXES];
+    memory_real arrays[HOPFORM_AXES];
     columns_of_real(columns, count, arrays);
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, NULL, arrays, HOPFORM_AXES);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
@@ -133,14 +132,14 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
     const real last = t0 + (real)(count - 1) * dt;
     const real latest = rests ? HOPFORM_NEVER_real : stance->duration + 8.0 * HOPFORM_EPS_real * stance->duration;
     if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest)) {
-        return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, HOPFORM_AXES, NULL, 0);
+        return refuse_real(HOPFORM_ERROR_TIME, arrays, HOPFORM_AXES, NULL, 0);
     }
     grid_real grid;
     grid.t0 = t0;
     grid.dt = dt;
     (void)memcpy(grid.column, columns, sizeof grid.column);
     int32_t first = 0;
-    for (int32_t n = hopform_phase_index_real(phases, stance->phases_kept, t0); first < count; n++) {
+    for (int32_t n = phase_index_real(phases, stance->phases_kept, t0); first < count; n++) {
         const bool is_last = n + 1 >= stance->phases_kept;
         const int32_t end = is_last ? count : sample_behind_real(phases[n + 1].t, t0, dt, first, count);
         if (end > first) { samples_of_phase_real(plan, &phases[n], steps[phases[n].step].u, &grid, first, end); }
@@ -153,27 +152,27 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
 int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
                                    const real *times, int32_t count, real *const *columns) {
-    hopform_memory_real arrays[HOPFORM_AXES];
+    memory_real arrays[HOPFORM_AXES];
     columns_of_real(columns, count, arrays);
-    const hopform_times_real when = {times, count, false};
-    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, &when, arrays, HOPFORM_AXES);
+    const times_real when = {times, count, false};
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
     real *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
     int32_t prepared = 0;
-    hopform_motion_real motion = hopform_motion_in_phase_real(plan, phases, steps[phases->step].u);
+    motion_real motion = motion_in_phase_real(plan, phases, steps[phases->step].u);
     for (int32_t i = 0; i < count; i++) {
-        const real within = hopform_lesser_real(times[i], stance->duration);
-        const int32_t n = hopform_phase_index_real(phases, stance->phases_kept, within);
+        const real within = lesser_real(times[i], stance->duration);
+        const int32_t n = phase_index_real(phases, stance->phases_kept, within);
         const hopform_phase_real *phase = &phases[n];
         if (n != prepared) {
-            motion = hopform_motion_in_phase_real(plan, phase, steps[phase->step].u);
+            motion = motion_in_phase_real(plan, phase, steps[phase->step].u);
             prepared = n;
         }
-        hopform_state_by_axis_real state;
-        state.named = hopform_state_by_motion_real(plan, phase, &motion, within - phase->t);
+        state_by_axis_real state;
+        state.named = state_by_motion_real(plan, phase, &motion, within - phase->t);
         for (int axis = 0; axis < HOPFORM_AXES; axis++) {
             column[axis][i] = state.of[axis];
         }

@@ -12,9 +12,8 @@
 int32_t hopform_touchdown_real(const hopform_detector_real *detector, hopform_contact_real *contact, real sample) {
     if (detector == NULL || contact == NULL) { return HOPFORM_ERROR_NULL; }
     const int32_t count = detector->count; /* read before the contact, in which the detector may lie, is written */
-    if (!(detector->low <= detector->high && hopform_is_finite_real(detector->low)
-          && hopform_is_finite_real(detector->high))
-        || count < 1 || !hopform_is_finite_real(sample)) {
+    if (!(detector->low <= detector->high && is_finite_real(detector->low) && is_finite_real(detector->high))
+        || count < 1 || !is_finite_real(sample)) {
         return HOPFORM_ERROR_DETECTOR;
     }
     const bool above = sample >= (contact->above != 0 ? detector->low : detector->high);

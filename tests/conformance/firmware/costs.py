@@ -74,7 +74,7 @@ def flash(build: Build) -> dict[str, int]:
     return figures | {"data + bss": sum(part["data"] + part["bss"] for part in parts)}
 
 
-FOLLOWS = "hopform_tally_up_f32"
+FOLLOWS = "carry_variation_f32"
 """What the controller has called with each phase of a stance, through a pointer."""
 
 _NODE = re.compile(r'node: \{ title: "([^"]+)" label: "[^"]*?(\d+) bytes \((static|dynamic[^)]*)\)')

@@ -23,8 +23,9 @@ OPTIONS = (
     "-eva-octagon-through-calls", "-eva-auto-loop-unroll", "16",
 )  # fmt: skip
 UNROLLED = {
-    "": "hopform_refuse_f32:300,hopform_overlap_f32:40,add_thresholds_f32:40,begin_at_start_f32:10,put_events_f32:40",
-    "ONLY_FLIGHT": "hopform_flight_at_f32:40,hopform_flight_energy_f32:60,reading_status_f32:40,state_of_flight_f32:20,"
+    "": "refuse_f32:300,overlap_f32:40,add_thresholds_f32:40,begin_at_start_f32:10,put_events_f32:40",
+    "ONLY_FLIGHT": "hopform_flight_at_f32:40,hopform_flight_energy_f32:60,flight_reading_status_f32:40,"
+                   "state_of_flight_f32:20,"
                    "has_root_in_flight_f32:200,look_at_foot_f32:40,end_at_pull_f32:100,"
                    "end_at_stop_f32:40,end_at_touchdown_f32:200",
     "ONLY_STANCE": "hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,"
@@ -36,8 +37,8 @@ UNROLLED = {
 functions."""
 
 SPLIT = {
-    "": "hopform_reading_status_f32:0,hopform_refuse_f32:0",
-    "ONLY_FLIGHT": "reading_status_f32:0",
+    "": "reading_status_f32:0,refuse_f32:0",
+    "ONLY_FLIGHT": "flight_reading_status_f32:0",
     "ONLY_STANCE": "sample_behind_f32:0:1:2",
     "ONLY_CONTROL": "hopform_choose_current_begin_f32:3",
 }

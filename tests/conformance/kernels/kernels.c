@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "events_f32.h"
+#include "kernels_f32.h"
 
 static double worst_ulp, worst_absolute;
 static float where_ulp, where_absolute;
@@ -64,52 +64,52 @@ int main(int argc, char **argv)
     const int share = argc > 1 ? atoi(argv[1]) : 0, shares = argc > 2 ? atoi(argv[2]) : 1;
     EVERY(0u, 0x42ae0000u) { /* exp(-x), 0 <= x <= 87 */
         const float x = of_bits(bits);
-        note(x, hopform_exp_f32(-x), x < 87.0f ? exp(-(double)x) : 0.0);
+        note(x, exponential_f32(-x), x < 87.0f ? exp(-(double)x) : 0.0);
     }
     print_errors("exp(-x)");
     EVERY(0u, 0x42ae0000u) {
         const float x = of_bits(bits);
-        note(x, hopform_fade_by_f32(-x).gone, -expm1(-(double)x));
+        note(x, fade_by_f32(-x).gone, -expm1(-(double)x));
     }
     print_errors("1-exp(-x)");
     EVERY(0u, 0x4b189680u) { /* up to 1e7, beyond which the angle counts as 0 */
         const float x = of_bits(bits);
         if (x < 1e4f) {
-            note(x, hopform_turn_by_f32(x).sine, sin((double)x));
+            note(x, turn_by_f32(x).sine, sin((double)x));
         }
     }
     print_errors("sin(x),x<1e4");
     EVERY(0u, 0x461c4000u) {
         const float x = of_bits(bits);
-        note(x, hopform_turn_by_f32(x).cosine, cos((double)x));
+        note(x, turn_by_f32(x).cosine, cos((double)x));
     }
     print_errors("cos(x),x<=1e4");
     EVERY(LEAST_NORMAL, 0x7f7fffffu) { /* all normal numbers */
         const float x = of_bits(bits);
-        note(x, hopform_log_f32(x), log((double)x));
+        note(x, logarithm_f32(x), log((double)x));
     }
     print_errors("ln(x)");
     EVERY(0u, 0x7f7fffffu) { /* denormals too */
         const float x = of_bits(bits);
-        note(x, hopform_cube_root_f32(x), cbrt((double)x));
+        note(x, cube_root_f32(x), cbrt((double)x));
     }
     print_errors("cbrt(x)");
     EVERY(0u, 0x3e2fb7e9u) { /* 0 <= s <= 0.1716 */
         const float s = of_bits(bits);
-        note(s, hopform_area_tangent_f32(s), s > 0.0f ? atanh((double)s) / (double)s : 1.0);
+        note(s, area_tangent_f32(s), s > 0.0f ? atanh((double)s) / (double)s : 1.0);
     }
     print_errors("artanh(s)/s");
     for (int quarter = 0; quarter < 4; quarter++) { /* of (x, y): y/x and x/y from 0 to 1, both signs of x */
         EVERY(0u, (uint32_t)ONE) {
             const float t = of_bits(bits);
             const float y = quarter & 1 ? 1.0f : t, x = (quarter & 2 ? -1.0f : 1.0f) * (quarter & 1 ? t : 1.0f);
-            note(t, hopform_angle_f32(x, y), atan2((double)y, (double)x));
+            note(t, angle_f32(x, y), atan2((double)y, (double)x));
         }
     }
     print_errors("angle(x,y)");
     EVERY(0u, 0x42c80000u) { /* a = 1: 0 <= t <= 100 */
         const float t = of_bits(bits);
-        note(t, hopform_decay_at_f32(1.0f, t).e1, -expm1(-(double)t));
+        note(t, decay_at_f32(1.0f, t).e1, -expm1(-(double)t));
     }
     print_errors("t*phi1(-t)");
     EVERY(0u, 0x42c80000u) {
@@ -117,7 +117,7 @@ int main(int argc, char **argv)
         const double z = (double)t;
         const double exact = z < 1e-3 ? z * z * (0.5 - z * (1.0 / 6.0 - z * (1.0 / 24.0 - z / 120.0)))
                                       : (double)(expm1l(-(long double)t) + (long double)t);
-        note(t, hopform_decay_at_f32(1.0f, t).e2, exact);
+        note(t, decay_at_f32(1.0f, t).e2, exact);
     }
     print_errors("t^2*phi2(-t)");
     return 0;

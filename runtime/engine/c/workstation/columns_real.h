@@ -10,19 +10,19 @@
 
 #include "model_real.h"
 
-static inline real hopform_number_real(const hopform_input_real *column, int64_t i) {
+static inline real number_real(const hopform_input_real *column, int64_t i) {
     const void *place = (const char *)column->first + column->stride * (ptrdiff_t)i;
     return *(const real *)place;
 }
 
-static inline void hopform_put_real(const hopform_output_real *column, int64_t i, real value) {
+static inline void put_real(const hopform_output_real *column, int64_t i, real value) {
     if (column->first != NULL) {
         void *place = (char *)column->first + column->stride * (ptrdiff_t)i;
         *(real *)place = value;
     }
 }
 
-static inline void hopform_put_code_real(const hopform_output_real *column, int64_t i, int32_t value) {
+static inline void put_code_real(const hopform_output_real *column, int64_t i, int32_t value) {
     if (column->first != NULL) {
         void *place = (char *)column->first + column->stride * (ptrdiff_t)i;
         *(int32_t *)place = value;
@@ -36,12 +36,11 @@ typedef struct {
     const void *first;
     ptrdiff_t stride;
     size_t size;
-} hopform_elements_real;
+} elements_real;
 
 /* Whether one of `count` elements of a column, whose first lies `distance` bytes behind the beginning of a range, has a
  * byte in common with it: the first element that ends behind that beginning decides. */
-static inline bool hopform_meets_range_real(int64_t distance, int64_t stride, int64_t count, int64_t size,
-                                            int64_t range) {
+static inline bool meets_range_real(int64_t distance, int64_t stride, int64_t count, int64_t size, int64_t range) {
     const int64_t pace = stride < 0 ? -stride : stride;
     const int64_t length = (count - 1) * pace;
     const int64_t lowest = stride < 0 ? distance - length : distance;
@@ -52,23 +51,20 @@ static inline bool hopform_meets_range_real(int64_t distance, int64_t stride, in
 
 /* Whether elements of two columns have a byte in common. Where their strides are equal, only the difference of two
  * elements' numbers counts; else each element of one is compared with the other column. */
-static inline bool hopform_columns_meet_real(const hopform_elements_real *one, const hopform_elements_real *other,
-                                             int64_t count) {
+static inline bool columns_meet_real(const elements_real *one, const elements_real *other, int64_t count) {
     const int64_t size = (int64_t)other->size, range = (int64_t)one->size;
     const int64_t distance = (int64_t)(uintptr_t)other->first - (int64_t)(uintptr_t)one->first;
     if (one->first == NULL || other->first == NULL || size == 0 || count <= 0) { return false; }
     const int64_t span = (count - 1) * one->stride;
     if (one->stride == other->stride) {
-        return hopform_meets_range_real(distance - span, other->stride, 2 * count - 1, size, range);
+        return meets_range_real(distance - span, other->stride, 2 * count - 1, size, range);
     }
     const int64_t begin = span < 0 ? span : 0;
-    if (!hopform_meets_range_real(distance - begin, other->stride, count, size, range + span - 2 * begin)) {
-        return false;
-    }
+    if (!meets_range_real(distance - begin, other->stride, count, size, range + span - 2 * begin)) { return false; }
     const int64_t elements = one->stride == 0 ? 1 : count;
     bool meet = false;
     for (int64_t n = 0; n < elements && !meet; n++) {
-        meet = hopform_meets_range_real(distance - n * one->stride, other->stride, count, size, range);
+        meet = meets_range_real(distance - n * one->stride, other->stride, count, size, range);
     }
     return meet;
 }
@@ -79,23 +75,22 @@ enum { HOPFORM_INPUTS_real = HOPFORM_ROBOT_FIELDS + HOPFORM_AXES + 2, HOPFORM_RE
 
 /* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may overlap `itself`
  * either. Says of each column whether it lies in an input: a refusal does not write there. */
-static inline int32_t hopform_batch_status_real(int64_t count, const hopform_stances_in_real *in, const void *itself,
-                                                size_t size, const hopform_elements_real *written, int written_count,
-                                                bool *is_input) {
-    hopform_elements_real read[HOPFORM_INPUTS_real + 2] = {{in, 0, sizeof *in}, {itself, 0, size}};
+static inline int32_t batch_status_real(int64_t count, const hopform_stances_in_real *in, const void *itself,
+                                        size_t size, const elements_real *written, int written_count, bool *is_input) {
+    elements_real read[HOPFORM_INPUTS_real + 2] = {{in, 0, sizeof *in}, {itself, 0, size}};
     const void *first = in;
     const hopform_input_real *columns = first;
     bool missing = in == NULL;
     bool overlap = false;
     for (int n = 0; n < HOPFORM_INPUTS_real && in != NULL; n++) {
-        const hopform_elements_real column = {columns[n].first, columns[n].stride, sizeof(real)};
+        const elements_real column = {columns[n].first, columns[n].stride, sizeof(real)};
         read[n + 2] = column;
         missing = missing || (column.first == NULL && count > 0);
     }
     for (int j = 0; j < written_count; j++) {
         is_input[j] = false;
         for (int i = 0; i < HOPFORM_INPUTS_real + 2; i++) {
-            is_input[j] = is_input[j] || hopform_columns_meet_real(&read[i], &written[j], count);
+            is_input[j] = is_input[j] || columns_meet_real(&read[i], &written[j], count);
         }
         overlap = overlap || is_input[j];
     }
@@ -104,10 +99,10 @@ static inline int32_t hopform_batch_status_real(int64_t count, const hopform_sta
 
 /* ---- the robot ---- */
 
-static inline hopform_robot_real hopform_robot_of_real(const hopform_stances_in_real *in, int64_t i) {
+static inline hopform_robot_real robot_of_real(const hopform_stances_in_real *in, int64_t i) {
     const hopform_input_real *column = in->robot;
     hopform_robot_real robot;
-#define READ_PARAMETER(name, domain) robot.name = hopform_number_real(column++, i);
+#define READ_PARAMETER(name, domain) robot.name = number_real(column++, i);
     HOPFORM_ROBOT_MEMBERS(READ_PARAMETER)
 #undef READ_PARAMETER
     return robot;
@@ -117,15 +112,15 @@ static inline hopform_robot_real hopform_robot_of_real(const hopform_stances_in_
 typedef struct {
     int64_t end;
     int32_t planned;
-} hopform_run_real;
+} run_real;
 
 /* Where the run ends that begins with stance i. NaN differs from everything. */
-static inline int64_t hopform_end_of_run_real(const hopform_stances_in_real *in, int64_t i, int64_t count) {
+static inline int64_t end_of_run_real(const hopform_stances_in_real *in, int64_t i, int64_t count) {
     int64_t end = count;
     for (int n = 0; n < HOPFORM_ROBOT_FIELDS && end > i + 1; n++) {
-        const real here = hopform_number_real(&in->robot[n], i);
+        const real here = number_real(&in->robot[n], i);
         for (int64_t j = i + 1; j < end && in->robot[n].stride != 0; j++) {
-            const real there = hopform_number_real(&in->robot[n], j);
+            const real there = number_real(&in->robot[n], j);
             end = here <= there && here >= there ? end : j;
         }
     }
@@ -133,12 +128,12 @@ static inline int64_t hopform_end_of_run_real(const hopform_stances_in_real *in,
 }
 
 /* Where stance i begins a run, make its plan and find its end; the status of the plan. */
-static inline int32_t hopform_plan_for_real(hopform_plan_real *plan, hopform_run_real *run,
-                                            const hopform_stances_in_real *in, int64_t i, int64_t count) {
+static inline int32_t plan_for_real(hopform_plan_real *plan, run_real *run, const hopform_stances_in_real *in,
+                                    int64_t i, int64_t count) {
     if (i == run->end) {
-        const hopform_robot_real robot = hopform_robot_of_real(in, i);
+        const hopform_robot_real robot = robot_of_real(in, i);
         run->planned = hopform_plan_init_real(plan, &robot);
-        run->end = hopform_end_of_run_real(in, i, count);
+        run->end = end_of_run_real(in, i, count);
     }
     return run->planned;
 }
@@ -146,8 +141,8 @@ static inline int32_t hopform_plan_for_real(hopform_plan_real *plan, hopform_run
 /* ---- the results ---- */
 
 /* The events among the phases kept, where they are wanted; true if they are all that there are. */
-static inline bool hopform_put_events_real(const hopform_stances_out_real *out, int64_t i,
-                                           const hopform_stance_real *stance, const hopform_phase_real *phases) {
+static inline bool put_events_real(const hopform_stances_out_real *out, int64_t i, const hopform_stance_real *stance,
+                                   const hopform_phase_real *phases) {
     int32_t from = 0;
     int32_t found = 0;
     for (int32_t n = 0; n < out->event_capacity; n++) {
@@ -168,63 +163,62 @@ static inline bool hopform_put_events_real(const hopform_stances_out_real *out, 
 }
 
 /* Put stance i, solved or refused, where it belongs; HOPFORM_PHASES_NOT_KEPT if its events do not fit. */
-static inline int32_t hopform_put_stance_real(const hopform_stances_out_real *out, int64_t i,
-                                              const hopform_robot_real *robot, int32_t status,
-                                              const hopform_stance_real *solved, const hopform_phase_real *phases) {
+static inline int32_t put_stance_real(const hopform_stances_out_real *out, int64_t i, const hopform_robot_real *robot,
+                                      int32_t status, const hopform_stance_real *solved,
+                                      const hopform_phase_real *phases) {
     const real none = (real)NAN;
     const hopform_stance_real refused = {none, {none, none, none, none}, none, none, none, status, 0, 0, 0};
     const hopform_stance_real *stance = status < 0 ? &refused : solved;
-    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_real(robot) > 0.0;
+    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && fall_of_real(robot) > 0.0;
     const void *first = out;
     const hopform_output_real *results = first;
     const real numbers[] = {stance->duration, HOPFORM_SHOWN_real(robot, &stance->end), flies ? stance->apex : none,
                             stance->aed};
-    hopform_put_code_real(&out->status, i, stance->ending);
+    put_code_real(&out->status, i, stance->ending);
     for (int n = 0; n < HOPFORM_RESULTS_real - 2; n++) {
-        hopform_put_real(&results[n + 1], i, numbers[n]);
+        put_real(&results[n + 1], i, numbers[n]);
     }
-    hopform_put_code_real(&out->event_count, i, stance->event_count);
-    return hopform_put_events_real(out, i, stance, phases) ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
+    put_code_real(&out->event_count, i, stance->event_count);
+    return put_events_real(out, i, stance, phases) ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
 }
 
 /* ---- one stance ---- */
 
 /* How many phases of a stance are to be kept for its list; a capacity below 0 is none. */
-static inline int32_t hopform_phases_wanted_real(const hopform_stances_out_real *out) {
+static inline int32_t phases_wanted_real(const hopform_stances_out_real *out) {
     return out->event_time == NULL || out->phase_capacity < 0 ? 0 : out->phase_capacity;
 }
 
-static inline hopform_state_real hopform_start_of_real(const hopform_stances_in_real *in, int64_t i) {
+static inline hopform_state_real start_of_real(const hopform_stances_in_real *in, int64_t i) {
     const void *first = in;
     const hopform_input_real *columns = first;
-    hopform_state_by_axis_real start;
+    state_by_axis_real start;
     for (int axis = 0; axis < HOPFORM_AXES; axis++) {
-        start.of[axis] = hopform_number_real(&columns[HOPFORM_ROBOT_FIELDS + axis], i);
+        start.of[axis] = number_real(&columns[HOPFORM_ROBOT_FIELDS + axis], i);
     }
     return start.named;
 }
 
 /* Solve stance i of a robot by itself. */
-static inline int32_t hopform_solve_column_real(const hopform_plan_real *plan, const hopform_stances_in_real *in,
-                                                int64_t i, hopform_step_real *step, hopform_phase_real *phases,
-                                                int32_t capacity, hopform_stance_real *stance) {
-    const hopform_state_real start = hopform_start_of_real(in, i);
+static inline int32_t solve_column_real(const hopform_plan_real *plan, const hopform_stances_in_real *in, int64_t i,
+                                        hopform_step_real *step, hopform_phase_real *phases, int32_t capacity,
+                                        hopform_stance_real *stance) {
+    const hopform_state_real start = start_of_real(in, i);
     step->t = 0.0;
-    step->u = hopform_number_real(&in->u, i);
-    return hopform_solve_stance_real(plan, &start, step, 1, hopform_number_real(&in->horizon, i), in->max_phases,
-                                     phases, capacity, stance);
+    step->u = number_real(&in->u, i);
+    return hopform_solve_stance_real(plan, &start, step, 1, number_real(&in->horizon, i), in->max_phases, phases,
+                                     capacity, stance);
 }
 
 /* Solve stance i by itself, or refuse it as its plan has been; HOPFORM_PHASES_NOT_KEPT if events of it did not fit. */
-static inline int32_t hopform_solve_alone_real(const hopform_plan_real *plan, int32_t planned,
-                                               const hopform_stances_in_real *in, int64_t i,
-                                               const hopform_stances_out_real *out) {
+static inline int32_t solve_alone_real(const hopform_plan_real *plan, int32_t planned,
+                                       const hopform_stances_in_real *in, int64_t i,
+                                       const hopform_stances_out_real *out) {
     hopform_step_real step;
     hopform_stance_real stance;
-    const int32_t status = planned < 0 ? planned
-                                       : hopform_solve_column_real(plan, in, i, &step, out->phases,
-                                                                   hopform_phases_wanted_real(out), &stance);
-    return hopform_put_stance_real(out, i, &plan->robot, status, &stance, out->phases);
+    const int32_t status =
+        planned < 0 ? planned : solve_column_real(plan, in, i, &step, out->phases, phases_wanted_real(out), &stance);
+    return put_stance_real(out, i, &plan->robot, status, &stance, out->phases);
 }
 
 #endif

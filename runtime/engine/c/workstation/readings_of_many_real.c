@@ -21,26 +21,26 @@ static void no_numbers(real *numbers, int64_t count) {
 static int32_t read_all(reading *read, int64_t each, int64_t count, const hopform_stances_in_real *in,
                         hopform_phase_real *phases, int32_t capacity, real *results, int32_t *status) {
     const size_t size = sizeof(real) * (size_t)each;
-    const hopform_elements_real written[] = {
+    const elements_real written[] = {
         {phases, 0, capacity > 0 ? (size_t)capacity * sizeof *phases : 0},
         {results, (ptrdiff_t)size, size},
         {status, sizeof *status, sizeof *status},
     };
     bool is_input[3];
     const bool missing = phases == NULL || results == NULL || status == NULL;
-    const int32_t known = hopform_batch_status_real(count, in, NULL, 0, written, 3, is_input);
+    const int32_t known = batch_status_real(count, in, NULL, 0, written, 3, is_input);
     int32_t whole = missing ? HOPFORM_ERROR_NULL : known;
     no_numbers(results, results != NULL && !is_input[1] ? count * each : 0);
     for (int64_t i = 0; status != NULL && !is_input[2] && i < count; i++) {
         status[i] = whole;
     }
     hopform_plan_real plan;
-    hopform_run_real run = {0, HOPFORM_OK};
+    run_real run = {0, HOPFORM_OK};
     for (int64_t i = 0; whole >= 0 && i < count; i++) {
         hopform_step_real step;
         hopform_stance_real stance;
-        status[i] = hopform_plan_for_real(&plan, &run, in, i, count);
-        if (status[i] >= 0) { status[i] = hopform_solve_column_real(&plan, in, i, &step, phases, capacity, &stance); }
+        status[i] = plan_for_real(&plan, &run, in, i, count);
+        if (status[i] >= 0) { status[i] = solve_column_real(&plan, in, i, &step, phases, capacity, &stance); }
         if (status[i] == HOPFORM_OK) { status[i] = read(&plan, &step, phases, &stance, results + i * each); }
         if (status[i] != HOPFORM_OK) { no_numbers(results + i * each, each); }
         whole = status[i] == HOPFORM_PHASES_NOT_KEPT ? status[i] : whole;
@@ -51,7 +51,7 @@ static int32_t read_all(reading *read, int64_t each, int64_t count, const hopfor
 static int32_t read_sensitivities(const hopform_plan_real *plan, const hopform_step_real *steps,
                                   const hopform_phase_real *phases, const hopform_stance_real *stance, real *matrix) {
     const int32_t status = hopform_stance_sensitivities_real(plan, steps, phases, stance, matrix);
-    no_numbers(matrix + APEX * ROW, hopform_fall_of_real(&plan->robot) > 0.0 ? 0 : ROW);
+    no_numbers(matrix + APEX * ROW, fall_of_real(&plan->robot) > 0.0 ? 0 : ROW);
     return status;
 }
 
