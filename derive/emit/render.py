@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+import sympy as sp
 
 from .. import VERSION, ir
 from ..ir import Program, Quantity
@@ -229,6 +230,29 @@ def example_start(model: Model) -> dict[str, float]:
     }
 
 
+def _plant(model: Model) -> dict[str, str]:
+    """What a program for a board computes of the equations of motion, in its own names."""
+    smooth = [
+        each.subs({quantities.side_1: 0, quantities.side_2: 0}) for each in (*model.in_compression, *model.in_flight)
+    ]
+    values = dict(zip(("stance_1", "stance_2", "flight_1", "flight_2"), smooth, strict=True))
+    values |= {"length": model.length, "contact": model.contact, "fall": model.fall}
+    values |= {f"level_{n}": level for n, level in enumerate(model.levels, 1)}
+    values["leg_time"] = contact.leg_time(model)[-1].value
+    names = {quantity.symbol: f"robot.{quantity.name}" for quantity in model.robot.quantities}
+    state = {"v1": "velocity_1", "v2": "velocity_2", "y": "compression()"}
+    at_takeoff = {"v1": "start.v1", "v2": "start.v2"}
+
+    def spelled(value: sp.Expr, own: dict[str, str]) -> str:
+        named = names | {
+            quantity.symbol: own.get(quantity.name, quantity.name) for quantity in quantities.STATE.quantities
+        }
+        return c.SPELLED(value.xreplace({symbol: sp.Symbol(name) for symbol, name in named.items()}))
+
+    made = {name: spelled(sp.sympify(value), state) for name, value in values.items()}
+    return made | {"released": spelled(contact.compression_at_takeoff(model)[-1].value, at_takeoff)}
+
+
 LEDGERS = {
     "Ledger": """Where energy came from and went to since touchdown, signed as it enters, [J].
 
@@ -285,6 +309,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "example": ", ".join(repr(example_value(quantity)) for quantity in made.record("Robot").quantities),
         "example_start": ", ".join(map(repr, start.values())),
         "example_state": ", ".join(f"{name}={value!r}" for name, value in start.items()),
+        "plant": _plant(options.model),
         "declared": _declarations(),
         "firmware": firmware,
         "units": [name for name in firmware if name.endswith(".c")],

@@ -5,6 +5,7 @@ import json
 import os
 import re
 import shutil
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -97,15 +98,35 @@ def test_a_built_solver_solves_what_its_robot_says(store):
     assert (stance.status, stance.backend) == ("takeoff", "c")
 
 
-def test_the_examples_of_a_joint_run(tmp_path):
+@pytest.fixture(scope="module")
+def joint(tmp_path_factory) -> Path:
+    """The folder of a solver whose foot and body are bolted to the ground."""
+    folder = tmp_path_factory.mktemp("joint") / "solver"
+    write(solvers.solver(MODELS / "joint.py"), folder)
+    return folder
+
+
+def test_the_library_of_a_joint_carries_no_cubic_no_flight_and_no_controller(joint, tmp_path):
+    """As an object, without help of a linker; a joint has one mass, and nothing takes off."""
+    unit, include = joint / "c" / "src" / "hopform_f32.c", joint / "c" / "include"
+    flags = ["-std=c99", "-Os", "-ffp-contract=off", "-I", include, "-c"]
+    subprocess.run(["cc", *flags, unit, "-o", tmp_path / "joint.o"], check=True)
+    symbols = subprocess.run(["nm", tmp_path / "joint.o"], check=True, capture_output=True, text=True).stdout
+    there = {line.split()[-1].split(".")[0] for line in symbols.splitlines()}
+    sources = "".join(path.read_text("utf-8") for path in (joint / "c" / "src").iterdir())
+    for name in ("hopform_cube_root", "way_in_flight", "add_work", "evaluate_candidate", "report_command"):
+        assert f"{name}_f32(" in sources and f"{name}_f32" not in there, name
+    assert {"hopform_solve_stance_f32", "hopform_solve_flight_f32", "hopform_choose_current_f32"} <= there
+
+
+def test_the_examples_of_a_joint_run(joint):
     """Nothing of it falls, and what is bolted to the ground starts at rest."""
-    write({path: text for path, text in solvers.solver(MODELS / "joint.py").items() if path.parts[0] != "c"}, tmp_path)
-    package = loaded(tmp_path, "joint_of_examples")
+    package = loaded(joint, "joint_of_examples")
     sys.modules["hopform_solver_of_joint"] = package
     text = (package.__doc__ or "").replace("from hopform_solver import", "from hopform_solver_of_joint import")
     example = doctest.DocTestParser().get_doctest(text, {}, "joint", None, None)
     assert doctest.DocTestRunner().run(example) == doctest.TestResults(failed=0, attempted=5)
-    assert "= {0.0f, 0.0f, 0.0f, 0.0f};" in (tmp_path / "packages" / "example.c").read_text("utf-8")
+    assert "= {0.0f, 0.0f, 0.0f, 0.0f};" in (joint / "packages" / "example.c").read_text("utf-8")
 
 
 def test_the_page_names_what_a_robot_must_obey():

@@ -18,6 +18,7 @@ from hopform._cli import main
 from hopform._errors import HopformError
 from hopform._export import DTYPES, SYSTEMS, Wanted, export, package, selftest, struct_of
 from tests import needs
+from tests.derived import solver_of
 
 CC = shlex.split(os.environ.get("CC") or "cc")
 LIBRARY = ["-std=c99", "-O1", "-ffp-contract=off", "-fno-math-errno"]
@@ -246,6 +247,45 @@ def test_the_program_hops_by_its_preset(tmp_path, preset):
     run(cmake, "--preset", preset, cwd=folder)
     run(cmake, "--build", "--preset", preset, cwd=folder)
     assert hops_near_what_is_wanted(run(ctest, "--preset", preset, cwd=folder), root)
+
+
+# ---- a model of one's own ----
+
+
+@pytest.fixture
+def damped(store, tmp_path):
+    """A package, under another prefix, with the program of a robot that has a damper in its leg; its root."""
+    solver = solver_of(store, "damper")
+    robot = replace(solver.load_robot("hopper_c"), b12=5.0)
+
+    def root(system: str) -> Path:
+        wanted = Wanted(system, "gait", ("f32",), robot, robot.solver)
+        export(tmp_path / "package", wanted)
+        return tmp_path / "package"
+
+    return root
+
+
+@needs.library
+def test_the_program_of_a_damped_leg_hops(damped, tmp_path):
+    """The plant integrates the model's own equations: without the damper it would hop 3 cm higher than is wanted."""
+    root = damped("plain")
+    run(*CC, *LIBRARY, "-I", root / "include", "-c", root / "src" / "gait_f32.c", "-o", tmp_path / "gait.o", cwd=root)
+    said = run(hopper(root, tmp_path / "gait.o"), cwd=root)
+    assert "the digest is the expected one, 1, or not, 0: 1" in said and hops_near_what_is_wanted(said, root)
+
+
+@needs.library
+@needs.cortex_m
+@pytest.mark.sliced
+def test_the_program_of_a_damped_leg_hops_on_an_emulated_board(damped):
+    """Its digest there is that of this computer."""
+    root = damped("cmake")
+    folder = program_in(root)
+    for command in (["cmake", "--preset"], ["cmake", "--build", "--preset"]):
+        run(*command, "cortex-m4f", cwd=folder)
+    said = run("ctest", "--preset", "cortex-m4f", cwd=folder)
+    assert "the digest is the expected one, 1, or not, 0: 1" in said and hops_near_what_is_wanted(said, root)
 
 
 # ---- the three steps ----

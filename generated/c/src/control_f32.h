@@ -531,7 +531,7 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
         return end_search_f32(search, HOPFORM_ERROR_OVERLAP, overlap_f32(&written[1], 1, read, 2) ? NULL : command);
     }
     if (phases == NULL || command == NULL) { return end_search_f32(search, HOPFORM_ERROR_NULL, command); }
-    if (search->status != HOPFORM_SEARCHING || search->plan == NULL) {
+    if (HOPFORM_FOOT_IS_FIXED || search->status != HOPFORM_SEARCHING || search->plan == NULL) {
         report_command_f32(search, command);
         return search->status;
     }

@@ -597,7 +597,7 @@ int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopf
         status = HOPFORM_ERROR_NULL;
     } else if (overlap_f32(&written, 1, &read, 1)) {
         status = HOPFORM_ERROR_OVERLAP;
-    } else if (!is_made_f32(plan)) {
+    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_f32(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!(time > 0.0f && time <= HOPFORM_NEVER_f32)) {
         status = HOPFORM_ERROR_TIME;
@@ -685,7 +685,7 @@ static int32_t flight_reading_status_f32(const hopform_plan_f32 *plan, const hop
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (!is_made_f32(plan)) {
+    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_f32(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1) {
         status = HOPFORM_ERROR_TIME;
@@ -720,7 +720,7 @@ int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight
                                hopform_state_f32 *states) {
     const memory_f32 array = array_f32(states, count, sizeof *states);
     const int32_t status = flight_reading_status_f32(plan, phases, flight, times, count, false, &array, 1);
-    if (status < 0) { return status; }
+    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
     const flight_rates_f32 rates = rates_of_flight_f32(plan, flight);
     for (int32_t i = 0; i < count; i++) {
         int32_t n = flight->phases_kept - 1;
@@ -791,7 +791,7 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
         array_f32(stop_losses, count, sizeof *stop_losses),
     };
     const int32_t status = flight_reading_status_f32(plan, phases, flight, times, count, true, arrays, 3);
-    if (status < 0) { return status; }
+    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
     const flight_rates_f32 rates = rates_of_flight_f32(plan, flight);
     hopform_flight_ledger_f32 sum = {0};
     float loss = flight->start_loss;

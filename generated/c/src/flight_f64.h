@@ -597,7 +597,7 @@ int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hop
         status = HOPFORM_ERROR_NULL;
     } else if (overlap_f64(&written, 1, &read, 1)) {
         status = HOPFORM_ERROR_OVERLAP;
-    } else if (!is_made_f64(plan)) {
+    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_f64(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!(time > 0.0 && time <= HOPFORM_NEVER_f64)) {
         status = HOPFORM_ERROR_TIME;
@@ -685,7 +685,7 @@ static int32_t flight_reading_status_f64(const hopform_plan_f64 *plan, const hop
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (!is_made_f64(plan)) {
+    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_f64(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1) {
         status = HOPFORM_ERROR_TIME;
@@ -720,7 +720,7 @@ int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight
                                hopform_state_f64 *states) {
     const memory_f64 array = array_f64(states, count, sizeof *states);
     const int32_t status = flight_reading_status_f64(plan, phases, flight, times, count, false, &array, 1);
-    if (status < 0) { return status; }
+    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
     const flight_rates_f64 rates = rates_of_flight_f64(plan, flight);
     for (int32_t i = 0; i < count; i++) {
         int32_t n = flight->phases_kept - 1;
@@ -791,7 +791,7 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
         array_f64(stop_losses, count, sizeof *stop_losses),
     };
     const int32_t status = flight_reading_status_f64(plan, phases, flight, times, count, true, arrays, 3);
-    if (status < 0) { return status; }
+    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
     const flight_rates_f64 rates = rates_of_flight_f64(plan, flight);
     hopform_flight_ledger_f64 sum = {0};
     double loss = flight->start_loss;

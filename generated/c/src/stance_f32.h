@@ -31,7 +31,8 @@ static int32_t fill_plan_f32(hopform_plan_f32 *plan) {
     const int32_t status = rates_of_plan_f32(plan);
     if (status < 0) { return status; }
     const hopform_rates_f32 *rates = &plan->rates;
-    const hopform_poles_f32 both = factor_cubic_f32(rates->s_1, rates->s_2, rates->s_3);
+    hopform_poles_f32 both = {0};
+    if (!HOPFORM_ONE_IS_FIXED) { both = factor_cubic_f32(rates->s_1, rates->s_2, rates->s_3); }
     const int32_t made = poles_of_plan_f32(plan, &both, true);
     return made == HOPFORM_OK && is_stiff_f32(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }

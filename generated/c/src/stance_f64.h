@@ -31,7 +31,8 @@ static int32_t fill_plan_f64(hopform_plan_f64 *plan) {
     const int32_t status = rates_of_plan_f64(plan);
     if (status < 0) { return status; }
     const hopform_rates_f64 *rates = &plan->rates;
-    const hopform_poles_f64 both = factor_cubic_f64(rates->s_1, rates->s_2, rates->s_3);
+    hopform_poles_f64 both = {0};
+    if (!HOPFORM_ONE_IS_FIXED) { both = factor_cubic_f64(rates->s_1, rates->s_2, rates->s_3); }
     const int32_t made = poles_of_plan_f64(plan, &both, true);
     return made == HOPFORM_OK && is_stiff_f64(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }

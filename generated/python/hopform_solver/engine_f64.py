@@ -6093,6 +6093,7 @@ def fill_plan(plan: Plan) -> int:
     if status < 0:
         return status
     rates = plan.rates
+    both = Poles()
     both = factor_cubic(rates.s_1, rates.s_2, rates.s_3)
     made = poles_of_plan(plan, both, True)
     return ILL_CONDITIONED if made == OK and is_stiff(plan) else made

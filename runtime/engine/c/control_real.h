@@ -531,7 +531,7 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
         return end_search_real(search, HOPFORM_ERROR_OVERLAP, overlap_real(&written[1], 1, read, 2) ? NULL : command);
     }
     if (phases == NULL || command == NULL) { return end_search_real(search, HOPFORM_ERROR_NULL, command); }
-    if (search->status != HOPFORM_SEARCHING || search->plan == NULL) {
+    if (HOPFORM_FOOT_IS_FIXED || search->status != HOPFORM_SEARCHING || search->plan == NULL) {
         report_command_real(search, command);
         return search->status;
     }

@@ -597,7 +597,7 @@ int32_t hopform_design_return_real(const hopform_plan_real *plan, real time, hop
         status = HOPFORM_ERROR_NULL;
     } else if (overlap_real(&written, 1, &read, 1)) {
         status = HOPFORM_ERROR_OVERLAP;
-    } else if (!is_made_real(plan)) {
+    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_real(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!(time > 0.0 && time <= HOPFORM_NEVER_real)) {
         status = HOPFORM_ERROR_TIME;
@@ -685,7 +685,7 @@ static int32_t flight_reading_status_real(const hopform_plan_real *plan, const h
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (!is_made_real(plan)) {
+    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_real(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1) {
         status = HOPFORM_ERROR_TIME;
@@ -720,7 +720,7 @@ int32_t hopform_flight_at_real(const hopform_plan_real *plan, const hopform_flig
                                hopform_state_real *states) {
     const memory_real array = array_real(states, count, sizeof *states);
     const int32_t status = flight_reading_status_real(plan, phases, flight, times, count, false, &array, 1);
-    if (status < 0) { return status; }
+    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
     const flight_rates_real rates = rates_of_flight_real(plan, flight);
     for (int32_t i = 0; i < count; i++) {
         int32_t n = flight->phases_kept - 1;
@@ -791,7 +791,7 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
         array_real(stop_losses, count, sizeof *stop_losses),
     };
     const int32_t status = flight_reading_status_real(plan, phases, flight, times, count, true, arrays, 3);
-    if (status < 0) { return status; }
+    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
     const flight_rates_real rates = rates_of_flight_real(plan, flight);
     hopform_flight_ledger_real sum = {0};
     real loss = flight->start_loss;

@@ -31,7 +31,8 @@ static int32_t fill_plan_real(hopform_plan_real *plan) {
     const int32_t status = rates_of_plan_real(plan);
     if (status < 0) { return status; }
     const hopform_rates_real *rates = &plan->rates;
-    const hopform_poles_real both = factor_cubic_real(rates->s_1, rates->s_2, rates->s_3);
+    hopform_poles_real both = {0};
+    if (!HOPFORM_ONE_IS_FIXED) { both = factor_cubic_real(rates->s_1, rates->s_2, rates->s_3); }
     const int32_t made = poles_of_plan_real(plan, &both, true);
     return made == HOPFORM_OK && is_stiff_real(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }

@@ -14,7 +14,8 @@ extern "C" {
 
 /* What the sensors say at a tick. */
 typedef struct {
-    float contact;           /* [m] for the detector: compression of the leg with its noise, about 0 in flight */
+    float contact;           /* [m] for the detector: contact force of the leg over its stiffness with its noise, which
+                              * is the compression where no damper acts in the leg; about 0 in flight */
     hopform_state_f32 state; /* its compression is below 0 in flight: so far is the foot above the ground */
 } hardware_reading;
 

@@ -27,8 +27,9 @@ static bool digest_is_right(void) {
 
 /* (2) The current for the touchdown of a drop from H_DES, with which the loop begins. */
 static bool one_command(void) {
-    const float v2 = -sqrtf(2.0f * robot.g * H_DES * (1.0f - robot.impact_loss)); /* after the impact */
-    const hopform_state_f32 touchdown = {0.0f, 0.0f, v2, 0.0f};                   /* x1, v1, v2, compression */
+    const float fall = robot.g; /* how fast the body falls in flight */
+    const float v2 = -sqrtf(2.0f * fall * H_DES * (1.0f - robot.impact_loss)); /* after the impact */
+    const hopform_state_f32 touchdown = {0.0f, 0.0f, v2, 0.0f};                /* x1, v1, v2, compression */
     return hopform_plan_init_f32(&plan, &robot) == HOPFORM_OK
            && hopform_choose_current_f32(&search, &plan, &touchdown, &target, phases, PHASES, &command) == HOPFORM_OK;
 }
@@ -37,15 +38,16 @@ static bool one_command(void) {
 static void at_takeoff(const hardware_reading *now) {
     hopform_state_f32 start = now->state;
     const hopform_command_f32 none = {0.0f, 0.0f, HOPFORM_COMMAND_NO_TAKEOFF};
-    const float seen = start.y; /* below 0: a tick late, the foot is above the ground */
-    const float ground = seen < 0.0f ? seen : 0.0f;
-    start.y = 0.0f;
+    const float released = 0.0f; /* the compression at which the leg carries nothing */
+    const float seen = start.y; /* below that: a tick late, the foot is above the ground */
+    const float ground = seen < released ? seen - released : 0.0f;
+    start.y = released;
     searching = false;
     command = none;
     const int32_t status =
         hopform_solve_flight_f32(&plan, &start, ground, NULL, 2.0f, PHASES, flight_phases, PHASES, &flight);
     if (status == HOPFORM_OK && flight.ending == HOPFORM_FLIGHT_TOUCHDOWN) {
-        const hopform_state_f32 touchdown = {flight.end.x1, flight.end.v1, flight.v2_after, 0.0f};
+        const hopform_state_f32 touchdown = {flight.end.x1, flight.end.v1, flight.v2_after, flight.end.y};
         searching =
             hopform_choose_current_begin_f32(&search, &plan, &touchdown, &target, &command) == HOPFORM_SEARCHING;
     }
