@@ -2,12 +2,15 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
 import pytest
 
+import hopform
 from hopform import _cli as cli
+from hopform._robots import Provenance
 from tests.derived import MODELS, built
 
 DROP = ("--height", "0.2", "--u", "3", "--set", "b12=5")
@@ -91,6 +94,16 @@ def test_every_figure_is_drawn_of_a_damped_leg_that_hops(leg, tmp_path):
     pytest.importorskip("matplotlib")
     leg("figures", tmp_path / "pictures", "--robot", "hopper_c", "--set", "b12=1", "--format", "svg")
     assert len([*(tmp_path / "pictures").glob("*.svg")]) == 17
+
+
+def test_bands_of_a_fit_name_what_of_the_model_was_not_identified(leg, folder, tmp_path):
+    """A fit of the same parameters: the leg's own one is alike in all robots that are drawn."""
+    robot = hopform.load_solver(folder).load_robot("hopper_c")
+    fit = Provenance(("k",), (1200.0,), (1180.0,), (1220.0,), ((100.0,),), ("m_s",), "hopper_c", white=True)
+    file = tmp_path / "fitted.toml"
+    file.write_text(replace(robot, fit=fit).to_toml(), "utf-8")
+    found = leg("control", "--from-fit", file, "--draws", "5", "--set", "b12=5", "--height", "0.1", "--h-des", "0.1")
+    assert "Bands hold 95 % of 5 robots drawn from the fit of k." in found and "impact_loss, b12." in found
 
 
 def test_what_a_model_cannot_do_is_said_by_the_command(folder, refused):
