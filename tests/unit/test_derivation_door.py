@@ -108,8 +108,10 @@ CASES = {
 }  # fmt: skip
 
 
-@EACH
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    ("name", "case"),
+    [(name, case) for name in NAMES for case in CASES if name in ("damper", "joint") or case == "as it is"],
+)
 def test_the_states_are_those_of_the_force_balance(name, case):
     given = ROBOT | AT | CASES[case]
     wanted = moved(name, exact(given) | ({"v2_0": mp.mpf(0)} if name == "joint" else {}))
@@ -309,7 +311,7 @@ def size(unit):
     return math.prod(BASE[word.split("^")[0]] ** (sign * int((word + "^1").split("^")[1])) for word, sign in powers)
 
 
-@EACH
+@pytest.mark.parametrize("name", ["damper", "joint"])
 def test_units_balance_in_every_formula(name):
     """In other units of mass, length, time and current every formula has the value that its unit says."""
     found = derivation_of(name)

@@ -16,7 +16,6 @@ import hopform
 from derive import solver as solvers
 from derive.emit import render
 from derive.emit.facts import facts
-from derive.emit.folder import write
 from derive.emit.toml import toml
 from hopform import _cli as cli
 from hopform._cli import model as commands
@@ -86,8 +85,9 @@ def test_a_solver_has_its_model_its_equations_and_numbers_to_start_from(store):
     page = (folder / "EQUATIONS.md").read_text("utf-8")
     for group in ("Lagrangian", "Numerators", "Held sets", "Events", "Conditions", "Energies"):
         assert re.search(rf"^## {group}", page, re.MULTILINE), group
-    for formula in derive(DAMPER).formulas:
-        assert f"`{formula.name}`" in page and derive(DAMPER).latex(formula.name) in page
+    derivation = derive(DAMPER)
+    for formula in derivation.formulas:
+        assert f"`{formula.name}`" in page and derivation.latex(formula.name) in page
     manifest = (folder / "MANIFEST").read_text("utf-8")
     assert all(f"  {name}\n" in manifest for name in ("model.py", "robot.toml", "EQUATIONS.md", "solver.toml"))
 
@@ -98,12 +98,10 @@ def test_a_built_solver_solves_what_its_robot_says(store):
     assert (stance.status, stance.backend) == ("takeoff", "c")
 
 
-@pytest.fixture(scope="module")
-def joint(tmp_path_factory) -> Path:
+@pytest.fixture
+def joint(store) -> Path:
     """The folder of a solver whose foot and body are bolted to the ground."""
-    folder = tmp_path_factory.mktemp("joint") / "solver"
-    write(solvers.solver(MODELS / "joint.py"), folder)
-    return folder
+    return built(store, "joint")
 
 
 def test_the_library_of_a_joint_carries_no_cubic_no_flight_and_no_controller(joint, tmp_path):
