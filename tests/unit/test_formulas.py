@@ -77,7 +77,7 @@ def declared(things: tuple[Record | Quantity, ...], function: Function) -> dict[
         {H: f"{unit}/s^{n + i}" for i, H in enumerate((Q.H3, Q.H2, Q.H1))} for unit, n in (("m", 3), ("m", 1), ("N", 1))
     )
     known = {"free_numerator_1": of_free, "free_numerator_2": of_free, "contact_numerator": of_way}
-    known |= {"way_numerator": of_way, "pull_numerator": of_pull}
+    known |= {"displacement_numerator": of_way, "pull_numerator": of_pull}
     units = {quantity.symbol: quantity.unit for thing in things for quantity in thing.quantities}
     return {symbol: unit_of(known.get(function.name, GENERIC).get(symbol, text)) for symbol, text in units.items()}
 

@@ -88,7 +88,7 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
     chain.observer = observer;
     chain.variation = variation;
     stance_search_f32 search;
-    stance_search_nothing_f32(&plan->both, &search);
+    search_nothing_f32(&plan->both, &search);
     int32_t ending = stance_begin_f32(&chain);
     while (ending == 0) {
         stance_begin_phase_f32(&chain);

@@ -88,7 +88,7 @@ static int32_t solve_observed_f64(const hopform_plan_f64 *plan, const hopform_st
     chain.observer = observer;
     chain.variation = variation;
     stance_search_f64 search;
-    stance_search_nothing_f64(&plan->both, &search);
+    search_nothing_f64(&plan->both, &search);
     int32_t ending = stance_begin_f64(&chain);
     while (ending == 0) {
         stance_begin_phase_f64(&chain);

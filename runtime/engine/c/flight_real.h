@@ -3,7 +3,7 @@
  * A flight as a chain of phases: what the contact has carried is ballistic, the element that has stops returns under
  * the law or at the limit of its input, slips or is held. It ends at the first downward crossing of the ground ahead.
  *
- * Its phases are phases of the engine (first_event_real.h) whose real pole is 0. The distance to a stop and the pull of
+ * Its phases are phases of the engine (event_function_real.h) whose real pole is 0. The distance to a stop and the pull of
  * the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
  * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a period of
  * the pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's

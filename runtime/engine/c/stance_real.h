@@ -88,7 +88,7 @@ static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_
     chain.observer = observer;
     chain.variation = variation;
     stance_search_real search;
-    stance_search_nothing_real(&plan->both, &search);
+    search_nothing_real(&plan->both, &search);
     int32_t ending = stance_begin_real(&chain);
     while (ending == 0) {
         stance_begin_phase_real(&chain);
