@@ -6060,6 +6060,10 @@ def fill_plan(plan: Plan) -> int:
 
 
 def plan_init(plan: Any, robot: Any) -> int:
+    """Coefficients and poles of a robot. A refusal zeroes the plan, and every function refuses it. ILL_CONDITIONED
+    where the actuator is too stiff for the precision: the plan is made, and what it solves may lack events of the
+    creep after the transient.
+    """
     if plan is None:
         return ERROR_NULL
     none = Robot()
@@ -6120,10 +6124,20 @@ def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
 
 def solve_stance(plan: Plan, start: State, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
         capacity: int, stance: Stance) -> int:
+    """Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
+
+    start: state after the impact, y = 0 at touchdown. steps: the current, at most MOST_STEPS, steps[0].t = 0, times
+    increase. horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases; where no first
+    event of a phase is certified within 10 000 intervals it is uncertified, and the stance is known up to its duration.
+    """
     return solve_observed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, None, None)
 
 
 def stance_at(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real, state: State) -> int:
+    """State at time t of a solved stance, 0 <= t <= duration (any t after rest). Here and in all that is read at a
+    time, t = phases[n].t belongs to phase n: at an event it is the state behind it, which a stop has left without
+    velocity.
+    """
     array_ = array(state, 1, State.SIZE)
     when = Times([t], 1, False)
     status = reading_status(plan, steps, phases, stance, when, [array_], 1)
@@ -6593,6 +6607,13 @@ def end_search(search: Any, status: int, command: Any) -> int:
 
 
 def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, command: Any) -> int:
+    """Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if
+    several reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the
+    actuator is locked).
+
+    start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being. The plan is read by every
+    step.
+    """
     read = array(plan, 1, Plan.SIZE)
     written = [array(search, 1, Search.SIZE), array(command, 1, Command.SIZE)]
     if overlap(written, 2, [read], 1):
@@ -6627,6 +6648,10 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
 
 
 def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -> int:
+    """Solve one stance more, in the caller's buffer of phases. SEARCHING while there is more to do; command is the best
+    admissible one so far. PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left out. A
+    refusal ends the search.
+    """
     if search is None:
         return end_search(None, ERROR_NULL, command)
     read = [array(search, 1, Search.SIZE), array(search.plan, 1, Plan.SIZE if search.status == SEARCHING else 0)]
@@ -6651,6 +6676,7 @@ def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -
 
 def choose_current(search: Search, plan: Plan, start: State, target: Target, phases: Any, capacity: int,
         command: Command) -> int:
+    """Both, up to the end."""
     status = choose_current_begin(search, plan, start, target, command)
     for _ in range(SEARCH_TRIALS):
         if status != SEARCHING:
@@ -6661,6 +6687,9 @@ def choose_current(search: Search, plan: Plan, start: State, target: Target, pha
 
 def try_currents(plan: Any, starts: Any, start_count: int, currents: Any, current_count: int, horizon: Real,
         phases: Any, capacity: int, trials: Any) -> int:
+    """Try each of some currents from each of some states; trials, state by state, current by current. A stance with
+    more phases than fit into the buffer counts as one without take-off.
+    """
     row = current_count * Trial.SIZE if current_count > 0 else 0
     read = [array(plan, 1, Plan.SIZE), array(starts, start_count, State.SIZE),
         array(currents, current_count, REAL_SIZE)]
@@ -6701,6 +6730,7 @@ def most_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Real:
 
 
 def stance_compression(plan: Plan, steps: Any, phases: Any, stance: Stance, compression_max: Any) -> int:
+    """The largest compression of the leg in a solved stance [m], to be compared with its travel; 0 if it is refused."""
     array_ = array(compression_max, 1, REAL_SIZE)
     status = reading_status(plan, steps, phases, stance, None, [array_], 1)
     if status < 0:
@@ -6728,6 +6758,9 @@ def energy_add(ledger: Ledger, plan: Plan, phase: Phase, u: Real, t: Real) -> No
 
 def stance_energy(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, energies_: Any,
         ledgers: Any, stop_losses: Any) -> int:
+    """Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
+    ledgers and stop_losses (both None) the energies alone, at a fraction of the cost, at times of any order.
+    """
     wanted = ledgers is not None or stop_losses is not None
     arrays = [array(energies_, count, Energy.SIZE), array(ledgers, count, Ledger.SIZE),
         array(stop_losses, count, REAL_SIZE)]
@@ -7352,6 +7385,9 @@ def report_flight(chain: FlightChain, flight: Flight) -> bool:
 
 
 def design_return(plan: Any, time: Real, gains: Any) -> int:
+    """Gains with which the actuator, from rest, is back within 1/100 of its displacement in a time [s], critically
+    damped.
+    """
     read = array(plan, 1, Plan.SIZE)
     written = array(gains, 1, Gains.SIZE)
     status = OK
@@ -7371,6 +7407,16 @@ def design_return(plan: Any, time: Real, gains: Any) -> int:
 
 def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real, max_phases: int, phases: Any,
         capacity: int, flight: Any) -> int:
+    """Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been
+    above it.
+
+    start: state at take-off, as the stance has ended. ground: height of the ground ahead over that which is left, 0 if
+    it is flat. Where a damper acts in the leg, it relaxes from start's y; the end's y is what is left of that. gains:
+    of the law gamma2 u = Kp x1 + Kd v1, which stays within u_max; None for those of design_return, settled 50 ms before
+    the touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead ends,
+    tripped, where its foot came highest. One whose phase is not searched within 10 000 intervals is refused: its
+    numbers leave the range. g must be > 0.
+    """
     nothing = Flight()
     if flight is None:
         return ERROR_NULL
@@ -7467,6 +7513,7 @@ def rates_of_flight(plan: Plan, flight: Flight) -> FlightRates:
 
 
 def flight_at(plan: Plan, phases: Any, flight: Flight, times: Any, count: int, states: Any) -> int:
+    """States at `count` times of a solved flight, 0 <= t <= duration."""
     array_ = array(states, count, State.SIZE)
     status = flight_reading_status(plan, phases, flight, times, count, False, [array_], 1)
     if status < 0:
@@ -7526,6 +7573,7 @@ def add_work(ledger: FlightLedger, plan: Plan, rates: FlightRates, flight: Fligh
 
 def flight_energy(plan: Plan, phases: Any, flight: Flight, times: Any, count: int, energies: Any, ledgers: Any,
         stop_losses: Any) -> int:
+    """Energies and ledgers from take-off to each of `count` times, which must not decrease."""
     arrays = [array(energies, count, Energy.SIZE), array(ledgers, count, FlightLedger.SIZE),
         array(stop_losses, count, REAL_SIZE)]
     status = flight_reading_status(plan, phases, flight, times, count, True, arrays, 3)
@@ -7782,6 +7830,10 @@ def mix_contact(hash: Any) -> None:
 
 
 def selftest(search: Any, phases: Any, capacity: int) -> int:
+    """Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of
+    what comes out: the same digest on every processor, with every compiler and optimisation that keeps to IEEE 754.
+    search, phases: memory to work in; capacity >= SELFTEST_PHASES, else the digest is 0, which no selftest gives.
+    """
     if search is None or phases is None or capacity < SELFTEST_PHASES:
         return 0
     hash = [1]
@@ -8027,6 +8079,13 @@ def finish(variation: Variation, end: State, matrix: Any) -> bool:
 
 
 def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, matrix: Any) -> int:
+    """Derivatives of a solved stance through its events: SENSITIVITY_ROWS times SENSITIVITY_COLUMNS numbers, row by
+    row; zeros if there are none (positive status).
+
+    Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
+    and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
+    that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later.
+    """
     count = SENSITIVITY_ROWS * COLUMNS
     array_ = array(matrix, count, REAL_SIZE)
     status = reading_status(plan, steps, phases, stance, None, [array_], 1)
@@ -8046,6 +8105,10 @@ def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, ma
 
 def stance_tangents(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, states: Any,
         tangents: Any) -> int:
+    """States of a solved stance at `count` times, which must not decrease, and their derivatives through the events
+    before them: TANGENT_ROWS times SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
+    stance_sensitivities. Where an event grazes (NO_DERIVATIVE) they are those of a motion that does not notice it.
+    """
     arrays = [array(states, count, State.SIZE), array(tangents, count, TANGENT_ROWS * COLUMNS * REAL_SIZE)]
     when = Times(times, count, True)
     status = reading_status(plan, steps, phases, stance, when, arrays, 2)
@@ -8153,6 +8216,11 @@ def columns_of(columns: Any, count: int, arrays: Any) -> None:
 
 def stance_grid(plan: Plan, steps: Any, phases: Any, stance: Stance, t0: Real, dt: Real, count: int,
         columns: Any) -> int:
+    """States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as those of stance_states.
+
+    The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as stance_at
+    at each time, at the cost of a few sums.
+    """
     arrays = [Memory() for _ in range(4)]
     columns_of(columns, count, arrays)
     status = reading_status(plan, steps, phases, stance, None, arrays, 4)
@@ -8180,7 +8248,9 @@ def stance_grid(plan: Plan, steps: Any, phases: Any, stance: Stance, t0: Real, d
 
 
 def stance_states(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, columns: Any) -> int:
-    """What a phase needs is made once for the times that follow each other in it."""
+    """States at `count` times of any order, each as stance_at gives it, in columns: an array for each member of state,
+    in their order.
+    """
     arrays = [Memory() for _ in range(4)]
     columns_of(columns, count, arrays)
     when = Times(times, count, False)
@@ -8189,7 +8259,7 @@ def stance_states(plan: Plan, steps: Any, phases: Any, stance: Stance, times: An
         return status
     column: Any = [None] * 4  # where they point to may be written
     column[:] = columns[:4]
-    prepared = 0
+    prepared = 0  # the phase whose motion is made: once for times that follow each other in it
     motion = motion_in_phase(plan, phases[0], steps[phases[0].step].u)
     for i in range(count):
         within = lesser(times[i], stance.duration)
@@ -8206,6 +8276,9 @@ def stance_states(plan: Plan, steps: Any, phases: Any, stance: Stance, times: An
 
 
 def touchdown(detector: Any, contact: Any, sample: Real) -> int:
+    """Take one sample; CONTACT_TOUCHDOWN or CONTACT_TAKEOFF where it detects one, else 0. A run in the contact that is
+    not in 1 .. count - 1 counts as 0. A refusal does not change the contact.
+    """
     if detector is None or contact is None:
         return ERROR_NULL
     count = detector.count  # read before the contact, in which the detector may lie, is written
