@@ -58,7 +58,6 @@ class _Module(Setting):
         super().__init__(unit, suffix, learnt)
         self.formulas = {function.name: function for function in program.functions}
         self.out: list[str] = []
-        self.printed: set[str] = set()
         self.taken = self._names()
 
     def _names(self) -> dict[str, str]:

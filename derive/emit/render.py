@@ -267,11 +267,18 @@ LEDGERS = {
 """Meanings of the ledgers that a stance and a flight return, by the record of their work."""
 
 
-def _declarations() -> dict[str, str]:
-    """The engine's public functions by name, as their definitions begin."""
-    begins = re.compile(r"^(\w+ hopform_(\w+)_real\([^;{]*\)) \{", re.MULTILINE)
-    sources = (source.read_text("utf-8") for name, source in engine() if name.endswith((".h", ".c")))
-    return {found[2]: f"{found[1]};" for text in sources for found in begins.finditer(text)}
+IN_HEADER = (
+    "stance", "states", "energy", "sensitivity", "control", "flight", "touchdown", "selftest", "batch",
+    "readings_of_many",
+)  # fmt: skip
+"""The engine's files with public functions, in the order of the header."""
+
+
+def _public_functions() -> list[str]:
+    """The engine's public functions as the header declares them: comment and first lines of each definition."""
+    begins = re.compile(r"^(/\*(?:(?!\*/).)*\*/\n\w+ hopform_\w+_real\([^;{]*\)) \{", re.MULTILINE | re.DOTALL)
+    texts = {Path(name).name.partition("_real")[0]: source.read_text("utf-8") for name, source in engine()}
+    return [f"{found[1]};" for name in IN_HEADER for found in begins.finditer(texts[name])]
 
 
 FACTS = (
@@ -310,7 +317,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "example_start": ", ".join(map(repr, start.values())),
         "example_state": ", ".join(f"{name}={value!r}" for name, value in start.items()),
         "plant": _plant(options.model),
-        "declared": _declarations(),
+        "public_functions": _public_functions(),
         "firmware": firmware,
         "units": [name for name in firmware if name.endswith(".c")],
         "rounding": ROUNDING,

@@ -103,6 +103,7 @@ class Setting:
         numbers = {name: int(text.strip("()uU"), 0) for name, (text, _) in unit.constants.items() if is_whole(text)}
         self.c = Declarations(suffix, numbers)
         self.globals: dict[str, Type] = {}
+        self.printed: set[str] = set()
 
     def constant(self, name: str) -> str:
         return name.removeprefix("HOPFORM_").removesuffix(f"_{self.suffix}")
@@ -144,10 +145,12 @@ class Setting:
         return kind.name if isinstance(kind, Struct) else "Any"
 
     def parameter_type(self, kind: Type) -> str:
-        """Of an object that is pointed to: Any for what a union is under another name."""
-        if not isinstance(kind, Struct):
+        """Of an object that is pointed to: Any for what a union is under another name. A class that comes later in the
+        module is named in quotes.
+        """
+        if not isinstance(kind, Struct) or self.learnt.knows("view", kind.name):
             return "Any"
-        return "Any" if self.learnt.knows("view", kind.name) else kind.name
+        return kind.name if kind.name in self.printed else f'"{kind.name}"'
 
 
 class Values:

@@ -65,7 +65,7 @@ def integrated(expression):
     return sp.expand(expression.subs(Q.Wdd, 1 - Q.p * Q.Wd - Q.q * Q.W))
 
 
-MOVED = numerator(F.way_numerator)
+MOVED = numerator(F.displacement_numerator)
 
 
 def test_the_motion_begins_at_the_state_with_which_the_phase_begins():

@@ -191,3 +191,31 @@ def test_the_costs_of_the_page_on_firmware_are_those_of_the_evidence():
     numbers = [number for row in rows for number in NUMBER.findall(row)]
     assert len(numbers) > 10
     assert [number for number in numbers if f"| {number} |" not in costs and f" {number} " not in costs] == []
+
+
+# ---- the certificate ----
+
+ENGINE = ROOT / "runtime" / "engine" / "c"
+
+
+def certificate() -> tuple[str, dict[str, str]]:
+    """The page, and by the name of each of its rules the number: the headings."""
+    page = (ROOT / "docs" / "explanation" / "certificate.md").read_text("utf-8")
+    return page, {name: number for number, name in re.findall(r"^### Rule (\d): `(\w+)`$", page, re.MULTILINE)}
+
+
+def test_the_page_of_the_certificate_has_its_rules_by_name_in_the_order_of_the_code():
+    code = (ENGINE / "certificate_real.h").read_text("utf-8")
+    said = r"^/\* Rule (\d)\b(?:(?!\*/).)*?\*/\nstatic inline \w+ (\w+)_real\("
+    rules = [(name, number) for number, name in re.findall(said, code, re.MULTILINE | re.DOTALL)]
+    assert len(rules) >= 7
+    assert list(certificate()[1].items()) == rules
+
+
+def test_the_page_of_the_certificate_asks_the_rules_in_the_order_of_the_search():
+    page, rules = certificate()
+    code = (ENGINE / "first_event_real.h").read_text("utf-8")
+    body = code[code.index(" is_certified_real(") : code.index(" are_certified_real(")]
+    asked = [name for name in re.findall(r"(\w+)_real\(", body) if name in rules]
+    (row,) = re.findall(r"^\| certify \|.*$", page, re.MULTILINE)
+    assert re.findall(r"`(\w+)`", row) == asked

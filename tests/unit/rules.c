@@ -7,14 +7,12 @@
 #include "../oracle/checker/checker.h"
 
 #ifdef DOUBLE
-#include "extrema_f64.h"
-#include "plan_f64.h"
+#include "hopform_f64.c"
 typedef double real;
 #define OF(name) name##_f64
 static const quad EPS = DBL_EPSILON;
 #else
-#include "extrema_f32.h"
-#include "plan_f32.h"
+#include "hopform_f32.c"
 typedef float real;
 #define OF(name) name##_f32
 static const quad EPS = FLT_EPSILON;

@@ -51,6 +51,9 @@ static int32_t status_of(int64_t count, const hopform_stances_in_f32 *in, const 
     return missing ? HOPFORM_ERROR_NULL : status;
 }
 
+/* Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
+ * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, as its event_count shows. Columns of
+ * inputs must not be NULL; they may be interleaved with columns of results. A negative status refuses every stance. */
 int32_t hopform_solve_stances_f32(int64_t count, const hopform_stances_in_f32 *in,
                                    const hopform_stances_out_f32 *out) {
     if (out == NULL) { return HOPFORM_ERROR_NULL; }
@@ -74,6 +77,10 @@ int32_t hopform_solve_stances_f32(int64_t count, const hopform_stances_in_f32 *i
     return solve(count, in, out);
 }
 
+/* The same as an inner loop of NumPy's generalized ufuncs: (x1, v1, v2, y, u, horizon, robot) to the nine columns of
+ * hopform_stances_out, up to 4096 phases. NumPy copies what overlaps. args: their first elements; dimensions: the
+ * number of stances, then the fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args,
+ * then that of a robot's fields. */
 void hopform_stance_loop_f32(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data) {
     (void)data;
     if (args == NULL || dimensions == NULL || steps == NULL) { return; }

@@ -10,11 +10,8 @@
 #include "ledger_f32.h"
 #include "overlap_f32.h"
 
-/* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
-enum { NO_OWNER_f32 = -1, CONTACT_f32 = 0, ELEMENT_f32 = 1, NO_ELEMENT_f32 = -1 };
-
 /* The chain while it grows. */
-typedef struct {
+struct stance_chain_f32 {
     const hopform_plan_f32 *plan;
     const hopform_step_f32 *steps;
     int32_t step_count;
@@ -41,7 +38,7 @@ typedef struct {
     numerators_f32 motion;
     observer_f32 *observer;
     current_variation_f32 *variation;
-} stance_chain_f32;
+};
 
 static inline float current_of_chain_f32(const stance_chain_f32 *chain) {
     return chain->steps[chain->step].u;
@@ -167,31 +164,6 @@ static inline float end_of_step_f32(const stance_chain_f32 *chain) {
 
 /* ---- the end of a phase ---- */
 
-/* The event functions of a phase, and what ends it in closed form. Not in it are the velocity of an element that slips
- * alone, whose time to rest is known, and what cannot happen while the velocities keep their signs. */
-typedef struct {
-    event_set_f32 set;
-    float rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
-    int rests;      /* whose event that is */
-} stance_events_f32;
-
-static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, const numerator_f32 *h, float start,
-                                                           float sign, int owner, bool needs_certificate) {
-    event_function_f32 *g = &set->function[set->count++];
-    g->H3 = sign * h->H3;
-    g->H2 = sign * h->H2;
-    g->H1 = sign * h->H1;
-    g->H0 = 0.0f;
-    g->start = sign * start;
-    g->cancels = 0.0f;
-    g->decaying = 0.0f; /* and its rate is not read */
-    g->owner = owner;
-    g->side = 0;
-    g->needs_certificate = needs_certificate;
-    g->touch_is_no_event = false;
-    return g;
-}
-
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
 static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element, bool needs_certificate,
@@ -270,22 +242,6 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     }
 }
 
-/* The contact force is the first event function, if it is one. */
-static inline bool is_takeoff_f32(const event_set_f32 *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_f32;
-}
-
-/* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
- * current. */
-static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float limit, interval_f32 *in) {
-    const event_set_f32 *set = &events->set;
-    const int32_t before = events->rest_time > limit ? ELEMENT_f32 : events->rests;
-    for (int32_t n = 0; n < set->count && in->found < 0; n++) {
-        const event_function_f32 *g = &set->function[n];
-        in->found = g->owner < before && crosses_at_limit_f32(g, &in->high, limit) ? n : -1;
-    }
-}
-
 /* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
 static inline bool is_late_f32(const basis_f32 *basis) {
     return fabs_f32(basis->Wdd) < 0.25f;
@@ -305,107 +261,6 @@ static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopfo
     return steady_state_correction_f32(poles, contact, settled, basis, t);
 }
 
-/* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
- * first. */
-static inline bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stance_events_f32 *events, float limit,
-                                        interval_f32 *in) {
-    const event_set_f32 *set = &events->set;
-    const float before = in->high.t;
-    for (int n = 0; n < 4; n++) {
-        const float later = later_takeoff_f32(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
-        if (!(fabs_f32(later) > 0.0f) || in->high.t + later > limit) { break; }
-        end_interval_at_f32(set, in, in->high.t + later);
-        in->found = 0;
-    }
-    return in->high.t > before;
-}
-
-/* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
-static inline float far_end_f32(const event_set_f32 *set, float low, float limit) {
-    const float near = greater_f32(3.0f * low, set->node->t);
-    const float half = 0.95f * set->node->half_period;
-    const bool faded =
-        -0.5f * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_f32; /* the pair: what is left is monotone */
-    const float far = faded ? limit : low + lesser_f32(near, half);
-    return far > low && far < limit && set->count > 0 ? far : limit;
-}
-
-/* That of the first interval: the node, which a pair that hardly draws has not. */
-static inline float first_end_f32(const event_set_f32 *set, float limit) {
-    const float half = 0.95f * set->node->half_period;
-    return lesser_f32(lesser_f32(set->node->t, half), limit);
-}
-
-/* The first interval, by what is known at its end. */
-static inline void end_first_interval_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
-    const hopform_node_f32 *node = set->node;
-    if (node->t < limit) {
-        const basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
-        in->high = propagator_of_f32(set->poles, node->t, &basis);
-    } else {
-        end_interval_at_f32(set, in, first_end_f32(set, limit));
-    }
-}
-
-/* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
-typedef struct {
-    stance_events_f32 events;
-    interval_f32 in;
-    float limit;     /* the end of the phase: since it began, as all its times */
-    bool open;      /* whether an event is still looked for */
-    bool certified; /* else the first event is not known: the phase is, up to the end of the interval */
-    bool stops;     /* the element has met a stop */
-    int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
-    int side;       /* of an element that slips: where it goes */
-    bool touches;   /* the element that comes to rest is at a stop within rounding */
-} stance_search_f32;
-
-/* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
- * how many functions each phase has; not zeros, for which compilers call memset. */
-static inline void stance_search_nothing_f32(const hopform_poles_f32 *poles, stance_search_f32 *search) {
-    const numerator_f32 zero = {0.0f, 0.0f, 0.0f};
-    const event_function_f32 nothing = event_function_of_f32(&zero, 1.0f);
-    const jet_f32 one = {1.0f, 0.0f, 0.0f, 0.0f};
-    for (int n = 0; n < MOST_EVENT_FUNCTIONS_f32; n++) {
-        search->events.set.function[n] = nothing;
-        search->in.from[n] = one;
-    }
-    search->in.to = one;
-    search->in.high = propagator_at_start_f32(poles);
-    search->side = 0;
-}
-
-/* Whether the position is within rounding of the stop ahead: a grazing contact. */
-static inline bool is_at_stop_f32(const event_set_f32 *set, const propagator_f32 *at) {
-    for (int32_t n = 0; n < set->count; n++) {
-        const event_function_f32 *g = &set->function[n];
-        if (g->touch_is_no_event) { return fabs_f32(value_at_f32(g, at)) <= rounding_of_f32(g, at, 0.0f); }
-    }
-    return false;
-}
-
-/* What ends the phase at the end of its last interval. */
-static inline void stance_conclude_f32(stance_search_f32 *search) {
-    const stance_events_f32 *events = &search->events;
-    const interval_f32 *in = &search->in;
-    const float limit = search->limit;
-    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
-    int owner = rests ? events->rests : NO_OWNER_f32;
-    search->side = 0;
-    search->stops = false;
-    if (in->found >= 0) {
-        const event_function_f32 *found = &events->set.function[in->found];
-        if (owner == NO_OWNER_f32 || owner >= found->owner) {
-            owner = found->owner;
-            search->side = found->side;
-            search->stops = found->touch_is_no_event;
-        }
-    }
-    search->owner = owner;
-    search->certified = true;
-    search->touches = owner == ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT && is_at_stop_f32(&events->set, &in->high);
-}
-
 /* The search at the start of the phase that starts at the chain's state. */
 static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
     const float until = end_of_step_f32(chain) - chain->t;
@@ -417,62 +272,6 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     search->limit = lesser_f32(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0f;
     if (!search->open) { in->high = propagator_at_start_f32(set->poles); }
-}
-
-/* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
-static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, float limit, float *end) {
-    begin_interval_f32(set, in);
-    const float until = root_free_until_f32(set, in);
-    const bool quiet = until > in->low.t + 2.0f * set->node->t;
-    *end = quiet ? lesser_f32(until, limit) : far_end_f32(set, in->low.t, limit);
-    return quiet;
-}
-
-/* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
-static inline bool find_event_f32(const stance_chain_f32 *chain, stance_search_f32 *search, bool known) {
-    const event_set_f32 *set = &search->events.set;
-    interval_f32 *in = &search->in;
-    bool certified = true;
-    bool later = true; /* once at most, and then what else happens by then is looked at */
-    for (int n = 0; n < 2 && later && certified; n++) {
-        certified = (n == 0 && known) || find_first_root_f32(set, in);
-        if (!(in->high.t < search->limit)) { cross_at_the_limit_f32(&search->events, search->limit, in); }
-        later = n == 0 && is_takeoff_f32(set, in->found)
-                && sharpen_takeoff_f32(chain, &search->events, search->limit, in);
-    }
-    return certified;
-}
-
-static inline bool is_open_f32(const stance_search_f32 *search) {
-    return search->in.found < 0 && search->in.high.t < search->limit;
-}
-
-/* The first event, from an interval on in which something may happen. */
-static inline void stance_end_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
-    const event_set_f32 *set = &search->events.set;
-    interval_f32 *in = &search->in;
-    bool certified = true;
-    bool quiet = false;
-    bool open = search->open;
-    while (open) {
-        if (quiet) {
-            end_at_first_crossing_f32(set, in, true);
-        } else {
-            certified = find_event_f32(chain, search, false);
-        }
-        open = certified && is_open_f32(search);
-        if (open) {
-            float end = search->limit;
-            quiet = next_end_f32(set, in, search->limit, &end);
-            end_interval_at_f32(set, in, end);
-        }
-    }
-    stance_conclude_f32(search);
-    if (!certified) {
-        in->high = in->low;
-        search->owner = NO_OWNER_f32;
-        search->certified = false;
-    }
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -488,7 +287,7 @@ static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_sea
     }
     stance_begin_search_f32(chain, search);
     if (search->open) { end_first_interval_f32(&search->events.set, &search->in, search->limit); }
-    stance_end_search_f32(chain, search);
+    find_first_event_f32(chain, search);
 }
 
 /* ---- the chain ---- */

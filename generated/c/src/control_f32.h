@@ -473,6 +473,12 @@ static int32_t end_search_f32(hopform_search_f32 *search, int32_t status, hopfor
     return status;
 }
 
+/* Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if
+ * several reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the
+ * actuator is locked).
+ *
+ * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being. The plan is read by every step.
+ */
 int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan,
                                           const hopform_state_f32 *start, const hopform_target_f32 *target,
                                           hopform_command_f32 *command) {
@@ -516,6 +522,10 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     return search->status;
 }
 
+/* Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the
+ * best admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left
+ * out. A refusal ends the search.
+ */
 int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity,
                                          hopform_command_f32 *command) {
     if (search == NULL) { return end_search_f32(NULL, HOPFORM_ERROR_NULL, command); }
@@ -549,6 +559,7 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
     return search->status;
 }
 
+/* Both, up to the end. */
 int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan,
                                     const hopform_state_f32 *start, const hopform_target_f32 *target,
                                     hopform_phase_f32 *phases, int32_t capacity, hopform_command_f32 *command) {
@@ -559,6 +570,8 @@ int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_pla
     return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
 }
 
+/* Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
+ * phases than fit into the buffer counts as one without take-off. */
 int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *starts, int32_t start_count,
                                   const float *currents, int32_t current_count, float horizon, hopform_phase_f32 *phases,
                                   int32_t capacity, hopform_trial_f32 *trials) {
@@ -607,6 +620,7 @@ static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase
     return greater_f32(first, -least.value);
 }
 
+/* The largest compression of the leg in a solved stance [m], to be compared with its travel; 0 if it is refused. */
 int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                         const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                         float *compression_max) {

@@ -19,6 +19,8 @@ static void energy_add_f32(hopform_ledger_f32 *ledger, const hopform_plan_f32 *p
 #undef ADD_ENTRY
 }
 
+/* Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
+ * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. */
 int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                    const float *times, int32_t count, hopform_energy_f32 *energies,

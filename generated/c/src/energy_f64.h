@@ -19,6 +19,8 @@ static void energy_add_f64(hopform_ledger_f64 *ledger, const hopform_plan_f64 *p
 #undef ADD_ENTRY
 }
 
+/* Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
+ * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. */
 int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                    const double *times, int32_t count, hopform_energy_f64 *energies,

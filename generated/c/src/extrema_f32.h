@@ -6,7 +6,7 @@
 #ifndef HOPFORM_EXTREMA_H_f32
 #define HOPFORM_EXTREMA_H_f32
 
-#include "first_event_f32.h"
+#include "certificate_f32.h"
 
 /* The least of `count` minima, and the propagator there. */
 typedef struct {

@@ -6,7 +6,7 @@
 #ifndef HOPFORM_EXTREMA_H_f64
 #define HOPFORM_EXTREMA_H_f64
 
-#include "first_event_f64.h"
+#include "certificate_f64.h"
 
 /* The least of `count` minima, and the propagator there. */
 typedef struct {

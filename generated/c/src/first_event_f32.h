@@ -2,568 +2,26 @@
  *
  * The first event of a phase: the earliest root of its event functions, certified to be the earliest.
  *
- * An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2 with the three poles of the phase,
- * positive right after its start; an event is its first root. H0 is 0 but for the distance to a stop and the height of
- * a foot that flies. A function that is known to be monotone needs no certificate. The search goes from interval to
- * interval. In each, roots are predicted from the values and derivatives at both ends, located by a step of
- * Householder's and one of Newton's, and certified to be the first by the numbered rules of
- * docs/explanation/certificate.md:
- *
- * Rule 1, Bernstein's coefficients: where the pair rings, those of the quintic through the jets at both ends exceed
- * what it may be off.
- * Rule 2, sign variations (Budan and Fourier for exponential polynomials): on an interval shorter than half a period of
- * the pair, the number of roots of g is at most V(from) - V(to) + c. V counts the sign changes of (g, g', d), c is 1 if
- * d changes its sign, and d = g'' + a g' is the derivative of g with the real pole removed (deflated), which has at
- * most one root there. Of three real poles the fastest is removed.
- * Rule 3, closed forms: the time to rest of a mass that slips alone.
- * Rule 4, minima: where g' has one root, the minimum is located.
- * Rule 5, quiet times: while the slow part of g exceeds the envelope of the pair there is no root; of three real poles,
- * while their kernels cannot take g to 0.
+ * The search goes from interval to interval. In each, roots are predicted from the values and derivatives at both ends,
+ * located by a step of Householder's and one of Newton's, and certified to be the first; else the interval is cut.
+ * docs/explanation/certificate.md has the steps in their order. What ends a phase in closed form comes with its event
+ * functions, and is put between them by its time.
  */
 #ifndef HOPFORM_FIRST_EVENT_H_f32
 #define HOPFORM_FIRST_EVENT_H_f32
 
-#include "phase_f32.h"
+#include "certificate_f32.h"
 
 /* A function may be located at a later root first, and so more than once: at each of its roots in an interval, of which
  * rule 2 leaves three at most, or four in flight. */
-enum { MOST_EVENT_FUNCTIONS_f32 = 4, MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f32 };
+enum { MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f32 };
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
 #define HOPFORM_MOST_INTERVALS 10000
 #endif
 
-/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
- * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
- * a touch of it is no event. */
-typedef struct {
-    float H3, H2, H1, H0; /* its numerator */
-    float start;
-    float cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
-    float decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
-    int32_t owner;
-    int32_t side;
-    bool needs_certificate;
-    bool touch_is_no_event;
-} event_function_f32;
-
-/* A function with this numerator and value at the start, of which nothing is known. */
-static inline event_function_f32 event_function_of_f32(const numerator_f32 *h, float start) {
-    const event_function_f32 g = {h->H3, h->H2, h->H1, 0.0f, start, 0.0f, 0.0f, 0.0f, 0, 0, true, false};
-    return g;
-}
-
-/* The active event functions of a phase, in order of tie-break priority. */
-typedef struct {
-    const hopform_poles_f32 *poles;
-    const hopform_node_f32 *node;
-    int32_t count;
-    event_function_f32 function[MOST_EVENT_FUNCTIONS_f32];
-} event_set_f32;
-
-/* A time since the start of the phase, and the propagator there. */
-typedef struct {
-    float t;
-    basis_f32 basis;
-    float W_third; /* W''' */
-} propagator_f32;
-
-/* That of any poles at the start of a phase. */
-static inline propagator_f32 propagator_at_start_f32(const hopform_poles_f32 *poles) {
-    const propagator_f32 at = {0.0f, {1.0f, 0.0f, 0.0f, 0.0f, 0.0f}, -poles->s_1};
-    return at;
-}
-
-/* Value and derivatives of an event function. */
-typedef struct {
-    float value;
-    float rate;
-    float curvature;
-    float third;
-} jet_f32;
-
-static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const basis_f32 *basis) {
-    return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
-}
-
-static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t, const basis_f32 *basis) {
-    const propagator_f32 at = {t, *basis, third_of_basis_f32(poles, basis)};
-    return at;
-}
-
-static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, float t) {
-    const basis_f32 basis = basis_at_f32(poles, t);
-    return propagator_of_f32(poles, t, &basis);
-}
-
-/* Whether a function has a further term, which decays: only where a damper is in the leg. */
-static inline bool has_decay_f32(const event_function_f32 *g) {
-    return HOPFORM_LEG_HAS_DAMPER && fabs_f32(g->decaying) > 0.0f;
-}
-
-/* The n-th derivative of a function from that of its other terms. */
-static inline float with_decay_f32(const event_function_f32 *g, float t, int n, float others) {
-    if (!has_decay_f32(g)) { return others; }
-    float value = g->decaying * exponential_f32(-g->decay * t);
-    for (int i = 0; i < n; i++) {
-        value *= -g->decay;
-    }
-    return others + value;
-}
-
-static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const basis_f32 *w = &at->basis;
-    const float value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return with_decay_f32(g, at->t, 0, value);
-}
-
-static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const basis_f32 *w = &at->basis;
-    const float rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return with_decay_f32(g, at->t, 1, rate);
-}
-
-static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                 const propagator_f32 *at) {
-    const basis_f32 *w = &at->basis;
-    const float fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    const float third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return with_decay_f32(g, at->t, 3, third);
-}
-
-static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
-    jet_f32 jet;
-    jet.value = g->start;
-    jet.rate = g->H3;
-    jet.curvature = g->H2 - g->H3 * poles->s_1;
-    jet.third = g->H1 - poles->s_1 * jet.curvature - poles->s_2 * jet.rate;
-    return jet;
-}
-
-/* Value, rate and curvature; the third derivative is 0 here. */
-static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const basis_f32 *w = &at->basis;
-    const float curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at), with_decay_f32(g, at->t, 2, curvature), 0.0f};
-    return jet;
-}
-
-static inline jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                   const propagator_f32 *at) {
-    jet_f32 jet = short_jet_at_f32(g, at);
-    jet.third = third_of_f32(poles, g, at);
-    return jet;
-}
-
-/* Bound of what rounding may have done to the value of an event function. */
-static inline float rounding_of_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
-    return 16.0f * HOPFORM_EPS_f32
-           * (fabs_f32(g->start) + g->cancels + fabs_f32(g->H3 * at->basis.Wd) + fabs_f32(g->H2 * at->basis.W)
-              + fabs_f32(g->H1 * at->basis.W1) + fabs_f32(g->H0 * at->basis.W2) + at->t * fabs_f32(rate));
-}
-
-/* ---- prediction ---- */
-
-/* Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a value
- * below: roughly, as the parabola with its slope at the start. Where it starts at 0 it is divided by the time first. */
-static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float h) {
-    const bool above = from->value > 0.0f;
-    const float rise = h * from->rate;
-    const float start = above ? from->value : rise;
-    const float slope = above ? rise : 0.5f * h * h * from->curvature;
-    const float square = slope * slope + 4.0f * start * (start + slope - to->value);
-    const float below = sqrt_f32(greater_f32(square, 0.0f)) - slope;
-    const float share = 2.0f * start / (below > 0.0f ? below : 1.0f);
-    return ((start > 0.0f) & (share < 1.0f)) ? share : 0.75f;
-}
-
-/* The polynomial of degree 6 through value, rate and curvature at both ends of an interval, and the third derivative at
- * its start, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
-typedef struct {
-    float c0, c1, c2, c3, r0, s1, s2;
-} interpolant_f32;
-
-static inline interpolant_f32 interpolant_of_f32(const jet_f32 *from, const jet_f32 *to, float h) {
-    const float hh = 0.5f * h * h;
-    const float c0 = from->value;
-    const float c1 = h * from->rate;
-    const float c2 = hh * from->curvature;
-    const float c3 = (1.0f / 3.0f) * h * hh * from->third;
-    const float r0 = to->value - (c0 + c1 + c2 + c3);
-    const float s1 = h * to->rate - (c1 + 2.0f * c2 + 3.0f * c3) - 4.0f * r0;
-    const float s2 = hh * to->curvature - (c2 + 3.0f * c3) - 4.0f * s1 - 6.0f * r0;
-    const interpolant_f32 p = {c0, c1, c2, c3, r0, s1, s2};
-    return p;
-}
-
-enum { PREDICTION_STEPS_f32 = 3 };
-
-/* Halley's step from x towards a root of it. */
-static inline float prediction_step_f32(const interpolant_f32 *p, float x) {
-    const float y = x - 1.0f;
-    const float tail = p->r0 + y * (p->s1 + y * p->s2);
-    const float tail_1 = p->s1 + 2.0f * y * p->s2;
-    const float value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
-    const float slope = p->c1 + x * (2.0f * p->c2 + x * (3.0f * p->c3 + x * (4.0f * tail + x * tail_1)));
-    const float bend = p->c2 + x * (3.0f * p->c3 + x * (6.0f * tail + x * (4.0f * tail_1 + x * p->s2)));
-    const float below = slope * slope - value * bend;
-    const float step = value * slope / (below > 0.0f ? below : 1.0f);
-    return below > 0.0f ? step : 0.0f;
-}
-
-/* A root of it, from a guess. It guesses, too: no bound rests on it. */
-static inline float refined_root_f32(const interpolant_f32 *p, float x) {
-    for (int n = 0; n < PREDICTION_STEPS_f32; n++) {
-        const float step = prediction_step_f32(p, x);
-        const float next = x - step;
-        x = ((next > 0.0f) & (next < 1.0f)) ? next : x;
-        if (fabs_f32(step) < HOPFORM_PREDICTION_f32 * x) { break; }
-    }
-    return x;
-}
-
-/* Householder's step of third order towards a root. */
-static inline float step_to_root_f32(const jet_f32 *at) {
-    const float square = at->rate * at->rate;
-    const float below =
-        6.0f * square * at->rate - 6.0f * at->value * at->rate * at->curvature + at->value * at->value * at->third;
-    const bool usable = fabs_f32(below) > 0.0f;
-    const float step = at->value * (6.0f * square - 3.0f * at->value * at->curvature) / (usable ? below : 1.0f);
-    return usable ? step : HOPFORM_NEVER_f32;
-}
-
-/* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
- * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
-static inline bool is_near_f32(const hopform_poles_f32 *poles, float t, float d) {
-    const float share = t > 0.0f ? d / t : 1.0f;
-    return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_f32;
-}
-
-/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a
- * function whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
-typedef struct {
-    float w0, w1, w2, w3, w4;
-} derivatives_f32;
-
-static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const derivatives_f32 *from, float d) {
-    derivatives_f32 w = *from;
-    derivatives_f32 sum = w;
-    float power = 1.0f;
-#define ADD_ORDER(inverse)                                                                                             \
-    {                                                                                                                  \
-        const float next = -(poles->s_1 * w.w4 + poles->s_2 * w.w3 + poles->s_3 * w.w2);                                \
-        power *= d * (inverse);                                                                                        \
-        w.w0 = w.w1;                                                                                                   \
-        w.w1 = w.w2;                                                                                                   \
-        w.w2 = w.w3;                                                                                                   \
-        w.w3 = w.w4;                                                                                                   \
-        w.w4 = next;                                                                                                   \
-        sum.w0 += power * w.w0;                                                                                        \
-        sum.w1 += power * w.w1;                                                                                        \
-        sum.w2 += power * w.w2;                                                                                        \
-        sum.w3 += power * w.w3;                                                                                        \
-        sum.w4 += power * w.w4;                                                                                        \
-    }
-    HOPFORM_CARRY_ORDERS_f32(ADD_ORDER)
-#undef ADD_ORDER
-        return sum;
-}
-
-/* The propagator's basis d later. */
-static inline basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const basis_f32 *from, float d) {
-    const derivatives_f32 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
-    const derivatives_f32 later = carried_f32(poles, &w, d);
-    const basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
-    return basis;
-}
-
-/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline float fourth_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, const jet_f32 *at) {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
-}
-
-/* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
-typedef struct {
-    bool lands;
-    float low, high, next;
-} root_step_f32;
-
-/* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
- * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
- * small that nothing is left of its square, and where the propagator can be carried there. */
-static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float fourth, float t,
-                                               float low, float high) {
-    const derivatives_f32 g = {at->value, at->rate, at->curvature, at->third, -fourth};
-    const float first = -step_to_root_f32(at);
-    const derivatives_f32 there = carried_f32(poles, &g, first);
-    const float more = -there.w0 / (there.w1 < 0.0f ? there.w1 : -1.0f);
-    const float step = first + more;
-    const float next = t + step;
-    const bool lands = (at->rate < 0.0f) & (next > low) & (next < high) & is_near_f32(poles, next, step)
-                       & (more * more <= 0.25f * HOPFORM_EPS_f32 * t * fabs_f32(step));
-    const float from = at->value > 0.0f ? t : low;
-    const float to = at->value < 0.0f ? t : high;
-    const root_step_f32 towards = {lands, from, to, lands ? next : t + first};
-    return towards;
-}
-
-/* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. */
-static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, float low,
-                                    propagator_f32 *at, float guess) {
-    float high = at->t;
-    float t = guess;
-    for (int n = 0; n < 100; n++) {
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
-            t = low + 0.5f * (high - low);
-            if (!(t > low && t < high)) {
-                *at = propagator_at_f32(poles, high);
-                return;
-            }
-        }
-        at->t = t;
-        at->basis = basis_at_f32(poles, t);
-        at->W_third = third_of_basis_f32(poles, &at->basis);
-        const jet_f32 jet = jet_at_f32(poles, g, at);
-        if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) { return; }
-        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
-        /* The rate of the further term is none of the poles: no step is known to land. */
-        if (step.lands && !has_decay_f32(g)) {
-            at->basis = carried_basis_f32(poles, &at->basis, step.next - t);
-            at->W_third = third_of_basis_f32(poles, &at->basis);
-            at->t = step.next;
-            return;
-        }
-        low = step.low;
-        high = step.high;
-        t = step.next;
-    }
-}
-
-/* ---- certificate ---- */
-
-/* The deflated derivative d = g'' + l g', l the real pole, or the fastest of three: a function of the two poles that
- * are left, d = A R' + B R, R their impulse response, A and B the deflated numerator. The sum of jets would lose
- * (a/w)^2 eps of it, w the frequency of the pair. */
-typedef struct {
-    float A, B;
-    float R, Rd;
-    float sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
-} deflated_f32;
-
-static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
-                                             const event_function_f32 *g, const propagator_f32 *at) {
-    const bool rings = node->half_period < HOPFORM_NEVER_f32;
-    const float sum = rings ? poles->p : node->second + node->third;
-    const float product = rings ? poles->q : node->second * node->third;
-    deflated_f32 d = {g->H2 - sum * g->H3,
-                       g->H1 - product * g->H3,
-                       at->basis.Wd + node->pole * at->basis.W,
-                       at->basis.Wdd + node->pole * at->basis.Wd,
-                       sum,
-                       product};
-    if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const pair_f32 pair = pair_at_f32(poles, at->t);
-        d.R = pair.R;
-        d.Rd = pair.Rd;
-    }
-    return d;
-}
-
-/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
-static inline float decided_f32(float value, float terms) {
-    return fabs_f32(value) > 16.0f * HOPFORM_EPS_f32 * terms ? value : 0.0f;
-}
-
-/* The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative at
- * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
-static inline float deflated_derivative_f32(const event_set_f32 *set, const event_function_f32 *g,
-                                            const propagator_f32 *at, float side) {
-    const deflated_f32 d = deflated_at_f32(set->poles, set->node, g, at);
-    const float of_A = d.A * d.Rd, of_B = d.B * d.R;
-    const float value = decided_f32(of_A + of_B, fabs_f32(of_A) + fabs_f32(of_B));
-    if (fabs_f32(value) > 0.0f) { return value; }
-    const float of_Rd = (d.B - d.sum * d.A) * d.Rd, of_R = d.product * (d.A * d.R);
-    const float terms = fabs_f32(of_Rd) + fabs_f32(of_R);
-    if (!(terms > 0.0f) && side > 0.0f) { return 1.0f; /* d is 0 for good, and e^(lt) g' keeps its sign */ }
-    return side * decided_f32(of_Rd - of_R, terms);
-}
-
-/* Whether a rate is negative by more than rounding. */
-static inline bool falls_for_certain_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
-    const basis_f32 *w = &at->basis;
-    const float terms = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
-    return decided_f32(rate, terms) < 0.0f;
-}
-
-/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g', or 0 where its sign is
- * rounding, and `falls_then` whether g' is negative at the end for certain. With V = 0, 1, 1, 2 for the signs (+, +),
- * (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its sign, is 0 or less. */
-static inline bool has_no_root_f32(const jet_f32 *from, float d, bool falls_then, float d_then) {
-    const bool after_negative = falls_then | (d_then < 0.0f);
-    const bool after_positive = (!(from->rate < 0.0f)) | (falls_then & (d_then > 0.0f));
-    return (after_negative | (d > 0.0f)) & (after_positive | (d < 0.0f));
-}
-
-/* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
- * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool stays_positive_by_slope_f32(float l, const jet_f32 *from, const jet_f32 *to, float h, float bound) {
-    const float left = from->value + bound;
-    return left > -h * from->rate && left * greater_f32(1.0f - l * h, 0.0f) > -h * to->rate;
-}
-
-/* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
- * not grow. So g' falls below 0 by no more than its start, with its rounding, and h times that amplitude, and g has
- * lost no more than h times it. What has faded below the rounding of g is certified so. */
-static inline bool has_faded_f32(const event_set_f32 *set, const event_function_f32 *g, const propagator_f32 *start,
-                                  const jet_f32 *from, float h, float bound) {
-    const hopform_poles_f32 *poles = set->poles;
-    const basis_f32 *w = &start->basis;
-    const deflated_f32 deflated = deflated_at_f32(poles, set->node, g, start);
-    const float mu = 0.5f * poles->p;
-    const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
-    const float wY =
-        (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles->q * deflated.A) * deflated.R;
-    const float amplitude = sqrt_f32(d * d + wY * wY / (poles->q - mu * mu));
-    const float rounding =
-        16.0f * HOPFORM_EPS_f32 * (fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W));
-    const float falls = rounding - lesser_f32(from->rate, 0.0f) + 1.001f * h * amplitude;
-    return from->value + bound > h * falls;
-}
-
-/* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
-static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
-    const float mu = 0.5f * poles->p;
-    const float ww = poles->q - mu * mu;
-    const float a = poles->a;
-    const float e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_f32(poles);
-    const float c = g->H3 - e;
-    const float sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
-    return poles->q * poles->q * sqrt_f32(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f32(e);
-}
-
-/* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
- * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
-static inline bool stays_positive_by_bernstein_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                    const jet_f32 *from, const jet_f32 *to, float h, bool root_at_end,
-                                                    float rounding) {
-    const float M6 = sixth_derivative_bound_f32(poles, g);
-    const float f = 0.2f * h;
-    const float tw = 0.05f * h * h;
-    const float b1 = from->value + f * from->rate;
-    const float b2 = b1 + f * from->rate + tw * from->curvature;
-    const float b4 = to->value - f * to->rate;
-    const float b3 = b4 - f * to->rate + tw * to->curvature;
-    float low = lesser_f32(lesser_f32(b1, b2), lesser_f32(b3, b4));
-    const float at_start = lesser_f32(low, from->value);
-    low = from->value > 0.0f ? at_start : low;
-    const float at_end = lesser_f32(low, to->value);
-    low = root_at_end ? low : at_end;
-    const float hhh = h * h * h;
-    return low > M6 * hhh * hhh / 4.32e4f + rounding;
-}
-
-/* Whether the curvature of an event function is more than what rounding may have left of it. */
-static inline bool bends_f32(const event_function_f32 *g, const propagator_f32 *at, float curvature) {
-    const basis_f32 *w = &at->basis;
-    const float terms = fabs_f32(g->H3 * at->W_third) + fabs_f32(g->H2 * w->Wdd) + fabs_f32(g->H1 * w->Wd);
-    return fabs_f32(curvature) > 64.0f * HOPFORM_EPS_f32 * terms;
-}
-
-/* Rule 4: the minimum of g between two times between which its rate becomes positive: a root of the rate, by
- * Householder's method, until a further step changes the value by less than rounding does. Where the curvature is
- * rounding, a step says nothing: then until g cannot fall by more than that between the times that enclose the root. */
-static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                   const jet_f32 *from, float low, const jet_f32 *to, float high) {
-    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
-    const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
-    const float apart = high - low;
-    const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, apart);
-    float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
-    float falls_by = -from->rate; /* at the lower time */
-    propagator_f32 at = propagator_at_f32(poles, t);
-    for (int n = 0; n < 100; n++) {
-        const jet_f32 jet = jet_at_f32(poles, g, &at);
-        const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, &jet)};
-        const float step = step_to_root_f32(&falls);
-        const float bound = rounding_of_f32(g, &at, 0.0f);
-        const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
-        const bool is_near = !is_far & (jet.curvature > 0.0f) & (fabs_f32(step * jet.rate) <= bound);
-        if (is_near && bends_f32(g, &at, jet.curvature)) { break; }
-        falls_by = jet.rate < 0.0f ? -jet.rate : falls_by;
-        low = jet.rate < 0.0f ? t : low;
-        high = jet.rate < 0.0f ? high : t;
-        if ((high - low) * falls_by <= bound) { break; }
-        t = n > 8 && n % 2 == 1 ? low : t - step;
-        if (!(t > low && t < high)) { t = low + 0.5f * (high - low); }
-        at = propagator_at_f32(poles, t);
-    }
-    return at;
-}
-
-/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
- * leads to the end each time; a quarter of it where d has no two signs. */
-static inline float cut_between_f32(float d, float d_then, float h) {
-    const bool changes = (d < 0.0f) != (d_then < 0.0f) && fabs_f32(d_then) > 0.0f;
-    const float share = changes ? d / (d - d_then) : 0.25f;
-    const float inside = share > 0.015625f ? (share < 0.5f ? share : 0.5f) : 0.015625f;
-    return inside * h;
-}
-
-/* Rule 5 of a pair that rings: how long from `at` on g, for certain, has no root; NEVER if it has none at all.
- *
- * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
- * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
- * share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of larger numbers. */
-static inline float quiet_time_of_ringing_f32(const event_set_f32 *set, const event_function_f32 *g,
-                                              const propagator_f32 *start, const jet_f32 *at, float rounding) {
-    const hopform_poles_f32 *poles = set->poles;
-    const float mu = 0.5f * poles->p;
-    const float ww = poles->q - mu * mu;
-    const deflated_f32 deflated = deflated_at_f32(set->poles, set->node, g, start);
-    const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
-    const float D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
-    const float r = (poles->a * d - D) / residue_f32(poles);
-    const bool stiff = poles->a * poles->a > poles->q;
-    const float X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
-    const float x = at->rate - r;
-    const float wY = r + mu * X;
-    const float left = at->value - X - 1.001f * sqrt_f32(X * X + wY * wY / ww) - rounding;
-    const float time = -left / (x < 0.0f ? x : -1.0f);
-    const bool always = (!(x < 0.0f)) | (left * poles->a > -x);
-    const float quiet = always ? HOPFORM_NEVER_f32 : time;
-    return left > 0.0f ? quiet : 0.0f;
-}
-
-/* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
- * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). The second is d, the third what
- * is left of its numerator without l_3, times R' + l_2 R. */
-static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const event_function_f32 *g,
-                                            const propagator_f32 *start, const jet_f32 *at, float rounding) {
-    const float l_1 = set->node->pole;
-    const float l_2 = set->node->second;
-    const float l_3 = set->node->third;
-    const float product = l_1 * l_2;
-    if (!(product > 0.0f)) { return 0.0f; }
-    const deflated_f32 d = deflated_at_f32(set->poles, set->node, g, start);
-    const float slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
-    const float first = lesser_f32(at->rate, 0.0f);
-    const float second = lesser_f32(d.A * d.Rd + d.B * d.R, 0.0f);
-    const float third = lesser_f32(slowest * (d.Rd + l_2 * d.R), 0.0f);
-    const float left = at->value + first / l_1 + second / product - rounding;
-    const float falls = third / product;
-    if (!(left > 0.0f)) { return 0.0f; }
-    return !(falls < 0.0f) || left * l_3 > -falls ? HOPFORM_NEVER_f32 : -left / falls;
-}
-
-/* Rule 5: how long from `at`, the jet at `start`, on g, for certain, has no root. */
-static inline float quiet_time_f32(const event_set_f32 *set, const event_function_f32 *g,
-                                   const propagator_f32 *start, const jet_f32 *at, float rounding) {
-    return set->node->half_period < HOPFORM_NEVER_f32 ? quiet_time_of_ringing_f32(set, g, start, at, rounding)
-                                                       : quiet_time_of_decay_f32(set, g, start, at, rounding);
-}
-
-/* ---- the search ---- */
+/* ---- an interval ---- */
 
 /* An interval of the search: its ends, the jets there, and which function has its first root at the second one. */
 typedef struct {
@@ -578,6 +36,8 @@ static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *i
     in->high = propagator_at_f32(set->poles, t);
     in->found = -1;
 }
+
+/* ---- predict, locate, again ---- */
 
 /* The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root has
  * been found before it, so steeply that the root is near. */
@@ -641,6 +101,8 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
     }
 }
 
+/* ---- certify ---- */
+
 /* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root: the later one,
  * so that its time does not jump where the other one begins to count. Over a limit that is met it wins only where the
  * roots are within 8 ulp of the time. */
@@ -668,6 +130,15 @@ static inline bool crosses_at_limit_f32(const event_function_f32 *g, const propa
     const float rate = rate_at_f32(g, at);
     return value_at_f32(g, at) < -8.0f * HOPFORM_EPS_f32 * limit * rate
            && rate * limit < -16.0f * rounding_of_f32(g, at, rate);
+}
+
+/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
+ * leads to the end each time; a quarter of it where d has no two signs. */
+static inline float cut_between_f32(float d, float d_then, float h) {
+    const bool changes = (d < 0.0f) != (d_then < 0.0f) && fabs_f32(d_then) > 0.0f;
+    const float share = changes ? d / (d - d_then) : 0.25f;
+    const float inside = share > 0.015625f ? (share < 0.5f ? share : 0.5f) : 0.015625f;
+    return inside * h;
 }
 
 /* Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation. */
@@ -730,7 +201,8 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
+ * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
@@ -739,6 +211,8 @@ static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *i
     } while (!are_certified_f32(set, in));
     return true;
 }
+
+/* ---- the next interval ---- */
 
 /* The next interval begins where this one has ended. */
 static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in) {
@@ -776,61 +250,195 @@ static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 
     return found;
 }
 
-/* ---- closed forms, contacts ---- */
-
-/* Rule 3 of a pair that rings with omega. From rest a mass moves for half a period. */
-static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, float omega, float v, float acc) {
-    const float back = v > 0.0f ? -(acc + 0.5f * poles->p * v) / omega : 1.0f;
-    const float slowing = angle_f32(back, v) / omega;
-    const float at_once = acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
-    const float from_rest = acc > 0.0f ? 3.1415927f / omega : at_once;
-    return v > 0.0f ? slowing : from_rest;
+/* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
+static inline float far_end_f32(const event_set_f32 *set, float low, float limit) {
+    const float near = greater_f32(3.0f * low, set->node->t);
+    const float half = 0.95f * set->node->half_period;
+    const bool faded =
+        -0.5f * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_f32; /* the pair: what is left is monotone */
+    const float far = faded ? limit : low + lesser_f32(near, half);
+    return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
- *
- * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
- * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
- */
-static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, float acc) {
-    const float mean = 0.5f * poles->p;
-    const float discriminant = mean * mean - poles->q;
-    if (discriminant < 0.0f) { return time_to_rest_of_ringing_f32(poles, sqrt_f32(-discriminant), v, acc); }
-    if (!(v > 0.0f)) { /* from rest it creeps; rounding may have left the other sign */
-        return acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
+/* That of the first interval: the node, which a pair that hardly draws has not. */
+static inline float first_end_f32(const event_set_f32 *set, float limit) {
+    const float half = 0.95f * set->node->half_period;
+    return lesser_f32(lesser_f32(set->node->t, half), limit);
+}
+
+/* The first interval, by what is known at its end. */
+static inline void end_first_interval_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
+    const hopform_node_f32 *node = set->node;
+    if (node->t < limit) {
+        const basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        in->high = propagator_of_f32(set->poles, node->t, &basis);
+    } else {
+        end_interval_at_f32(set, in, first_end_f32(set, limit));
     }
-    const float half = sqrt_f32(discriminant);
-    const float slow = mean + half > 0.0f ? poles->q / (mean + half) : 0.0f;
-    const float back = -(acc + slow * v); /* what the slow decay alone would leave over */
-    const float x = back > 0.0f ? 2.0f * half * (v / back) : 1.0f;
-    if (!(x < 1.0f)) { return HOPFORM_NEVER_f32; }
-    const float s = x / (2.0f - x);
-    if (s < 0.1716f) { return 2.0f * (v / back) * area_tangent_f32(s) / (2.0f - x); }
-    const float ratio = -(acc + (mean + half) * v) / back;
-    return ratio > 0.0f ? -logarithm_f32(ratio) / (2.0f * half) : HOPFORM_NEVER_f32;
 }
 
-/* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
- * decayed; 0 when it is no more accurate. */
-static inline float steady_state_correction_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                float settled, const basis_f32 *basis, float t) {
-    const float residual = settled - g->start;
-    const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
-    const float by_2 = residual * poles->s_2;
-    const numerator_f32 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const float value = settled - residual_to_steady_state_f32(poles, &fading, basis, residual);
-    const float rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
-    const float of_time = t * fabs_f32(rate);
-    const float of_rise = fabs_f32(g->start) + fabs_f32(g->H3 * basis->Wd) + fabs_f32(g->H2 * basis->W)
-                         + fabs_f32(g->H1 * basis->W1) + of_time;
-    const float of_residual = fabs_f32(settled) + fabs_f32(residual * basis->Wdd)
-                             + (fabs_f32(g->H3) + fabs_f32(residual * poles->s_1)) * fabs_f32(basis->Wd)
-                             + (slow ? fabs_f32(g->H2) + fabs_f32(by_2) : 0.0f) * fabs_f32(basis->W) + of_time;
-    const bool better =
-        (rate < 0.0f) & (of_residual < 0.25f * of_rise) & (fabs_f32(value) <= 16.0f * HOPFORM_EPS_f32 * of_rise);
-    const float later = -value / (better ? rate : -1.0f);
-    const bool counts = (fabs_f32(later) < 0.01f * t) & (fabs_f32(later) > 16.0f * HOPFORM_EPS_f32 * t);
-    return (better & counts) ? later : 0.0f;
+/* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, float limit, float *end) {
+    begin_interval_f32(set, in);
+    const float until = root_free_until_f32(set, in);
+    const bool quiet = until > in->low.t + 2.0f * set->node->t;
+    *end = quiet ? lesser_f32(until, limit) : far_end_f32(set, in->low.t, limit);
+    return quiet;
+}
+
+/* ---- the first event ---- */
+
+/* The event functions of a phase, and what ends it in closed form. Not in it are the velocity of an element that slips
+ * alone, whose time to rest is known, and what cannot happen while the velocities keep their signs. */
+typedef struct {
+    event_set_f32 set;
+    float rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
+    int rests;      /* whose event that is */
+} stance_events_f32;
+
+/* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
+typedef struct {
+    stance_events_f32 events;
+    interval_f32 in;
+    float limit;     /* the end of the phase: since it began, as all its times */
+    bool open;      /* whether an event is still looked for */
+    bool certified; /* else the first event is not known: the phase is, up to the end of the interval */
+    bool stops;     /* the element has met a stop */
+    int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
+    int side;       /* of an element that slips: where it goes */
+    bool touches;   /* the element that comes to rest is at a stop within rounding */
+} stance_search_f32;
+
+/* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
+ * how many functions each phase has; not zeros, for which compilers call memset. */
+static inline void search_nothing_f32(const hopform_poles_f32 *poles, stance_search_f32 *search) {
+    const numerator_f32 zero = {0.0f, 0.0f, 0.0f};
+    const event_function_f32 nothing = event_function_of_f32(&zero, 1.0f);
+    const jet_f32 one = {1.0f, 0.0f, 0.0f, 0.0f};
+    for (int n = 0; n < MOST_EVENT_FUNCTIONS_f32; n++) {
+        search->events.set.function[n] = nothing;
+        search->in.from[n] = one;
+    }
+    search->in.to = one;
+    search->in.high = propagator_at_start_f32(poles);
+    search->side = 0;
+}
+
+/* The contact force is the first event function, if it is one. */
+static inline bool is_takeoff_f32(const event_set_f32 *set, int32_t found) {
+    return found == 0 && set->function[0].owner == CONTACT_f32;
+}
+
+/* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
+ * current. */
+static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float limit, interval_f32 *in) {
+    const event_set_f32 *set = &events->set;
+    const int32_t before = events->rest_time > limit ? ELEMENT_f32 : events->rests;
+    for (int32_t n = 0; n < set->count && in->found < 0; n++) {
+        const event_function_f32 *g = &set->function[n];
+        in->found = g->owner < before && crosses_at_limit_f32(g, &in->high, limit) ? n : -1;
+    }
+}
+
+/* A stance while it is solved (chain_f32.h). */
+typedef struct stance_chain_f32 stance_chain_f32;
+
+/* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
+ * no more accurate. */
+static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
+                                      const event_function_f32 *contact, const basis_f32 *basis, float t);
+
+/* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
+ * first. */
+static inline bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stance_events_f32 *events, float limit,
+                                        interval_f32 *in) {
+    const event_set_f32 *set = &events->set;
+    const float before = in->high.t;
+    for (int n = 0; n < 4; n++) {
+        const float later = later_takeoff_f32(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
+        if (!(fabs_f32(later) > 0.0f) || in->high.t + later > limit) { break; }
+        end_interval_at_f32(set, in, in->high.t + later);
+        in->found = 0;
+    }
+    return in->high.t > before;
+}
+
+/* Whether the position is within rounding of the stop ahead: a grazing contact. */
+static inline bool is_at_stop_f32(const event_set_f32 *set, const propagator_f32 *at) {
+    for (int32_t n = 0; n < set->count; n++) {
+        const event_function_f32 *g = &set->function[n];
+        if (g->touch_is_no_event) { return fabs_f32(value_at_f32(g, at)) <= rounding_of_f32(g, at, 0.0f); }
+    }
+    return false;
+}
+
+/* What ends the phase at the end of its last interval. */
+static inline void conclude_f32(stance_search_f32 *search) {
+    const stance_events_f32 *events = &search->events;
+    const interval_f32 *in = &search->in;
+    const float limit = search->limit;
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
+    int owner = rests ? events->rests : NO_OWNER_f32;
+    search->side = 0;
+    search->stops = false;
+    if (in->found >= 0) {
+        const event_function_f32 *found = &events->set.function[in->found];
+        if (owner == NO_OWNER_f32 || owner >= found->owner) {
+            owner = found->owner;
+            search->side = found->side;
+            search->stops = found->touch_is_no_event;
+        }
+    }
+    search->owner = owner;
+    search->certified = true;
+    search->touches = owner == ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT && is_at_stop_f32(&events->set, &in->high);
+}
+
+/* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
+static inline bool find_event_f32(const stance_chain_f32 *chain, stance_search_f32 *search, bool known) {
+    const event_set_f32 *set = &search->events.set;
+    interval_f32 *in = &search->in;
+    bool certified = true;
+    bool later = true; /* once at most, and then what else happens by then is looked at */
+    for (int n = 0; n < 2 && later && certified; n++) {
+        certified = (n == 0 && known) || find_first_root_f32(set, in);
+        if (!(in->high.t < search->limit)) { cross_at_the_limit_f32(&search->events, search->limit, in); }
+        later = n == 0 && is_takeoff_f32(set, in->found)
+                && sharpen_takeoff_f32(chain, &search->events, search->limit, in);
+    }
+    return certified;
+}
+
+static inline bool is_open_f32(const stance_search_f32 *search) {
+    return search->in.found < 0 && search->in.high.t < search->limit;
+}
+
+/* The first event, from an interval on in which something may happen. */
+static inline void find_first_event_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
+    const event_set_f32 *set = &search->events.set;
+    interval_f32 *in = &search->in;
+    bool certified = true;
+    bool quiet = false;
+    bool open = search->open;
+    while (open) {
+        if (quiet) {
+            end_at_first_crossing_f32(set, in, true);
+        } else {
+            certified = find_event_f32(chain, search, false);
+        }
+        open = certified && is_open_f32(search);
+        if (open) {
+            float end = search->limit;
+            quiet = next_end_f32(set, in, search->limit, &end);
+            end_interval_at_f32(set, in, end);
+        }
+    }
+    conclude_f32(search);
+    if (!certified) {
+        in->high = in->low;
+        search->owner = NO_OWNER_f32;
+        search->certified = false;
+    }
 }
 
 #endif

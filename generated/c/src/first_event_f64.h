@@ -2,568 +2,26 @@
  *
  * The first event of a phase: the earliest root of its event functions, certified to be the earliest.
  *
- * An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2 with the three poles of the phase,
- * positive right after its start; an event is its first root. H0 is 0 but for the distance to a stop and the height of
- * a foot that flies. A function that is known to be monotone needs no certificate. The search goes from interval to
- * interval. In each, roots are predicted from the values and derivatives at both ends, located by a step of
- * Householder's and one of Newton's, and certified to be the first by the numbered rules of
- * docs/explanation/certificate.md:
- *
- * Rule 1, Bernstein's coefficients: where the pair rings, those of the quintic through the jets at both ends exceed
- * what it may be off.
- * Rule 2, sign variations (Budan and Fourier for exponential polynomials): on an interval shorter than half a period of
- * the pair, the number of roots of g is at most V(from) - V(to) + c. V counts the sign changes of (g, g', d), c is 1 if
- * d changes its sign, and d = g'' + a g' is the derivative of g with the real pole removed (deflated), which has at
- * most one root there. Of three real poles the fastest is removed.
- * Rule 3, closed forms: the time to rest of a mass that slips alone.
- * Rule 4, minima: where g' has one root, the minimum is located.
- * Rule 5, quiet times: while the slow part of g exceeds the envelope of the pair there is no root; of three real poles,
- * while their kernels cannot take g to 0.
+ * The search goes from interval to interval. In each, roots are predicted from the values and derivatives at both ends,
+ * located by a step of Householder's and one of Newton's, and certified to be the first; else the interval is cut.
+ * docs/explanation/certificate.md has the steps in their order. What ends a phase in closed form comes with its event
+ * functions, and is put between them by its time.
  */
 #ifndef HOPFORM_FIRST_EVENT_H_f64
 #define HOPFORM_FIRST_EVENT_H_f64
 
-#include "phase_f64.h"
+#include "certificate_f64.h"
 
 /* A function may be located at a later root first, and so more than once: at each of its roots in an interval, of which
  * rule 2 leaves three at most, or four in flight. */
-enum { MOST_EVENT_FUNCTIONS_f64 = 4, MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f64 };
+enum { MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f64 };
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
 #define HOPFORM_MOST_INTERVALS 10000
 #endif
 
-/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
- * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
- * a touch of it is no event. */
-typedef struct {
-    double H3, H2, H1, H0; /* its numerator */
-    double start;
-    double cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
-    double decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
-    int32_t owner;
-    int32_t side;
-    bool needs_certificate;
-    bool touch_is_no_event;
-} event_function_f64;
-
-/* A function with this numerator and value at the start, of which nothing is known. */
-static inline event_function_f64 event_function_of_f64(const numerator_f64 *h, double start) {
-    const event_function_f64 g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, true, false};
-    return g;
-}
-
-/* The active event functions of a phase, in order of tie-break priority. */
-typedef struct {
-    const hopform_poles_f64 *poles;
-    const hopform_node_f64 *node;
-    int32_t count;
-    event_function_f64 function[MOST_EVENT_FUNCTIONS_f64];
-} event_set_f64;
-
-/* A time since the start of the phase, and the propagator there. */
-typedef struct {
-    double t;
-    basis_f64 basis;
-    double W_third; /* W''' */
-} propagator_f64;
-
-/* That of any poles at the start of a phase. */
-static inline propagator_f64 propagator_at_start_f64(const hopform_poles_f64 *poles) {
-    const propagator_f64 at = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, -poles->s_1};
-    return at;
-}
-
-/* Value and derivatives of an event function. */
-typedef struct {
-    double value;
-    double rate;
-    double curvature;
-    double third;
-} jet_f64;
-
-static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const basis_f64 *basis) {
-    return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
-}
-
-static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t, const basis_f64 *basis) {
-    const propagator_f64 at = {t, *basis, third_of_basis_f64(poles, basis)};
-    return at;
-}
-
-static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, double t) {
-    const basis_f64 basis = basis_at_f64(poles, t);
-    return propagator_of_f64(poles, t, &basis);
-}
-
-/* Whether a function has a further term, which decays: only where a damper is in the leg. */
-static inline bool has_decay_f64(const event_function_f64 *g) {
-    return HOPFORM_LEG_HAS_DAMPER && fabs_f64(g->decaying) > 0.0;
-}
-
-/* The n-th derivative of a function from that of its other terms. */
-static inline double with_decay_f64(const event_function_f64 *g, double t, int n, double others) {
-    if (!has_decay_f64(g)) { return others; }
-    double value = g->decaying * exponential_f64(-g->decay * t);
-    for (int i = 0; i < n; i++) {
-        value *= -g->decay;
-    }
-    return others + value;
-}
-
-static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const basis_f64 *w = &at->basis;
-    const double value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return with_decay_f64(g, at->t, 0, value);
-}
-
-static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const basis_f64 *w = &at->basis;
-    const double rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return with_decay_f64(g, at->t, 1, rate);
-}
-
-static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                 const propagator_f64 *at) {
-    const basis_f64 *w = &at->basis;
-    const double fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    const double third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return with_decay_f64(g, at->t, 3, third);
-}
-
-static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
-    jet_f64 jet;
-    jet.value = g->start;
-    jet.rate = g->H3;
-    jet.curvature = g->H2 - g->H3 * poles->s_1;
-    jet.third = g->H1 - poles->s_1 * jet.curvature - poles->s_2 * jet.rate;
-    return jet;
-}
-
-/* Value, rate and curvature; the third derivative is 0 here. */
-static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const basis_f64 *w = &at->basis;
-    const double curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at), with_decay_f64(g, at->t, 2, curvature), 0.0};
-    return jet;
-}
-
-static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                   const propagator_f64 *at) {
-    jet_f64 jet = short_jet_at_f64(g, at);
-    jet.third = third_of_f64(poles, g, at);
-    return jet;
-}
-
-/* Bound of what rounding may have done to the value of an event function. */
-static inline double rounding_of_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
-    return 16.0 * HOPFORM_EPS_f64
-           * (fabs_f64(g->start) + g->cancels + fabs_f64(g->H3 * at->basis.Wd) + fabs_f64(g->H2 * at->basis.W)
-              + fabs_f64(g->H1 * at->basis.W1) + fabs_f64(g->H0 * at->basis.W2) + at->t * fabs_f64(rate));
-}
-
-/* ---- prediction ---- */
-
-/* Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a value
- * below: roughly, as the parabola with its slope at the start. Where it starts at 0 it is divided by the time first. */
-static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, double h) {
-    const bool above = from->value > 0.0;
-    const double rise = h * from->rate;
-    const double start = above ? from->value : rise;
-    const double slope = above ? rise : 0.5 * h * h * from->curvature;
-    const double square = slope * slope + 4.0 * start * (start + slope - to->value);
-    const double below = sqrt_f64(greater_f64(square, 0.0)) - slope;
-    const double share = 2.0 * start / (below > 0.0 ? below : 1.0);
-    return ((start > 0.0) & (share < 1.0)) ? share : 0.75;
-}
-
-/* The polynomial of degree 6 through value, rate and curvature at both ends of an interval, and the third derivative at
- * its start, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
-typedef struct {
-    double c0, c1, c2, c3, r0, s1, s2;
-} interpolant_f64;
-
-static inline interpolant_f64 interpolant_of_f64(const jet_f64 *from, const jet_f64 *to, double h) {
-    const double hh = 0.5 * h * h;
-    const double c0 = from->value;
-    const double c1 = h * from->rate;
-    const double c2 = hh * from->curvature;
-    const double c3 = (1.0 / 3.0) * h * hh * from->third;
-    const double r0 = to->value - (c0 + c1 + c2 + c3);
-    const double s1 = h * to->rate - (c1 + 2.0 * c2 + 3.0 * c3) - 4.0 * r0;
-    const double s2 = hh * to->curvature - (c2 + 3.0 * c3) - 4.0 * s1 - 6.0 * r0;
-    const interpolant_f64 p = {c0, c1, c2, c3, r0, s1, s2};
-    return p;
-}
-
-enum { PREDICTION_STEPS_f64 = 3 };
-
-/* Halley's step from x towards a root of it. */
-static inline double prediction_step_f64(const interpolant_f64 *p, double x) {
-    const double y = x - 1.0;
-    const double tail = p->r0 + y * (p->s1 + y * p->s2);
-    const double tail_1 = p->s1 + 2.0 * y * p->s2;
-    const double value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
-    const double slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * p->c3 + x * (4.0 * tail + x * tail_1)));
-    const double bend = p->c2 + x * (3.0 * p->c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * p->s2)));
-    const double below = slope * slope - value * bend;
-    const double step = value * slope / (below > 0.0 ? below : 1.0);
-    return below > 0.0 ? step : 0.0;
-}
-
-/* A root of it, from a guess. It guesses, too: no bound rests on it. */
-static inline double refined_root_f64(const interpolant_f64 *p, double x) {
-    for (int n = 0; n < PREDICTION_STEPS_f64; n++) {
-        const double step = prediction_step_f64(p, x);
-        const double next = x - step;
-        x = ((next > 0.0) & (next < 1.0)) ? next : x;
-        if (fabs_f64(step) < HOPFORM_PREDICTION_f64 * x) { break; }
-    }
-    return x;
-}
-
-/* Householder's step of third order towards a root. */
-static inline double step_to_root_f64(const jet_f64 *at) {
-    const double square = at->rate * at->rate;
-    const double below =
-        6.0 * square * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
-    const bool usable = fabs_f64(below) > 0.0;
-    const double step = at->value * (6.0 * square - 3.0 * at->value * at->curvature) / (usable ? below : 1.0);
-    return usable ? step : HOPFORM_NEVER_f64;
-}
-
-/* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
- * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
-static inline bool is_near_f64(const hopform_poles_f64 *poles, double t, double d) {
-    const double share = t > 0.0 ? d / t : 1.0;
-    return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_f64;
-}
-
-/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a
- * function whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
-typedef struct {
-    double w0, w1, w2, w3, w4;
-} derivatives_f64;
-
-static inline derivatives_f64 carried_f64(const hopform_poles_f64 *poles, const derivatives_f64 *from, double d) {
-    derivatives_f64 w = *from;
-    derivatives_f64 sum = w;
-    double power = 1.0;
-#define ADD_ORDER(inverse)                                                                                             \
-    {                                                                                                                  \
-        const double next = -(poles->s_1 * w.w4 + poles->s_2 * w.w3 + poles->s_3 * w.w2);                                \
-        power *= d * (inverse);                                                                                        \
-        w.w0 = w.w1;                                                                                                   \
-        w.w1 = w.w2;                                                                                                   \
-        w.w2 = w.w3;                                                                                                   \
-        w.w3 = w.w4;                                                                                                   \
-        w.w4 = next;                                                                                                   \
-        sum.w0 += power * w.w0;                                                                                        \
-        sum.w1 += power * w.w1;                                                                                        \
-        sum.w2 += power * w.w2;                                                                                        \
-        sum.w3 += power * w.w3;                                                                                        \
-        sum.w4 += power * w.w4;                                                                                        \
-    }
-    HOPFORM_CARRY_ORDERS_f64(ADD_ORDER)
-#undef ADD_ORDER
-        return sum;
-}
-
-/* The propagator's basis d later. */
-static inline basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const basis_f64 *from, double d) {
-    const derivatives_f64 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
-    const derivatives_f64 later = carried_f64(poles, &w, d);
-    const basis_f64 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
-    return basis;
-}
-
-/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, const jet_f64 *at) {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
-}
-
-/* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
-typedef struct {
-    bool lands;
-    double low, high, next;
-} root_step_f64;
-
-/* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
- * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
- * small that nothing is left of its square, and where the propagator can be carried there. */
-static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double fourth, double t,
-                                               double low, double high) {
-    const derivatives_f64 g = {at->value, at->rate, at->curvature, at->third, -fourth};
-    const double first = -step_to_root_f64(at);
-    const derivatives_f64 there = carried_f64(poles, &g, first);
-    const double more = -there.w0 / (there.w1 < 0.0 ? there.w1 : -1.0);
-    const double step = first + more;
-    const double next = t + step;
-    const bool lands = (at->rate < 0.0) & (next > low) & (next < high) & is_near_f64(poles, next, step)
-                       & (more * more <= 0.25 * HOPFORM_EPS_f64 * t * fabs_f64(step));
-    const double from = at->value > 0.0 ? t : low;
-    const double to = at->value < 0.0 ? t : high;
-    const root_step_f64 towards = {lands, from, to, lands ? next : t + first};
-    return towards;
-}
-
-/* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. */
-static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, double low,
-                                    propagator_f64 *at, double guess) {
-    double high = at->t;
-    double t = guess;
-    for (int n = 0; n < 100; n++) {
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
-            t = low + 0.5 * (high - low);
-            if (!(t > low && t < high)) {
-                *at = propagator_at_f64(poles, high);
-                return;
-            }
-        }
-        at->t = t;
-        at->basis = basis_at_f64(poles, t);
-        at->W_third = third_of_basis_f64(poles, &at->basis);
-        const jet_f64 jet = jet_at_f64(poles, g, at);
-        if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) { return; }
-        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
-        /* The rate of the further term is none of the poles: no step is known to land. */
-        if (step.lands && !has_decay_f64(g)) {
-            at->basis = carried_basis_f64(poles, &at->basis, step.next - t);
-            at->W_third = third_of_basis_f64(poles, &at->basis);
-            at->t = step.next;
-            return;
-        }
-        low = step.low;
-        high = step.high;
-        t = step.next;
-    }
-}
-
-/* ---- certificate ---- */
-
-/* The deflated derivative d = g'' + l g', l the real pole, or the fastest of three: a function of the two poles that
- * are left, d = A R' + B R, R their impulse response, A and B the deflated numerator. The sum of jets would lose
- * (a/w)^2 eps of it, w the frequency of the pair. */
-typedef struct {
-    double A, B;
-    double R, Rd;
-    double sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
-} deflated_f64;
-
-static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
-                                             const event_function_f64 *g, const propagator_f64 *at) {
-    const bool rings = node->half_period < HOPFORM_NEVER_f64;
-    const double sum = rings ? poles->p : node->second + node->third;
-    const double product = rings ? poles->q : node->second * node->third;
-    deflated_f64 d = {g->H2 - sum * g->H3,
-                       g->H1 - product * g->H3,
-                       at->basis.Wd + node->pole * at->basis.W,
-                       at->basis.Wdd + node->pole * at->basis.Wd,
-                       sum,
-                       product};
-    if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
-        const pair_f64 pair = pair_at_f64(poles, at->t);
-        d.R = pair.R;
-        d.Rd = pair.Rd;
-    }
-    return d;
-}
-
-/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
-static inline double decided_f64(double value, double terms) {
-    return fabs_f64(value) > 16.0 * HOPFORM_EPS_f64 * terms ? value : 0.0;
-}
-
-/* The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative at
- * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
-static inline double deflated_derivative_f64(const event_set_f64 *set, const event_function_f64 *g,
-                                            const propagator_f64 *at, double side) {
-    const deflated_f64 d = deflated_at_f64(set->poles, set->node, g, at);
-    const double of_A = d.A * d.Rd, of_B = d.B * d.R;
-    const double value = decided_f64(of_A + of_B, fabs_f64(of_A) + fabs_f64(of_B));
-    if (fabs_f64(value) > 0.0) { return value; }
-    const double of_Rd = (d.B - d.sum * d.A) * d.Rd, of_R = d.product * (d.A * d.R);
-    const double terms = fabs_f64(of_Rd) + fabs_f64(of_R);
-    if (!(terms > 0.0) && side > 0.0) { return 1.0; /* d is 0 for good, and e^(lt) g' keeps its sign */ }
-    return side * decided_f64(of_Rd - of_R, terms);
-}
-
-/* Whether a rate is negative by more than rounding. */
-static inline bool falls_for_certain_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
-    const basis_f64 *w = &at->basis;
-    const double terms = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
-    return decided_f64(rate, terms) < 0.0;
-}
-
-/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g', or 0 where its sign is
- * rounding, and `falls_then` whether g' is negative at the end for certain. With V = 0, 1, 1, 2 for the signs (+, +),
- * (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its sign, is 0 or less. */
-static inline bool has_no_root_f64(const jet_f64 *from, double d, bool falls_then, double d_then) {
-    const bool after_negative = falls_then | (d_then < 0.0);
-    const bool after_positive = (!(from->rate < 0.0)) | (falls_then & (d_then > 0.0));
-    return (after_negative | (d > 0.0)) & (after_positive | (d < 0.0));
-}
-
-/* Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost no
- * more than that times h. 1 - lh stands for e^(-lh). */
-static inline bool stays_positive_by_slope_f64(double l, const jet_f64 *from, const jet_f64 *to, double h, double bound) {
-    const double left = from->value + bound;
-    return left > -h * from->rate && left * greater_f64(1.0 - l * h, 0.0) > -h * to->rate;
-}
-
-/* Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that does
- * not grow. So g' falls below 0 by no more than its start, with its rounding, and h times that amplitude, and g has
- * lost no more than h times it. What has faded below the rounding of g is certified so. */
-static inline bool has_faded_f64(const event_set_f64 *set, const event_function_f64 *g, const propagator_f64 *start,
-                                  const jet_f64 *from, double h, double bound) {
-    const hopform_poles_f64 *poles = set->poles;
-    const basis_f64 *w = &start->basis;
-    const deflated_f64 deflated = deflated_at_f64(poles, set->node, g, start);
-    const double mu = 0.5 * poles->p;
-    const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
-    const double wY =
-        (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles->q * deflated.A) * deflated.R;
-    const double amplitude = sqrt_f64(d * d + wY * wY / (poles->q - mu * mu));
-    const double rounding =
-        16.0 * HOPFORM_EPS_f64 * (fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W));
-    const double falls = rounding - lesser_f64(from->rate, 0.0) + 1.001 * h * amplitude;
-    return from->value + bound > h * falls;
-}
-
-/* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
-static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
-    const double mu = 0.5 * poles->p;
-    const double ww = poles->q - mu * mu;
-    const double a = poles->a;
-    const double e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_f64(poles);
-    const double c = g->H3 - e;
-    const double sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
-    return poles->q * poles->q * sqrt_f64(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f64(e);
-}
-
-/* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
- * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
-static inline bool stays_positive_by_bernstein_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                    const jet_f64 *from, const jet_f64 *to, double h, bool root_at_end,
-                                                    double rounding) {
-    const double M6 = sixth_derivative_bound_f64(poles, g);
-    const double f = 0.2 * h;
-    const double tw = 0.05 * h * h;
-    const double b1 = from->value + f * from->rate;
-    const double b2 = b1 + f * from->rate + tw * from->curvature;
-    const double b4 = to->value - f * to->rate;
-    const double b3 = b4 - f * to->rate + tw * to->curvature;
-    double low = lesser_f64(lesser_f64(b1, b2), lesser_f64(b3, b4));
-    const double at_start = lesser_f64(low, from->value);
-    low = from->value > 0.0 ? at_start : low;
-    const double at_end = lesser_f64(low, to->value);
-    low = root_at_end ? low : at_end;
-    const double hhh = h * h * h;
-    return low > M6 * hhh * hhh / 43200.0 + rounding;
-}
-
-/* Whether the curvature of an event function is more than what rounding may have left of it. */
-static inline bool bends_f64(const event_function_f64 *g, const propagator_f64 *at, double curvature) {
-    const basis_f64 *w = &at->basis;
-    const double terms = fabs_f64(g->H3 * at->W_third) + fabs_f64(g->H2 * w->Wdd) + fabs_f64(g->H1 * w->Wd);
-    return fabs_f64(curvature) > 64.0 * HOPFORM_EPS_f64 * terms;
-}
-
-/* Rule 4: the minimum of g between two times between which its rate becomes positive: a root of the rate, by
- * Householder's method, until a further step changes the value by less than rounding does. Where the curvature is
- * rounding, a step says nothing: then until g cannot fall by more than that between the times that enclose the root. */
-static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                   const jet_f64 *from, double low, const jet_f64 *to, double high) {
-    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, from)};
-    const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
-    const double apart = high - low;
-    const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, apart);
-    double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
-    double falls_by = -from->rate; /* at the lower time */
-    propagator_f64 at = propagator_at_f64(poles, t);
-    for (int n = 0; n < 100; n++) {
-        const jet_f64 jet = jet_at_f64(poles, g, &at);
-        const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, &jet)};
-        const double step = step_to_root_f64(&falls);
-        const double bound = rounding_of_f64(g, &at, 0.0);
-        const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
-        const bool is_near = !is_far & (jet.curvature > 0.0) & (fabs_f64(step * jet.rate) <= bound);
-        if (is_near && bends_f64(g, &at, jet.curvature)) { break; }
-        falls_by = jet.rate < 0.0 ? -jet.rate : falls_by;
-        low = jet.rate < 0.0 ? t : low;
-        high = jet.rate < 0.0 ? high : t;
-        if ((high - low) * falls_by <= bound) { break; }
-        t = n > 8 && n % 2 == 1 ? low : t - step;
-        if (!(t > low && t < high)) { t = low + 0.5 * (high - low); }
-        at = propagator_at_f64(poles, t);
-    }
-    return at;
-}
-
-/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
- * leads to the end each time; a quarter of it where d has no two signs. */
-static inline double cut_between_f64(double d, double d_then, double h) {
-    const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_f64(d_then) > 0.0;
-    const double share = changes ? d / (d - d_then) : 0.25;
-    const double inside = share > 0.015625 ? (share < 0.5 ? share : 0.5) : 0.015625;
-    return inside * h;
-}
-
-/* Rule 5 of a pair that rings: how long from `at` on g, for certain, has no root; NEVER if it has none at all.
- *
- * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
- * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
- * share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of larger numbers. */
-static inline double quiet_time_of_ringing_f64(const event_set_f64 *set, const event_function_f64 *g,
-                                              const propagator_f64 *start, const jet_f64 *at, double rounding) {
-    const hopform_poles_f64 *poles = set->poles;
-    const double mu = 0.5 * poles->p;
-    const double ww = poles->q - mu * mu;
-    const deflated_f64 deflated = deflated_at_f64(set->poles, set->node, g, start);
-    const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
-    const double D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
-    const double r = (poles->a * d - D) / residue_f64(poles);
-    const bool stiff = poles->a * poles->a > poles->q;
-    const double X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
-    const double x = at->rate - r;
-    const double wY = r + mu * X;
-    const double left = at->value - X - 1.001 * sqrt_f64(X * X + wY * wY / ww) - rounding;
-    const double time = -left / (x < 0.0 ? x : -1.0);
-    const bool always = (!(x < 0.0)) | (left * poles->a > -x);
-    const double quiet = always ? HOPFORM_NEVER_f64 : time;
-    return left > 0.0 ? quiet : 0.0;
-}
-
-/* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
- * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). The second is d, the third what
- * is left of its numerator without l_3, times R' + l_2 R. */
-static inline double quiet_time_of_decay_f64(const event_set_f64 *set, const event_function_f64 *g,
-                                            const propagator_f64 *start, const jet_f64 *at, double rounding) {
-    const double l_1 = set->node->pole;
-    const double l_2 = set->node->second;
-    const double l_3 = set->node->third;
-    const double product = l_1 * l_2;
-    if (!(product > 0.0)) { return 0.0; }
-    const deflated_f64 d = deflated_at_f64(set->poles, set->node, g, start);
-    const double slowest = g->H1 - l_3 * (g->H2 - l_3 * g->H3);
-    const double first = lesser_f64(at->rate, 0.0);
-    const double second = lesser_f64(d.A * d.Rd + d.B * d.R, 0.0);
-    const double third = lesser_f64(slowest * (d.Rd + l_2 * d.R), 0.0);
-    const double left = at->value + first / l_1 + second / product - rounding;
-    const double falls = third / product;
-    if (!(left > 0.0)) { return 0.0; }
-    return !(falls < 0.0) || left * l_3 > -falls ? HOPFORM_NEVER_f64 : -left / falls;
-}
-
-/* Rule 5: how long from `at`, the jet at `start`, on g, for certain, has no root. */
-static inline double quiet_time_f64(const event_set_f64 *set, const event_function_f64 *g,
-                                   const propagator_f64 *start, const jet_f64 *at, double rounding) {
-    return set->node->half_period < HOPFORM_NEVER_f64 ? quiet_time_of_ringing_f64(set, g, start, at, rounding)
-                                                       : quiet_time_of_decay_f64(set, g, start, at, rounding);
-}
-
-/* ---- the search ---- */
+/* ---- an interval ---- */
 
 /* An interval of the search: its ends, the jets there, and which function has its first root at the second one. */
 typedef struct {
@@ -578,6 +36,8 @@ static inline void end_interval_at_f64(const event_set_f64 *set, interval_f64 *i
     in->high = propagator_at_f64(set->poles, t);
     in->found = -1;
 }
+
+/* ---- predict, locate, again ---- */
 
 /* The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root has
  * been found before it, so steeply that the root is near. */
@@ -641,6 +101,8 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
     }
 }
 
+/* ---- certify ---- */
+
 /* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root: the later one,
  * so that its time does not jump where the other one begins to count. Over a limit that is met it wins only where the
  * roots are within 8 ulp of the time. */
@@ -668,6 +130,15 @@ static inline bool crosses_at_limit_f64(const event_function_f64 *g, const propa
     const double rate = rate_at_f64(g, at);
     return value_at_f64(g, at) < -8.0 * HOPFORM_EPS_f64 * limit * rate
            && rate * limit < -16.0 * rounding_of_f64(g, at, rate);
+}
+
+/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
+ * leads to the end each time; a quarter of it where d has no two signs. */
+static inline double cut_between_f64(double d, double d_then, double h) {
+    const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_f64(d_then) > 0.0;
+    const double share = changes ? d / (d - d_then) : 0.25;
+    const double inside = share > 0.015625 ? (share < 0.5 ? share : 0.5) : 0.015625;
+    return inside * h;
 }
 
 /* Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation. */
@@ -730,7 +201,8 @@ static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
+ * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
@@ -739,6 +211,8 @@ static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *i
     } while (!are_certified_f64(set, in));
     return true;
 }
+
+/* ---- the next interval ---- */
 
 /* The next interval begins where this one has ended. */
 static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in) {
@@ -776,61 +250,195 @@ static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 
     return found;
 }
 
-/* ---- closed forms, contacts ---- */
-
-/* Rule 3 of a pair that rings with omega. From rest a mass moves for half a period. */
-static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles, double omega, double v, double acc) {
-    const double back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
-    const double slowing = angle_f64(back, v) / omega;
-    const double at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
-    const double from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
-    return v > 0.0 ? slowing : from_rest;
+/* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
+static inline double far_end_f64(const event_set_f64 *set, double low, double limit) {
+    const double near = greater_f64(3.0 * low, set->node->t);
+    const double half = 0.95 * set->node->half_period;
+    const bool faded =
+        -0.5 * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_f64; /* the pair: what is left is monotone */
+    const double far = faded ? limit : low + lesser_f64(near, half);
+    return far > low && far < limit && set->count > 0 ? far : limit;
 }
 
-/* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
- *
- * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
- * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
- */
-static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, double acc) {
-    const double mean = 0.5 * poles->p;
-    const double discriminant = mean * mean - poles->q;
-    if (discriminant < 0.0) { return time_to_rest_of_ringing_f64(poles, sqrt_f64(-discriminant), v, acc); }
-    if (!(v > 0.0)) { /* from rest it creeps; rounding may have left the other sign */
-        return acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
+/* That of the first interval: the node, which a pair that hardly draws has not. */
+static inline double first_end_f64(const event_set_f64 *set, double limit) {
+    const double half = 0.95 * set->node->half_period;
+    return lesser_f64(lesser_f64(set->node->t, half), limit);
+}
+
+/* The first interval, by what is known at its end. */
+static inline void end_first_interval_f64(const event_set_f64 *set, interval_f64 *in, double limit) {
+    const hopform_node_f64 *node = set->node;
+    if (node->t < limit) {
+        const basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        in->high = propagator_of_f64(set->poles, node->t, &basis);
+    } else {
+        end_interval_at_f64(set, in, first_end_f64(set, limit));
     }
-    const double half = sqrt_f64(discriminant);
-    const double slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
-    const double back = -(acc + slow * v); /* what the slow decay alone would leave over */
-    const double x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
-    if (!(x < 1.0)) { return HOPFORM_NEVER_f64; }
-    const double s = x / (2.0 - x);
-    if (s < 0.1716) { return 2.0 * (v / back) * area_tangent_f64(s) / (2.0 - x); }
-    const double ratio = -(acc + (mean + half) * v) / back;
-    return ratio > 0.0 ? -logarithm_f64(ratio) / (2.0 * half) : HOPFORM_NEVER_f64;
 }
 
-/* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
- * decayed; 0 when it is no more accurate. */
-static inline double steady_state_correction_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                double settled, const basis_f64 *basis, double t) {
-    const double residual = settled - g->start;
-    const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
-    const double by_2 = residual * poles->s_2;
-    const numerator_f64 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const double value = settled - residual_to_steady_state_f64(poles, &fading, basis, residual);
-    const double rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
-    const double of_time = t * fabs_f64(rate);
-    const double of_rise = fabs_f64(g->start) + fabs_f64(g->H3 * basis->Wd) + fabs_f64(g->H2 * basis->W)
-                         + fabs_f64(g->H1 * basis->W1) + of_time;
-    const double of_residual = fabs_f64(settled) + fabs_f64(residual * basis->Wdd)
-                             + (fabs_f64(g->H3) + fabs_f64(residual * poles->s_1)) * fabs_f64(basis->Wd)
-                             + (slow ? fabs_f64(g->H2) + fabs_f64(by_2) : 0.0) * fabs_f64(basis->W) + of_time;
-    const bool better =
-        (rate < 0.0) & (of_residual < 0.25 * of_rise) & (fabs_f64(value) <= 16.0 * HOPFORM_EPS_f64 * of_rise);
-    const double later = -value / (better ? rate : -1.0);
-    const bool counts = (fabs_f64(later) < 0.01 * t) & (fabs_f64(later) > 16.0 * HOPFORM_EPS_f64 * t);
-    return (better & counts) ? later : 0.0;
+/* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
+static inline bool next_end_f64(const event_set_f64 *set, interval_f64 *in, double limit, double *end) {
+    begin_interval_f64(set, in);
+    const double until = root_free_until_f64(set, in);
+    const bool quiet = until > in->low.t + 2.0 * set->node->t;
+    *end = quiet ? lesser_f64(until, limit) : far_end_f64(set, in->low.t, limit);
+    return quiet;
+}
+
+/* ---- the first event ---- */
+
+/* The event functions of a phase, and what ends it in closed form. Not in it are the velocity of an element that slips
+ * alone, whose time to rest is known, and what cannot happen while the velocities keep their signs. */
+typedef struct {
+    event_set_f64 set;
+    double rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
+    int rests;      /* whose event that is */
+} stance_events_f64;
+
+/* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
+typedef struct {
+    stance_events_f64 events;
+    interval_f64 in;
+    double limit;     /* the end of the phase: since it began, as all its times */
+    bool open;      /* whether an event is still looked for */
+    bool certified; /* else the first event is not known: the phase is, up to the end of the interval */
+    bool stops;     /* the element has met a stop */
+    int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
+    int side;       /* of an element that slips: where it goes */
+    bool touches;   /* the element that comes to rest is at a stop within rounding */
+} stance_search_f64;
+
+/* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
+ * how many functions each phase has; not zeros, for which compilers call memset. */
+static inline void search_nothing_f64(const hopform_poles_f64 *poles, stance_search_f64 *search) {
+    const numerator_f64 zero = {0.0, 0.0, 0.0};
+    const event_function_f64 nothing = event_function_of_f64(&zero, 1.0);
+    const jet_f64 one = {1.0, 0.0, 0.0, 0.0};
+    for (int n = 0; n < MOST_EVENT_FUNCTIONS_f64; n++) {
+        search->events.set.function[n] = nothing;
+        search->in.from[n] = one;
+    }
+    search->in.to = one;
+    search->in.high = propagator_at_start_f64(poles);
+    search->side = 0;
+}
+
+/* The contact force is the first event function, if it is one. */
+static inline bool is_takeoff_f64(const event_set_f64 *set, int32_t found) {
+    return found == 0 && set->function[0].owner == CONTACT_f64;
+}
+
+/* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
+ * current. */
+static inline void cross_at_the_limit_f64(const stance_events_f64 *events, double limit, interval_f64 *in) {
+    const event_set_f64 *set = &events->set;
+    const int32_t before = events->rest_time > limit ? ELEMENT_f64 : events->rests;
+    for (int32_t n = 0; n < set->count && in->found < 0; n++) {
+        const event_function_f64 *g = &set->function[n];
+        in->found = g->owner < before && crosses_at_limit_f64(g, &in->high, limit) ? n : -1;
+    }
+}
+
+/* A stance while it is solved (chain_f64.h). */
+typedef struct stance_chain_f64 stance_chain_f64;
+
+/* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
+ * no more accurate. */
+static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
+                                      const event_function_f64 *contact, const basis_f64 *basis, double t);
+
+/* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
+ * first. */
+static inline bool sharpen_takeoff_f64(const stance_chain_f64 *chain, const stance_events_f64 *events, double limit,
+                                        interval_f64 *in) {
+    const event_set_f64 *set = &events->set;
+    const double before = in->high.t;
+    for (int n = 0; n < 4; n++) {
+        const double later = later_takeoff_f64(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
+        if (!(fabs_f64(later) > 0.0) || in->high.t + later > limit) { break; }
+        end_interval_at_f64(set, in, in->high.t + later);
+        in->found = 0;
+    }
+    return in->high.t > before;
+}
+
+/* Whether the position is within rounding of the stop ahead: a grazing contact. */
+static inline bool is_at_stop_f64(const event_set_f64 *set, const propagator_f64 *at) {
+    for (int32_t n = 0; n < set->count; n++) {
+        const event_function_f64 *g = &set->function[n];
+        if (g->touch_is_no_event) { return fabs_f64(value_at_f64(g, at)) <= rounding_of_f64(g, at, 0.0); }
+    }
+    return false;
+}
+
+/* What ends the phase at the end of its last interval. */
+static inline void conclude_f64(stance_search_f64 *search) {
+    const stance_events_f64 *events = &search->events;
+    const interval_f64 *in = &search->in;
+    const double limit = search->limit;
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
+    int owner = rests ? events->rests : NO_OWNER_f64;
+    search->side = 0;
+    search->stops = false;
+    if (in->found >= 0) {
+        const event_function_f64 *found = &events->set.function[in->found];
+        if (owner == NO_OWNER_f64 || owner >= found->owner) {
+            owner = found->owner;
+            search->side = found->side;
+            search->stops = found->touch_is_no_event;
+        }
+    }
+    search->owner = owner;
+    search->certified = true;
+    search->touches = owner == ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT && is_at_stop_f64(&events->set, &in->high);
+}
+
+/* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
+static inline bool find_event_f64(const stance_chain_f64 *chain, stance_search_f64 *search, bool known) {
+    const event_set_f64 *set = &search->events.set;
+    interval_f64 *in = &search->in;
+    bool certified = true;
+    bool later = true; /* once at most, and then what else happens by then is looked at */
+    for (int n = 0; n < 2 && later && certified; n++) {
+        certified = (n == 0 && known) || find_first_root_f64(set, in);
+        if (!(in->high.t < search->limit)) { cross_at_the_limit_f64(&search->events, search->limit, in); }
+        later = n == 0 && is_takeoff_f64(set, in->found)
+                && sharpen_takeoff_f64(chain, &search->events, search->limit, in);
+    }
+    return certified;
+}
+
+static inline bool is_open_f64(const stance_search_f64 *search) {
+    return search->in.found < 0 && search->in.high.t < search->limit;
+}
+
+/* The first event, from an interval on in which something may happen. */
+static inline void find_first_event_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
+    const event_set_f64 *set = &search->events.set;
+    interval_f64 *in = &search->in;
+    bool certified = true;
+    bool quiet = false;
+    bool open = search->open;
+    while (open) {
+        if (quiet) {
+            end_at_first_crossing_f64(set, in, true);
+        } else {
+            certified = find_event_f64(chain, search, false);
+        }
+        open = certified && is_open_f64(search);
+        if (open) {
+            double end = search->limit;
+            quiet = next_end_f64(set, in, search->limit, &end);
+            end_interval_at_f64(set, in, end);
+        }
+    }
+    conclude_f64(search);
+    if (!certified) {
+        in->high = in->low;
+        search->owner = NO_OWNER_f64;
+        search->certified = false;
+    }
 }
 
 #endif

@@ -3,8 +3,8 @@
  * A flight as a chain of phases: what the contact has carried is ballistic, the element that has stops returns under
  * the law or at the limit of its input, slips or is held. It ends at the first downward crossing of the ground ahead.
  *
- * Its phases are phases of the engine (first_event_f32.h) whose real pole is 0. The distance to a stop and the pull of
- * the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
+ * Its phases are phases of the engine (event_function_f32.h) whose real pole is 0. The distance to a stop and the pull
+ * of the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
  * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a period of
  * the pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
  * compression is in the height, too, and fades as exp(-l t).
@@ -589,6 +589,8 @@ static bool report_flight_f32(const flight_chain_f32 *chain, hopform_flight_f32 
     return flight->phase_count > 0 && is_finite_state_f32(end) && others <= HOPFORM_NEVER_f32;
 }
 
+/* Gains with which the actuator, from rest, is back within 1/100 of its displacement in a time [s], critically
+ * damped. */
 int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopform_gains_f32 *gains) {
     const memory_f32 read = array_f32(plan, 1, sizeof *plan);
     const memory_f32 written = array_f32(gains, 1, sizeof *gains);
@@ -608,6 +610,16 @@ int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopf
     return status < 0 ? refuse_f32(status, &written, 1, &read, 1) : status;
 }
 
+/* Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been
+ * above it.
+ *
+ * start: state at take-off, as the stance has ended. ground: height of the ground ahead over that which is left, 0 if
+ * it is flat. Where a damper acts in the leg, it relaxes from start's y; the end's y is what is left of that. gains: of
+ * the law gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms
+ * before the touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead
+ * ends, tripped, where its foot came highest. One whose phase is not searched within 10 000 intervals is refused:
+ * its numbers leave the range. g must be > 0.
+ */
 int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float ground,
                                   const hopform_gains_f32 *gains, float horizon, int32_t max_phases,
                                   hopform_flight_phase_f32 *phases, int32_t capacity, hopform_flight_f32 *flight) {
@@ -715,6 +727,7 @@ static flight_rates_f32 rates_of_flight_f32(const hopform_plan_f32 *plan, const 
     return flight_rates_of_f32(&plan->robot, &flight->gains, largest_force_f32(&plan->robot));
 }
 
+/* States at `count` times of a solved flight, 0 <= t <= duration. */
 int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
                                const hopform_flight_f32 *flight, const float *times, int32_t count,
                                hopform_state_f32 *states) {
@@ -781,6 +794,7 @@ static void add_work_f32(hopform_flight_ledger_f32 *ledger, const hopform_plan_f
 #undef ADD_ENTRY
 }
 
+/* Energies and ledgers from take-off to each of `count` times, which must not decrease. */
 int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
                                    const hopform_flight_f32 *flight, const float *times, int32_t count,
                                    hopform_energy_f32 *energies, hopform_flight_ledger_f32 *ledgers,

@@ -55,11 +55,17 @@ static int32_t read_sensitivities(const hopform_plan_f64 *plan, const hopform_st
     return status;
 }
 
+/* Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
+ * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
+ * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
+ * error. The apex' row is NaN without gravity. A negative status refuses every stance. */
 int32_t hopform_stances_sensitivities_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
                                            int32_t capacity, double *matrices, int32_t *status) {
     return read_all(read_sensitivities, MATRIX, count, in, phases, capacity, matrices, status);
 }
 
+/* The largest compressions of `count` stances [m], each as hopform_stance_compression gives it, NaN where there is
+ * none; phases and statuses as in hopform_stances_sensitivities. */
 int32_t hopform_stances_compressions_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
                                           int32_t capacity, double *compressions, int32_t *status) {
     return read_all(hopform_stance_compression_f64, 1, count, in, phases, capacity, compressions, status);

@@ -196,6 +196,10 @@ static void mix_contact_f64(uint32_t *hash) {
     }
 }
 
+/* Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of
+ * what comes out: the same digest on every processor, with every compiler and optimisation that keeps to IEEE 754.
+ * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the digest is 0, which no selftest
+ * gives. */
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity) {
     if (search == NULL || phases == NULL || capacity < HOPFORM_SELFTEST_PHASES) { return 0; }
     uint32_t hash = 1;

@@ -267,6 +267,13 @@ static bool finish_f32(variation_f32 *variation, const hopform_state_f32 *end, f
     return true;
 }
 
+/* Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
+ * numbers, row by row; zeros if there are none (positive status).
+ *
+ * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
+ * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
+ * that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later.
+ */
 int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                           float *matrix) {
@@ -286,6 +293,11 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
     return exists ? HOPFORM_OK : refuse_f32(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 
+/* States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before
+ * them: HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
+ * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not
+ * notice it.
+ */
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const float *times, int32_t count, hopform_state_f32 *states, float *tangents) {

@@ -37,6 +37,9 @@ static int32_t fill_plan_f32(hopform_plan_f32 *plan) {
     return made == HOPFORM_OK && is_stiff_f32(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }
 
+/* Coefficients and poles of a robot. A refusal zeroes the plan, and every function refuses it. HOPFORM_ILL_CONDITIONED
+ * where the actuator is too stiff for the precision: the plan is made, and what it solves may lack events of the creep
+ * after the transient. */
 int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *robot) {
     if (plan == NULL) { return HOPFORM_ERROR_NULL; }
     const hopform_robot_f32 none = {0};
@@ -89,7 +92,7 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
     chain.observer = observer;
     chain.variation = variation;
     stance_search_f32 search;
-    stance_search_nothing_f32(&plan->both, &search);
+    search_nothing_f32(&plan->both, &search);
     int32_t ending = stance_begin_f32(&chain);
     while (ending == 0) {
         stance_begin_phase_f32(&chain);
@@ -99,6 +102,13 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
     return stance_report_f32(&chain, &from, ending, stance);
 }
 
+/* Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
+ *
+ * start: state after the impact, y = 0 at touchdown. steps: the current, at most HOPFORM_MOST_STEPS, steps[0].t = 0,
+ * times increase. horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases; where no
+ * first event of a phase is certified within 10 000 intervals it is uncertified, and the stance is known up to its
+ * duration.
+ */
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                   hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance) {
@@ -106,6 +116,8 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
                                NULL);
 }
 
+/* State at time t of a solved stance, 0 <= t <= duration (any t after rest). Here and in all that is read at a time,
+ * t = phases[n].t belongs to phase n: at an event it is the state behind it, which a stop has left without velocity. */
 int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
                                hopform_state_f32 *state) {

@@ -119,6 +119,11 @@ static void columns_of_f32(float *const *columns, int32_t count, memory_f32 arra
     }
 }
 
+/* States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as those of hopform_stance_states.
+ *
+ * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
+ * hopform_stance_at at each time, at the cost of a few sums.
+ */
 int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t0, float dt,
                                  int32_t count, float *const *columns) {
@@ -148,7 +153,8 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
     return HOPFORM_OK;
 }
 
-/* What a phase needs is made once for the times that follow each other in it. */
+/* States at `count` times of any order, each as hopform_stance_at gives it, in columns: an array for each member of
+ * hopform_state, in their order. */
 int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                    const float *times, int32_t count, float *const *columns) {
@@ -161,7 +167,7 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
     }
     float *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
-    int32_t prepared = 0;
+    int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
     motion_f32 motion = motion_in_phase_f32(plan, phases, steps[phases->step].u);
     for (int32_t i = 0; i < count; i++) {
         const float within = lesser_f32(times[i], stance->duration);

@@ -9,6 +9,8 @@
 
 #include "kernels_f64.h"
 
+/* Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A run in
+ * the contact that is not in 1 .. count - 1 counts as 0. A refusal does not change the contact. */
 int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_contact_f64 *contact, double sample) {
     if (detector == NULL || contact == NULL) { return HOPFORM_ERROR_NULL; }
     const int32_t count = detector->count; /* read before the contact, in which the detector may lie, is written */

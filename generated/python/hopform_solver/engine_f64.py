@@ -79,13 +79,13 @@ TINY_DOWN = 3.814697265625e-06  # scales its cube root back
 EXPONENT_BIAS = 1023  # of the exponent's bits
 CARRIED_SQUARE = 1.7095202432850523e-05  # the square of a step, in rates, that a Taylor series carries exactly
 SEARCH_CANDIDATES = 15
-CORE = 3
-ONE = 4
-POWERS = 3
 NO_OWNER = -1
 CONTACT = 0
 ELEMENT = 1
 NO_ELEMENT = -1
+CORE = 3
+ONE = 4
+POWERS = 3
 FLIGHT_STOP = 0
 FLIGHT_PULL = 1
 FLIGHT_TOUCHDOWN_HERE = 2
@@ -3517,6 +3517,25 @@ class EventSet:
             mine.put(its)
 
 
+def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, owner: int,
+        needs_certificate: bool) -> EventFunction:
+    before_1 = set.count
+    set.count += 1
+    g = set.function[before_1]
+    g.H3 = sign * h.H3
+    g.H2 = sign * h.H2
+    g.H1 = sign * h.H1
+    g.H0 = 0.0
+    g.start = sign * start
+    g.cancels = 0.0
+    g.decaying = 0.0  # and its rate is not read
+    g.owner = owner
+    g.side = 0
+    g.needs_certificate = needs_certificate
+    g.touch_is_no_event = False
+    return g
+
+
 class Propagator:
     """A time since the start of the phase, and the propagator there."""
     __slots__ = ("t", "basis", "W_third",)
@@ -3543,6 +3562,20 @@ def propagator_at_start(poles: Poles) -> Propagator:
     return at
 
 
+def third_of_basis(poles: Poles, basis: Basis) -> Real:
+    return -(poles.s_1 * basis.Wdd + poles.s_2 * basis.Wd + poles.s_3 * basis.W)
+
+
+def propagator_of(poles: Poles, t: Real, basis: Basis) -> Propagator:
+    at = Propagator(t, basis.copy(), third_of_basis(poles, basis))
+    return at
+
+
+def propagator_at(poles: Poles, t: Real) -> Propagator:
+    basis = basis_at(poles, t)
+    return propagator_of(poles, t, basis)
+
+
 class Jet:
     """Value and derivatives of an event function."""
     __slots__ = ("value", "rate", "curvature", "third",)
@@ -3563,20 +3596,6 @@ class Jet:
         self.rate = other.rate
         self.curvature = other.curvature
         self.third = other.third
-
-
-def third_of_basis(poles: Poles, basis: Basis) -> Real:
-    return -(poles.s_1 * basis.Wdd + poles.s_2 * basis.Wd + poles.s_3 * basis.W)
-
-
-def propagator_of(poles: Poles, t: Real, basis: Basis) -> Propagator:
-    at = Propagator(t, basis.copy(), third_of_basis(poles, basis))
-    return at
-
-
-def propagator_at(poles: Poles, t: Real) -> Propagator:
-    basis = basis_at(poles, t)
-    return propagator_of(poles, t, basis)
 
 
 def has_decay(g: EventFunction) -> bool:
@@ -3636,6 +3655,11 @@ def jet_at(poles: Poles, g: EventFunction, at: Propagator) -> Jet:
     return jet
 
 
+def fourth_of(poles: Poles, g: EventFunction, at: Jet) -> Real:
+    """The fourth derivative of an event function, but for its sign: the poles give it from the others."""
+    return poles.s_1 * at.third + poles.s_2 * at.curvature + poles.s_3 * at.rate - g.H0
+
+
 def rounding_of(g: EventFunction, at: Propagator, rate: Real) -> Real:
     """Bound of what rounding may have done to the value of an event function."""
     return 16.0 * EPS * (abs(g.start) + g.cancels + abs(g.H3 * at.basis.Wd) + abs(g.H2 * at.basis.W)
@@ -3645,7 +3669,7 @@ def rounding_of(g: EventFunction, at: Propagator, rate: Real) -> Real:
 def rough_root(from_: Jet, to: Jet, h: Real) -> Real:
     """Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a
     value below: roughly, as the parabola with its slope at the start. Where it starts at 0 it is divided by the time
-    first.
+    first. Requires to->value < 0.
     """
     above = from_.value > 0.0
     rise = h * from_.rate
@@ -3843,11 +3867,6 @@ def carried_basis(poles: Poles, from_: Basis, d: Real) -> Basis:
     return basis
 
 
-def fourth_of(poles: Poles, g: EventFunction, at: Jet) -> Real:
-    """The fourth derivative of an event function, but for its sign: the poles give it from the others."""
-    return poles.s_1 * at.third + poles.s_2 * at.curvature + poles.s_3 * at.rate - g.H0
-
-
 class RootStep:
     """A step towards a root between two times: whether it lands on the root, and else where that is looked for next."""
     __slots__ = ("lands", "low", "high", "next",)
@@ -3890,7 +3909,9 @@ def step_between(poles: Poles, at: Jet, fourth: Real, t: Real, low: Real, high: 
 
 
 def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess: Real) -> None:
-    """Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess."""
+    """Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g >
+    0, or g = 0 and rising, at the lower time, and g < 0 at the later one.
+    """
     high = at.t
     t = guess
     for n in range(100):
@@ -3915,6 +3936,26 @@ def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess
         low = step.low
         high = step.high
         t = step.next
+
+
+def steady_state_correction(poles: Poles, g: EventFunction, settled: Real, basis: Basis, t: Real) -> Real:
+    """Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
+    decayed; 0 when it is no more accurate.
+    """
+    residual = settled - g.start
+    slow = poles.s_3 > 0.0  # else W does not fade, but is not in it
+    by_2 = residual * poles.s_2
+    fading = Numerator(g.H3, g.H2 if slow else by_2, g.H1)
+    value = settled - residual_to_steady_state(poles, fading, basis, residual)
+    rate = g.H3 * basis.Wdd + g.H2 * basis.Wd + g.H1 * basis.W
+    of_time = t * abs(rate)
+    of_rise = abs(g.start) + abs(g.H3 * basis.Wd) + abs(g.H2 * basis.W) + abs(g.H1 * basis.W1) + of_time
+    of_residual = abs(settled) + abs(residual * basis.Wdd) + (abs(g.H3)
+        + abs(residual * poles.s_1)) * abs(basis.Wd) + (abs(g.H2) + abs(by_2) if slow else 0.0) * abs(basis.W) + of_time
+    better = (rate < 0.0) & (of_residual < 0.25 * of_rise) & (abs(value) <= 16.0 * EPS * of_rise)
+    later = div(-value, rate if better else -1.0)
+    counts = (abs(later) < 0.01 * t) & (abs(later) > 16.0 * EPS * t)
+    return later if better & counts else 0.0
 
 
 class Deflated:
@@ -3990,42 +4031,6 @@ def falls_for_certain(g: EventFunction, at: Propagator, rate: Real) -> bool:
     return decided(rate, terms) < 0.0
 
 
-def has_no_root(from_: Jet, d: Real, falls_then: bool, d_then: Real) -> bool:
-    """Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g', or 0 where its
-    sign is rounding, and `falls_then` whether g' is negative at the end for certain. With V = 0, 1, 1, 2 for the
-    signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its sign,
-    is 0 or less.
-    """
-    after_negative = falls_then | (d_then < 0.0)
-    after_positive = (not from_.rate < 0.0) | falls_then & (d_then > 0.0)
-    return (after_negative | (d > 0.0)) & (after_positive | (d < 0.0))
-
-
-def stays_positive_by_slope(l_: Real, from_: Jet, to: Jet, h: Real, bound: Real) -> bool:
-    """Rule 2 where d is not negative at the start: e^(lt) g' is at no time below the lesser of its ends, so g has lost
-    no more than that times h. 1 - lh stands for e^(-lh).
-    """
-    left = from_.value + bound
-    return left > -h * from_.rate and left * greater(1.0 - l_ * h, 0.0) > -h * to.rate
-
-
-def has_faded(set: EventSet, g: EventFunction, start: Propagator, from_: Jet, h: Real, bound: Real) -> bool:
-    """Rule 2 of a pair that rings, whatever the sign of d: e^(lt) g' grows by d e^(lt), and d has an amplitude that
-    does not grow. So g' falls below 0 by no more than its start, with its rounding, and h times that amplitude, and
-    g has lost no more than h times it. What has faded below the rounding of g is certified so.
-    """
-    poles = set.poles
-    w = start.basis
-    deflated = deflated_at(poles, set.node, g, start)
-    mu = 0.5 * poles.p
-    d = deflated.A * deflated.Rd + deflated.B * deflated.R
-    wY = (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles.q * deflated.A) * deflated.R
-    amplitude = sqrt(d * d + div(wY * wY, poles.q - mu * mu))
-    rounding = 16.0 * EPS * (abs(g.H3 * w.Wdd) + abs(g.H2 * w.Wd) + abs(g.H1 * w.W))
-    falls = rounding - lesser(from_.rate, 0.0) + 1.001 * h * amplitude
-    return from_.value + bound > h * falls
-
-
 def sixth_derivative_bound(poles: Poles, g: EventFunction) -> Real:
     """Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes."""
     mu = 0.5 * poles.p
@@ -4041,6 +4046,7 @@ def stays_positive_by_bernstein(poles: Poles, g: EventFunction, from_: Jet, to: 
         rounding: Real) -> bool:
     """Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g
     differs by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count.
+    Requires a pair that rings.
     """
     M6 = sixth_derivative_bound(poles, g)
     f = 0.2 * h
@@ -4058,6 +4064,77 @@ def stays_positive_by_bernstein(poles: Poles, g: EventFunction, from_: Jet, to: 
     return low > M6 * hhh * hhh / 43200.0 + rounding
 
 
+def has_no_root(from_: Jet, d: Real, falls_then: bool, d_then: Real) -> bool:
+    """Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g', or 0 where its
+    sign is rounding, and `falls_then` whether g' is negative at the end for certain. With V = 0, 1, 1, 2 for the
+    signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its sign,
+    is 0 or less.
+    """
+    after_negative = falls_then | (d_then < 0.0)
+    after_positive = (not from_.rate < 0.0) | falls_then & (d_then > 0.0)
+    return (after_negative | (d > 0.0)) & (after_positive | (d < 0.0))
+
+
+def stays_positive_by_slope(l_: Real, from_: Jet, to: Jet, h: Real, bound: Real) -> bool:
+    """Rule 2. Requires that d is not negative at the start: e^(lt) g' is then at no time below the lesser of its ends,
+    so g has lost no more than that times h. 1 - lh stands for e^(-lh).
+    """
+    left = from_.value + bound
+    return left > -h * from_.rate and left * greater(1.0 - l_ * h, 0.0) > -h * to.rate
+
+
+def has_faded(set: EventSet, g: EventFunction, start: Propagator, from_: Jet, h: Real, bound: Real) -> bool:
+    """Rule 2, whatever the sign of d. Requires a pair that rings: e^(lt) g' grows by d e^(lt), and d has an amplitude
+    that does not grow. So g' falls below 0 by no more than its start, with its rounding, and h times that amplitude,
+    and g has lost no more than h times it. What has faded below the rounding of g is certified so.
+    """
+    poles = set.poles
+    w = start.basis
+    deflated = deflated_at(poles, set.node, g, start)
+    mu = 0.5 * poles.p
+    d = deflated.A * deflated.Rd + deflated.B * deflated.R
+    wY = (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles.q * deflated.A) * deflated.R
+    amplitude = sqrt(d * d + div(wY * wY, poles.q - mu * mu))
+    rounding = 16.0 * EPS * (abs(g.H3 * w.Wdd) + abs(g.H2 * w.Wd) + abs(g.H1 * w.W))
+    falls = rounding - lesser(from_.rate, 0.0) + 1.001 * h * amplitude
+    return from_.value + bound > h * falls
+
+
+def time_to_rest_of_ringing(poles: Poles, omega: Real, v: Real, acc: Real) -> Real:
+    """The time to rest where the pair rings with omega. From rest a mass moves for half a period."""
+    back = div(-(acc + 0.5 * poles.p * v), omega) if v > 0.0 else 1.0
+    slowing = div(angle(back, v), omega)
+    at_once = 0.0 if acc < 0.0 else NEVER
+    from_rest = div(3.141592653589793, omega) if acc > 0.0 else at_once
+    return slowing if v > 0.0 else from_rest
+
+
+def time_to_rest(poles: Poles, v: Real, acc: Real) -> Real:
+    """Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its
+    sign. Requires v >= 0, or v of rounding.
+
+    v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
+    zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
+    """
+    mean = 0.5 * poles.p
+    discriminant = mean * mean - poles.q
+    if discriminant < 0.0:
+        return time_to_rest_of_ringing(poles, sqrt(-discriminant), v, acc)
+    if not v > 0.0:  # from rest it creeps; rounding may have left the other sign
+        return 0.0 if acc < 0.0 else NEVER
+    half = sqrt(discriminant)
+    slow = div(poles.q, mean + half) if mean + half > 0.0 else 0.0
+    back = -(acc + slow * v)  # what the slow decay alone would leave over
+    x = 2.0 * half * div(v, back) if back > 0.0 else 1.0
+    if not x < 1.0:
+        return NEVER
+    s = div(x, 2.0 - x)
+    if s < 0.1716:
+        return div(2.0 * div(v, back) * area_tangent(s), 2.0 - x)
+    ratio = div(-(acc + (mean + half) * v), back)
+    return div(-logarithm(ratio), 2.0 * half) if ratio > 0.0 else NEVER
+
+
 def bends(g: EventFunction, at: Propagator, curvature: Real) -> bool:
     """Whether the curvature of an event function is more than what rounding may have left of it."""
     w = at.basis
@@ -4066,10 +4143,10 @@ def bends(g: EventFunction, at: Propagator, curvature: Real) -> bool:
 
 
 def minimum_between(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real) -> Propagator:
-    """Rule 4: the minimum of g between two times between which its rate becomes positive: a root of the rate, by
-    Householder's method, until a further step changes the value by less than rounding does. Where the curvature is
-    rounding, a step says nothing: then until g cannot fall by more than that between the times that enclose the
-    root.
+    """Rule 4: the minimum of g between two times. Requires a rate < 0 at the first and >= 0 at the second; the minimum
+    is a root of the rate, found by Householder's method, until a further step changes the value by less than
+    rounding does. Where the curvature is rounding, a step says nothing: then until g cannot fall by more than that
+    between the times that enclose the root.
     """
     rate_from = Jet(-from_.rate, -from_.curvature, -from_.third, fourth_of(poles, g, from_))
     rate_to = Jet(-to.rate, -to.curvature, -to.third, 0.0)
@@ -4099,18 +4176,8 @@ def minimum_between(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: J
     return at
 
 
-def cut_between(d: Real, d_then: Real, h: Real) -> Real:
-    """Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades
-    fast leads to the end each time; a quarter of it where d has no two signs.
-    """
-    changes = (d < 0.0) != (d_then < 0.0) and abs(d_then) > 0.0
-    share = div(d, d - d_then) if changes else 0.25
-    inside = (share if share < 0.5 else 0.5) if share > 0.015625 else 0.015625
-    return inside * h
-
-
 def quiet_time_of_ringing(set: EventSet, g: EventFunction, start: Propagator, at: Jet, rounding: Real) -> Real:
-    """Rule 5 of a pair that rings: how long from `at` on g, for certain, has no root; NEVER if it has none at all.
+    """The quiet time where the pair rings.
 
     g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
     does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
@@ -4135,9 +4202,9 @@ def quiet_time_of_ringing(set: EventSet, g: EventFunction, start: Propagator, at
 
 
 def quiet_time_of_decay(set: EventSet, g: EventFunction, start: Propagator, at: Jet, rounding: Real) -> Real:
-    """The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the
-    start over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). The second is d, the
-    third what is left of its numerator without l_3, times R' + l_2 R.
+    """The quiet time of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at
+    the start over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). The second is d,
+    the third what is left of its numerator without l_3, times R' + l_2 R.
     """
     l_1 = set.node.pole
     l_2 = set.node.second
@@ -4161,306 +4228,6 @@ def quiet_time(set: EventSet, g: EventFunction, start: Propagator, at: Jet, roun
     """Rule 5: how long from `at`, the jet at `start`, on g, for certain, has no root."""
     return quiet_time_of_ringing(set, g, start, at,
         rounding) if set.node.half_period < NEVER else quiet_time_of_decay(set, g, start, at, rounding)
-
-
-class Interval:
-    """An interval of the search: its ends, the jets there, and which function has its first root at the second one."""
-    __slots__ = ("low", "high", "found", "count", "from_", "to",)
-    SIZE = 280
-    PARTS: tuple[str, ...] = ("low", "high", "from_", "to",)
-
-    def __init__(self, low: "Propagator | None" = None, high: "Propagator | None" = None, found: int = 0,
-            count: int = 0, from_: Any = None, to: "Jet | None" = None) -> None:
-        self.low = Propagator() if low is None else low
-        self.high = Propagator() if high is None else high
-        self.found = found  # -1: none
-        self.count = count  # of the phase, so far
-        self.from_: Any = [Jet() for _ in range(4)] if from_ is None else from_
-        self.to = Jet() if to is None else to  # of the function that is looked at, or that has crossed zero first
-
-    def copy(self) -> "Interval":
-        return Interval(self.low.copy(), self.high.copy(), self.found, self.count, [each.copy() for each in self.from_],
-            self.to.copy())
-
-    def put(self, other: "Interval") -> None:
-        self.low.put(other.low)
-        self.high.put(other.high)
-        self.found = other.found
-        self.count = other.count
-        for mine, its in zip(self.from_, other.from_, strict=True):
-            mine.put(its)
-        self.to.put(other.to)
-
-
-def end_interval_at(set: EventSet, in_: Interval, t: Real) -> None:
-    in_.high.put(propagator_at(set.poles, t))
-    in_.found = -1
-
-
-def has_crossed(to: Jet, h: Real, rounding: Real, is_last: bool) -> bool:
-    """The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root
-    has been found before it, so steeply that the root is near.
-    """
-    return (to.value < 0.0) & ((to.value < -rounding) | is_last & (to.rate * h < -rounding))
-
-
-def guessed_crossing(g: EventFunction, in_: Interval, from_: Jet, to: Jet) -> Real:
-    """Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough
-    guess; 2 if it has not. Its jet there.
-    """
-    h = in_.high.t - in_.low.t
-    is_last = in_.found < 0 and not g.touch_is_no_event
-    to.put(short_jet_at(g, in_.high))
-    return rough_root(from_, to, h) if has_crossed(to, h, rounding_of(g, in_.high, to.rate), is_last) else 2.0
-
-
-class Crossing:
-    """Where a function crosses zero in an interval: a guess, as a share of it."""
-    __slots__ = ("function", "share",)
-    SIZE = 16
-    PARTS: tuple[str, ...] = ()
-
-    def __init__(self, function: int = 0, share: Real = 0.0) -> None:
-        self.function = function
-        self.share = share
-
-    def copy(self) -> "Crossing":
-        return Crossing(self.function, self.share)
-
-    def put(self, other: "Crossing") -> None:
-        self.function = other.function
-        self.share = other.share
-
-
-def first_crossing(set: EventSet, in_: Interval, distances: bool, first: Crossing) -> bool:
-    """Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
-    alone.
-    """
-    end = in_.high.copy()  # for registers
-    first.function = 0
-    first.share = 2.0
-    for n in range(set.count):
-        g = set.function[n]
-        if n != in_.found and (not distances or g.touch_is_no_event) and value_at(g, end) < 0.0:
-            to = Jet()
-            share = guessed_crossing(g, in_, in_.from_[n], to)
-            if share < first.share:
-                first.function = n
-                first.share = share
-                in_.to.put(to)
-    return first.share < 2.0
-
-
-def end_at_crossing(set: EventSet, in_: Interval, crossing: Crossing) -> None:
-    """Ends the interval at the root of a function that has crossed zero in it."""
-    g = set.function[crossing.function]
-    h = in_.high.t - in_.low.t
-    p = interpolant_of(in_.from_[crossing.function], in_.to, h)
-    locate_root(set.poles, g, in_.low.t, in_.high, in_.low.t + h * refined_root(p, crossing.share))
-    in_.found = crossing.function
-
-
-def end_at_first_crossing(set: EventSet, in_: Interval, distances: bool) -> None:
-    """Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end.
-    """
-    first = Crossing()
-    for _ in range(16):
-        if not first_crossing(set, in_, distances, first):
-            break
-        end_at_crossing(set, in_, first)
-
-
-def settle_ties(set: EventSet, in_: Interval) -> None:
-    """Two roots within rounding are at the same time, and the owner that comes first wins, at its own root: the later
-    one, so that its time does not jump where the other one begins to count. Over a limit that is met it wins only
-    where the roots are within 8 ulp of the time.
-    """
-    found = set.function[in_.found]
-    other = rate_at(found, in_.high)
-    n = 0
-    while n < in_.found and set.function[n].owner < found.owner:
-        g = set.function[n]
-        rate = rate_at(g, in_.high)
-        rounding = rounding_of(g, in_.high, rate)
-        if not rate * (in_.high.t - in_.low.t) < -16.0 * rounding:
-            n += 1
-            continue
-        value = value_at(g, in_.high)
-        if value < 8.0 * EPS * in_.high.t * abs(rate) if found.touch_is_no_event else (value
-            - 4.0 * rounding) * abs(other) < abs(rate) * rounding_of(found, in_.high, other):
-            if value > 0.0:
-                end_interval_at(set, in_, in_.high.t - div(value, rate))
-            in_.found = n
-            return
-        n += 1
-
-
-def crosses_at_limit(g: EventFunction, at: Propagator, limit: Real) -> bool:
-    """Whether a function crosses zero at the end of the interval, the time of the limit, and does not just touch it."""
-    rate = rate_at(g, at)
-    return value_at(g, at) < -8.0 * EPS * limit * rate and rate * limit < -16.0 * rounding_of(g, at, rate)
-
-
-def is_certified(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
-    """Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation.
-    """
-    g = set.function[n]
-    from_ = in_.from_[n]
-    to = in_.to
-    to.put(short_jet_at(g, in_.high))
-    if to.value < 0.0 and n != in_.found and to.value < -rounding_of(g, in_.high, to.rate):
-        return False  # what the rules rest on: no function but that with its root there is below zero
-    d_then = deflated_derivative(set, g, in_.high, -1.0)
-    if has_no_root(from_, d, falls_for_certain(g, in_.high, to.rate), d_then):
-        return True
-    h = in_.high.t - in_.low.t
-    rounding = rounding_of(g, in_.high, to.rate)
-    return not d < 0.0 and stays_positive_by_slope(set.node.pole, from_, to, h, rounding) or quiet_time(set, g, in_.low,
-        from_, rounding) > h or set.node.half_period < NEVER and (stays_positive_by_bernstein(set.poles, g, from_, to,
-        h, n == in_.found, rounding) or has_faded(set, g, in_.low, from_, h, rounding))
-
-
-def is_certified_inside(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
-    """The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends
-    there, unless it is so short that a cut at 1/64 of it is no other number than its start.
-    """
-    g = set.function[n]
-    from_ = in_.from_[n]
-    to = in_.to
-    h = in_.high.t - in_.low.t
-    d_then = deflated_derivative(set, g, in_.high, -1.0)
-    if from_.rate < 0.0 and not to.rate < 0.0:  # g' has one root
-        in_.to.third = third_of(set.poles, g, in_.high)
-        lowest = minimum_between(set.poles, g, from_, in_.low.t, to, in_.high.t)
-        least = short_jet_at(g, lowest)
-        if not least.value < -rounding_of(g, lowest, least.rate):
-            return True
-        in_.high.put(lowest)
-        in_.found = -1
-        return False
-    cut = in_.low.t + cut_between(d, d_then, h)
-    if not (cut > in_.low.t and cut < in_.high.t):
-        return True  # too short to be cut
-    end_interval_at(set, in_, cut)
-    return False
-
-
-def are_certified(set: EventSet, in_: Interval) -> bool:
-    """Whether no function has a root before the end of the interval; among those that have one there, the first wins.
-    """
-    for n in range(set.count):
-        g = set.function[n]
-        if not g.needs_certificate:
-            continue
-        # what is cheap of rule 2 comes first
-        d = deflated_derivative(set, g, in_.low, 1.0)
-        no_root_by_signs = falls_for_certain(g, in_.high, rate_at(g,
-            in_.high)) if d < 0.0 else (d > 0.0) & (not in_.from_[n].rate < 0.0)
-        if not no_root_by_signs and not is_certified(set, in_, n, d) and not is_certified_inside(set, in_, n, d):
-            return False
-    if in_.found > 0:
-        settle_ties(set, in_)
-    return True
-
-
-def find_first_root(set: EventSet, in_: Interval) -> bool:
-    """Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound."""
-    while True:
-        if in_.count >= 10000:
-            return False
-        in_.count += 1
-        end_at_first_crossing(set, in_, False)
-        if are_certified(set, in_):
-            break
-    return True
-
-
-def begin_interval(set: EventSet, in_: Interval) -> None:
-    """The next interval begins where this one has ended."""
-    in_.low = in_.high.copy()
-    in_.found = -1
-    for n in range(set.count):
-        in_.from_[n].put(jet_at(set.poles, set.function[n], in_.high))
-        in_.from_[n].value = greater(in_.from_[n].value, 0.0)
-
-
-def root_free_until(set: EventSet, in_: Interval) -> Real:
-    """Rule 5: until when no function has a root, for certain."""
-    quiet = NEVER
-    for n in range(set.count):
-        if not quiet > 0.0:
-            break
-        rounding = 16.0 * EPS * (abs(set.function[n].start) + set.function[n].cancels)
-        if not set.function[n].touch_is_no_event:  # one that is monotone is looked at where the interval ends
-            quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
-    return in_.low.t + quiet
-
-
-def begin_at_start(set: EventSet, in_: Interval) -> int:
-    """Begin the first interval. A function that is below zero already and falls is found; -1 if there is none."""
-    found = -1
-    in_.low = propagator_at_start(set.poles)
-    for n in range(set.count - 1, -1, -1):
-        in_.from_[n].put(jet_at_start(set.poles, set.function[n]))
-        if in_.from_[n].value < 0.0:
-            found = n if in_.from_[n].rate <= 0.0 else found
-            in_.from_[n].value = 0.0
-    return found
-
-
-def time_to_rest_of_ringing(poles: Poles, omega: Real, v: Real, acc: Real) -> Real:
-    """Rule 3 of a pair that rings with omega. From rest a mass moves for half a period."""
-    back = div(-(acc + 0.5 * poles.p * v), omega) if v > 0.0 else 1.0
-    slowing = div(angle(back, v), omega)
-    at_once = 0.0 if acc < 0.0 else NEVER
-    from_rest = div(3.141592653589793, omega) if acc > 0.0 else at_once
-    return slowing if v > 0.0 else from_rest
-
-
-def time_to_rest(poles: Poles, v: Real, acc: Real) -> Real:
-    """Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its
-    sign.
-
-    v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
-    zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
-    """
-    mean = 0.5 * poles.p
-    discriminant = mean * mean - poles.q
-    if discriminant < 0.0:
-        return time_to_rest_of_ringing(poles, sqrt(-discriminant), v, acc)
-    if not v > 0.0:  # from rest it creeps; rounding may have left the other sign
-        return 0.0 if acc < 0.0 else NEVER
-    half = sqrt(discriminant)
-    slow = div(poles.q, mean + half) if mean + half > 0.0 else 0.0
-    back = -(acc + slow * v)  # what the slow decay alone would leave over
-    x = 2.0 * half * div(v, back) if back > 0.0 else 1.0
-    if not x < 1.0:
-        return NEVER
-    s = div(x, 2.0 - x)
-    if s < 0.1716:
-        return div(2.0 * div(v, back) * area_tangent(s), 2.0 - x)
-    ratio = div(-(acc + (mean + half) * v), back)
-    return div(-logarithm(ratio), 2.0 * half) if ratio > 0.0 else NEVER
-
-
-def steady_state_correction(poles: Poles, g: EventFunction, settled: Real, basis: Basis, t: Real) -> Real:
-    """Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
-    decayed; 0 when it is no more accurate.
-    """
-    residual = settled - g.start
-    slow = poles.s_3 > 0.0  # else W does not fade, but is not in it
-    by_2 = residual * poles.s_2
-    fading = Numerator(g.H3, g.H2 if slow else by_2, g.H1)
-    value = settled - residual_to_steady_state(poles, fading, basis, residual)
-    rate = g.H3 * basis.Wdd + g.H2 * basis.Wd + g.H1 * basis.W
-    of_time = t * abs(rate)
-    of_rise = abs(g.start) + abs(g.H3 * basis.Wd) + abs(g.H2 * basis.W) + abs(g.H1 * basis.W1) + of_time
-    of_residual = abs(settled) + abs(residual * basis.Wdd) + (abs(g.H3)
-        + abs(residual * poles.s_1)) * abs(basis.Wd) + (abs(g.H2) + abs(by_2) if slow else 0.0) * abs(basis.W) + of_time
-    better = (rate < 0.0) & (of_residual < 0.25 * of_rise) & (abs(value) <= 16.0 * EPS * of_rise)
-    later = div(-value, rate if better else -1.0)
-    counts = (abs(later) < 0.01 * t) & (abs(later) > 16.0 * EPS * t)
-    return later if better & counts else 0.0
 
 
 class Minima:
@@ -4863,6 +4630,480 @@ def state_of_stance(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real
     within = lesser(t, stance.duration)
     phase = phases[phase_index(phases, stance.phases_kept, within)]
     return state_in_phase(plan, phase, steps[phase.step].u, within - phase.t)
+
+
+class Interval:
+    """An interval of the search: its ends, the jets there, and which function has its first root at the second one."""
+    __slots__ = ("low", "high", "found", "count", "from_", "to",)
+    SIZE = 280
+    PARTS: tuple[str, ...] = ("low", "high", "from_", "to",)
+
+    def __init__(self, low: "Propagator | None" = None, high: "Propagator | None" = None, found: int = 0,
+            count: int = 0, from_: Any = None, to: "Jet | None" = None) -> None:
+        self.low = Propagator() if low is None else low
+        self.high = Propagator() if high is None else high
+        self.found = found  # -1: none
+        self.count = count  # of the phase, so far
+        self.from_: Any = [Jet() for _ in range(4)] if from_ is None else from_
+        self.to = Jet() if to is None else to  # of the function that is looked at, or that has crossed zero first
+
+    def copy(self) -> "Interval":
+        return Interval(self.low.copy(), self.high.copy(), self.found, self.count, [each.copy() for each in self.from_],
+            self.to.copy())
+
+    def put(self, other: "Interval") -> None:
+        self.low.put(other.low)
+        self.high.put(other.high)
+        self.found = other.found
+        self.count = other.count
+        for mine, its in zip(self.from_, other.from_, strict=True):
+            mine.put(its)
+        self.to.put(other.to)
+
+
+def end_interval_at(set: EventSet, in_: Interval, t: Real) -> None:
+    in_.high.put(propagator_at(set.poles, t))
+    in_.found = -1
+
+
+def has_crossed(to: Jet, h: Real, rounding: Real, is_last: bool) -> bool:
+    """The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root
+    has been found before it, so steeply that the root is near.
+    """
+    return (to.value < 0.0) & ((to.value < -rounding) | is_last & (to.rate * h < -rounding))
+
+
+def guessed_crossing(g: EventFunction, in_: Interval, from_: Jet, to: Jet) -> Real:
+    """Where in (0, 1) of the interval a function that is below zero at its end has crossed zero, if it has: a rough
+    guess; 2 if it has not. Its jet there.
+    """
+    h = in_.high.t - in_.low.t
+    is_last = in_.found < 0 and not g.touch_is_no_event
+    to.put(short_jet_at(g, in_.high))
+    return rough_root(from_, to, h) if has_crossed(to, h, rounding_of(g, in_.high, to.rate), is_last) else 2.0
+
+
+class Crossing:
+    """Where a function crosses zero in an interval: a guess, as a share of it."""
+    __slots__ = ("function", "share",)
+    SIZE = 16
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, function: int = 0, share: Real = 0.0) -> None:
+        self.function = function
+        self.share = share
+
+    def copy(self) -> "Crossing":
+        return Crossing(self.function, self.share)
+
+    def put(self, other: "Crossing") -> None:
+        self.function = other.function
+        self.share = other.share
+
+
+def first_crossing(set: EventSet, in_: Interval, distances: bool, first: Crossing) -> bool:
+    """Which function has crossed zero first by the end of the interval, by rough guesses, if one has; of the distances
+    alone.
+    """
+    end = in_.high.copy()  # for registers
+    first.function = 0
+    first.share = 2.0
+    for n in range(set.count):
+        g = set.function[n]
+        if n != in_.found and (not distances or g.touch_is_no_event) and value_at(g, end) < 0.0:
+            to = Jet()
+            share = guessed_crossing(g, in_, in_.from_[n], to)
+            if share < first.share:
+                first.function = n
+                first.share = share
+                in_.to.put(to)
+    return first.share < 2.0
+
+
+def end_at_crossing(set: EventSet, in_: Interval, crossing: Crossing) -> None:
+    """Ends the interval at the root of a function that has crossed zero in it."""
+    g = set.function[crossing.function]
+    h = in_.high.t - in_.low.t
+    p = interpolant_of(in_.from_[crossing.function], in_.to, h)
+    locate_root(set.poles, g, in_.low.t, in_.high, in_.low.t + h * refined_root(p, crossing.share))
+    in_.found = crossing.function
+
+
+def end_at_first_crossing(set: EventSet, in_: Interval, distances: bool) -> None:
+    """Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end.
+    """
+    first = Crossing()
+    for _ in range(16):
+        if not first_crossing(set, in_, distances, first):
+            break
+        end_at_crossing(set, in_, first)
+
+
+def settle_ties(set: EventSet, in_: Interval) -> None:
+    """Two roots within rounding are at the same time, and the owner that comes first wins, at its own root: the later
+    one, so that its time does not jump where the other one begins to count. Over a limit that is met it wins only
+    where the roots are within 8 ulp of the time.
+    """
+    found = set.function[in_.found]
+    other = rate_at(found, in_.high)
+    n = 0
+    while n < in_.found and set.function[n].owner < found.owner:
+        g = set.function[n]
+        rate = rate_at(g, in_.high)
+        rounding = rounding_of(g, in_.high, rate)
+        if not rate * (in_.high.t - in_.low.t) < -16.0 * rounding:
+            n += 1
+            continue
+        value = value_at(g, in_.high)
+        if value < 8.0 * EPS * in_.high.t * abs(rate) if found.touch_is_no_event else (value
+            - 4.0 * rounding) * abs(other) < abs(rate) * rounding_of(found, in_.high, other):
+            if value > 0.0:
+                end_interval_at(set, in_, in_.high.t - div(value, rate))
+            in_.found = n
+            return
+        n += 1
+
+
+def crosses_at_limit(g: EventFunction, at: Propagator, limit: Real) -> bool:
+    """Whether a function crosses zero at the end of the interval, the time of the limit, and does not just touch it."""
+    rate = rate_at(g, at)
+    return value_at(g, at) < -8.0 * EPS * limit * rate and rate * limit < -16.0 * rounding_of(g, at, rate)
+
+
+def cut_between(d: Real, d_then: Real, h: Real) -> Real:
+    """Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades
+    fast leads to the end each time; a quarter of it where d has no two signs.
+    """
+    changes = (d < 0.0) != (d_then < 0.0) and abs(d_then) > 0.0
+    share = div(d, d - d_then) if changes else 0.25
+    inside = (share if share < 0.5 else 0.5) if share > 0.015625 else 0.015625
+    return inside * h
+
+
+def is_certified(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
+    """Whether function n, of d at the start, has no root before the end, by the rules that take no further evaluation.
+    """
+    g = set.function[n]
+    from_ = in_.from_[n]
+    to = in_.to
+    to.put(short_jet_at(g, in_.high))
+    if to.value < 0.0 and n != in_.found and to.value < -rounding_of(g, in_.high, to.rate):
+        return False  # what the rules rest on: no function but that with its root there is below zero
+    d_then = deflated_derivative(set, g, in_.high, -1.0)
+    if has_no_root(from_, d, falls_for_certain(g, in_.high, to.rate), d_then):
+        return True
+    h = in_.high.t - in_.low.t
+    rounding = rounding_of(g, in_.high, to.rate)
+    return not d < 0.0 and stays_positive_by_slope(set.node.pole, from_, to, h, rounding) or quiet_time(set, g, in_.low,
+        from_, rounding) > h or set.node.half_period < NEVER and (stays_positive_by_bernstein(set.poles, g, from_, to,
+        h, n == in_.found, rounding) or has_faded(set, g, in_.low, from_, h, rounding))
+
+
+def is_certified_inside(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
+    """The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends
+    there, unless it is so short that a cut at 1/64 of it is no other number than its start.
+    """
+    g = set.function[n]
+    from_ = in_.from_[n]
+    to = in_.to
+    h = in_.high.t - in_.low.t
+    d_then = deflated_derivative(set, g, in_.high, -1.0)
+    if from_.rate < 0.0 and not to.rate < 0.0:  # g' has one root
+        in_.to.third = third_of(set.poles, g, in_.high)
+        lowest = minimum_between(set.poles, g, from_, in_.low.t, to, in_.high.t)
+        least = short_jet_at(g, lowest)
+        if not least.value < -rounding_of(g, lowest, least.rate):
+            return True
+        in_.high.put(lowest)
+        in_.found = -1
+        return False
+    cut = in_.low.t + cut_between(d, d_then, h)
+    if not (cut > in_.low.t and cut < in_.high.t):
+        return True  # too short to be cut
+    end_interval_at(set, in_, cut)
+    return False
+
+
+def are_certified(set: EventSet, in_: Interval) -> bool:
+    """Whether no function has a root before the end of the interval; among those that have one there, the first wins.
+    """
+    for n in range(set.count):
+        g = set.function[n]
+        if not g.needs_certificate:
+            continue
+        # what is cheap of rule 2 comes first
+        d = deflated_derivative(set, g, in_.low, 1.0)
+        no_root_by_signs = falls_for_certain(g, in_.high, rate_at(g,
+            in_.high)) if d < 0.0 else (d > 0.0) & (not in_.from_[n].rate < 0.0)
+        if not no_root_by_signs and not is_certified(set, in_, n, d) and not is_certified_inside(set, in_, n, d):
+            return False
+    if in_.found > 0:
+        settle_ties(set, in_)
+    return True
+
+
+def find_first_root(set: EventSet, in_: Interval) -> bool:
+    """Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound.
+    Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it.
+    """
+    while True:
+        if in_.count >= 10000:
+            return False
+        in_.count += 1
+        end_at_first_crossing(set, in_, False)
+        if are_certified(set, in_):
+            break
+    return True
+
+
+def begin_interval(set: EventSet, in_: Interval) -> None:
+    """The next interval begins where this one has ended."""
+    in_.low = in_.high.copy()
+    in_.found = -1
+    for n in range(set.count):
+        in_.from_[n].put(jet_at(set.poles, set.function[n], in_.high))
+        in_.from_[n].value = greater(in_.from_[n].value, 0.0)
+
+
+def root_free_until(set: EventSet, in_: Interval) -> Real:
+    """Rule 5: until when no function has a root, for certain."""
+    quiet = NEVER
+    for n in range(set.count):
+        if not quiet > 0.0:
+            break
+        rounding = 16.0 * EPS * (abs(set.function[n].start) + set.function[n].cancels)
+        if not set.function[n].touch_is_no_event:  # one that is monotone is looked at where the interval ends
+            quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
+    return in_.low.t + quiet
+
+
+def begin_at_start(set: EventSet, in_: Interval) -> int:
+    """Begin the first interval. A function that is below zero already and falls is found; -1 if there is none."""
+    found = -1
+    in_.low = propagator_at_start(set.poles)
+    for n in range(set.count - 1, -1, -1):
+        in_.from_[n].put(jet_at_start(set.poles, set.function[n]))
+        if in_.from_[n].value < 0.0:
+            found = n if in_.from_[n].rate <= 0.0 else found
+            in_.from_[n].value = 0.0
+    return found
+
+
+def far_end(set: EventSet, low: Real, limit: Real) -> Real:
+    """The far end of the next interval: less than half a period of the pair away, and not so far that all has faded."""
+    near = greater(3.0 * low, set.node.t)
+    half = 0.95 * set.node.half_period
+    faded = -0.5 * set.poles.p * low < SMALLEST_EXPONENT
+    far = limit if faded else low + lesser(near, half)
+    return far if far > low and far < limit and set.count > 0 else limit
+
+
+def first_end(set: EventSet, limit: Real) -> Real:
+    """That of the first interval: the node, which a pair that hardly draws has not."""
+    half = 0.95 * set.node.half_period
+    return lesser(lesser(set.node.t, half), limit)
+
+
+def end_first_interval(set: EventSet, in_: Interval, limit: Real) -> None:
+    """The first interval, by what is known at its end."""
+    node = set.node
+    if node.t < limit:
+        basis = Basis(node.Wdd, node.Wd, node.W, node.W1, node.W2)
+        in_.high.put(propagator_of(set.poles, node.t, basis))
+    else:
+        end_interval_at(set, in_, first_end(set, limit))
+
+
+def next_end(set: EventSet, in_: Interval, limit: Real, end: Any) -> bool:
+    """Where the next interval ends, which begins where this one has ended; true if nothing happens in it."""
+    begin_interval(set, in_)
+    until = root_free_until(set, in_)
+    quiet = until > in_.low.t + 2.0 * set.node.t
+    end[0] = lesser(until, limit) if quiet else far_end(set, in_.low.t, limit)
+    return quiet
+
+
+class StanceEvents:
+    """The event functions of a phase, and what ends it in closed form. Not in it are the velocity of an element that
+    slips alone, whose time to rest is known, and what cannot happen while the velocities keep their signs.
+    """
+    __slots__ = ("set", "rest_time", "rests",)
+    SIZE = 360
+    PARTS: tuple[str, ...] = ("set",)
+
+    def __init__(self, set: "EventSet | None" = None, rest_time: Real = 0.0, rests: int = 0) -> None:
+        self.set = EventSet() if set is None else set
+        # when what slips alone comes to rest, or the contact force, which rings about 0, vanishes
+        self.rest_time = rest_time
+        self.rests = rests  # whose event that is
+
+    def copy(self) -> "StanceEvents":
+        return StanceEvents(self.set.copy(), self.rest_time, self.rests)
+
+    def put(self, other: "StanceEvents") -> None:
+        self.set.put(other.set)
+        self.rest_time = other.rest_time
+        self.rests = other.rests
+
+
+class StanceSearch:
+    """The event functions of a phase, where their first root is searched, and what was found at the end of the
+    interval.
+    """
+    __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
+    SIZE = 664
+    PARTS: tuple[str, ...] = ("events", "in_",)
+
+    def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = 0.0,
+            open: bool = False, certified: bool = False, stops: bool = False, owner: int = 0, side: int = 0,
+        touches: bool = False) -> None:
+        self.events = StanceEvents() if events is None else events
+        self.in_ = Interval() if in_ is None else in_
+        self.limit = limit  # the end of the phase: since it began, as all its times
+        self.open = open  # whether an event is still looked for
+        self.certified = certified  # else the first event is not known: the phase is, up to the end of the interval
+        self.stops = stops  # the element has met a stop
+        self.owner = owner  # NO_OWNER where nothing happens until the current changes, or until the horizon
+        self.side = side  # of an element that slips: where it goes
+        self.touches = touches  # the element that comes to rest is at a stop within rounding
+
+    def copy(self) -> "StanceSearch":
+        return StanceSearch(self.events.copy(), self.in_.copy(), self.limit, self.open, self.certified, self.stops,
+            self.owner, self.side, self.touches)
+
+    def put(self, other: "StanceSearch") -> None:
+        self.events.put(other.events)
+        self.in_.put(other.in_)
+        self.limit = other.limit
+        self.open = other.open
+        self.certified = other.certified
+        self.stops = other.stops
+        self.owner = other.owner
+        self.side = other.side
+        self.touches = other.touches
+
+
+def search_nothing(poles: Poles, search: StanceSearch) -> None:
+    """A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not
+    follow how many functions each phase has; not zeros, for which compilers call memset.
+    """
+    zero = Numerator()
+    nothing = event_function_of(zero, 1.0)
+    one = Jet(1.0, 0.0, 0.0, 0.0)
+    for n in range(4):
+        search.events.set.function[n].put(nothing)
+        search.in_.from_[n].put(one)
+    search.in_.to.put(one)
+    search.in_.high.put(propagator_at_start(poles))
+    search.side = 0
+
+
+def is_takeoff(set: EventSet, found: int) -> bool:
+    """The contact force is the first event function, if it is one."""
+    return found == 0 and set.function[0].owner == CONTACT
+
+
+def cross_at_the_limit(events: StanceEvents, limit: Real, in_: Interval) -> None:
+    """At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
+    current.
+    """
+    set = events.set
+    before = ELEMENT if events.rest_time > limit else events.rests
+    for n in range(set.count):
+        if not in_.found < 0:
+            break
+        g = set.function[n]
+        in_.found = n if g.owner < before and crosses_at_limit(g, in_.high, limit) else -1
+
+
+def sharpen_takeoff(chain: "StanceChain", events: StanceEvents, limit: Real, in_: Interval) -> bool:
+    """A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
+    first.
+    """
+    set = events.set
+    before = in_.high.t
+    for _ in range(4):
+        later = later_takeoff(chain, set.poles, set.function[0], in_.high.basis, in_.high.t)
+        if not abs(later) > 0.0 or in_.high.t + later > limit:
+            break
+        end_interval_at(set, in_, in_.high.t + later)
+        in_.found = 0
+    return in_.high.t > before
+
+
+def is_at_stop(set: EventSet, at: Propagator) -> bool:
+    """Whether the position is within rounding of the stop ahead: a grazing contact."""
+    for n in range(set.count):
+        g = set.function[n]
+        if g.touch_is_no_event:
+            return abs(value_at(g, at)) <= rounding_of(g, at, 0.0)
+    return False
+
+
+def conclude(search: StanceSearch) -> None:
+    """What ends the phase at the end of its last interval."""
+    events = search.events
+    in_ = search.in_
+    limit = search.limit
+    rests = not events.rest_time > limit and not in_.high.t < limit * (1.0 - 8.0 * EPS)
+    owner = events.rests if rests else NO_OWNER
+    search.side = 0
+    search.stops = False
+    if in_.found >= 0:
+        found = events.set.function[in_.found]
+        if owner == NO_OWNER or owner >= found.owner:
+            owner = found.owner
+            search.side = found.side
+            search.stops = found.touch_is_no_event
+    search.owner = owner
+    search.certified = True
+    search.touches = owner == 1 and is_at_stop(events.set, in_.high)
+
+
+def find_event(chain: "StanceChain", search: StanceSearch, known: bool) -> bool:
+    """The first event by the end of an interval; false if it has no certificate. The first root in it may be known."""
+    set = search.events.set
+    in_ = search.in_
+    certified = True
+    later = True  # once at most, and then what else happens by then is looked at
+    for n in range(2):
+        if not later:
+            break
+        if not certified:
+            break
+        certified = n == 0 and known or find_first_root(set, in_)
+        if not in_.high.t < search.limit:
+            cross_at_the_limit(search.events, search.limit, in_)
+        later = n == 0 and is_takeoff(set, in_.found) and sharpen_takeoff(chain, search.events, search.limit, in_)
+    return certified
+
+
+def is_open(search: StanceSearch) -> bool:
+    return search.in_.found < 0 and search.in_.high.t < search.limit
+
+
+def find_first_event(chain: "StanceChain", search: StanceSearch) -> None:
+    """The first event, from an interval on in which something may happen."""
+    set = search.events.set
+    in_ = search.in_
+    certified = True
+    quiet = False
+    open = search.open
+    while open:
+        if quiet:
+            end_at_first_crossing(set, in_, True)
+        else:
+            certified = find_event(chain, search, False)
+        open = certified and is_open(search)
+        if open:
+            end = [search.limit]
+            quiet = next_end(set, in_, search.limit, end)
+            end_interval_at(set, in_, end[0])
+    conclude(search)
+    if not certified:
+        in_.high.put(in_.low)
+        search.owner = NO_OWNER
+        search.certified = False
 
 
 class Matrix:
@@ -5349,48 +5590,6 @@ def end_of_step(chain: StanceChain) -> Real:
     return lesser(until, chain.horizon)
 
 
-class StanceEvents:
-    """The event functions of a phase, and what ends it in closed form. Not in it are the velocity of an element that
-    slips alone, whose time to rest is known, and what cannot happen while the velocities keep their signs.
-    """
-    __slots__ = ("set", "rest_time", "rests",)
-    SIZE = 360
-    PARTS: tuple[str, ...] = ("set",)
-
-    def __init__(self, set: "EventSet | None" = None, rest_time: Real = 0.0, rests: int = 0) -> None:
-        self.set = EventSet() if set is None else set
-        # when what slips alone comes to rest, or the contact force, which rings about 0, vanishes
-        self.rest_time = rest_time
-        self.rests = rests  # whose event that is
-
-    def copy(self) -> "StanceEvents":
-        return StanceEvents(self.set.copy(), self.rest_time, self.rests)
-
-    def put(self, other: "StanceEvents") -> None:
-        self.set.put(other.set)
-        self.rest_time = other.rest_time
-        self.rests = other.rests
-
-
-def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, owner: int,
-        needs_certificate: bool) -> EventFunction:
-    before_1 = set.count
-    set.count += 1
-    g = set.function[before_1]
-    g.H3 = sign * h.H3
-    g.H2 = sign * h.H2
-    g.H1 = sign * h.H1
-    g.H0 = 0.0
-    g.start = sign * start
-    g.cancels = 0.0
-    g.decaying = 0.0  # and its rate is not read
-    g.owner = owner
-    g.side = 0
-    g.needs_certificate = needs_certificate
-    g.touch_is_no_event = False
-    return g
-
-
 def add_thresholds(chain: StanceChain, element: int, needs_certificate: bool, set: EventSet) -> None:
     """A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force.
     While another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to
@@ -5467,24 +5666,6 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
         events.rests = CONTACT
 
 
-def is_takeoff(set: EventSet, found: int) -> bool:
-    """The contact force is the first event function, if it is one."""
-    return found == 0 and set.function[0].owner == CONTACT
-
-
-def cross_at_the_limit(events: StanceEvents, limit: Real, in_: Interval) -> None:
-    """At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
-    current.
-    """
-    set = events.set
-    before = ELEMENT if events.rest_time > limit else events.rests
-    for n in range(set.count):
-        if not in_.found < 0:
-            break
-        g = set.function[n]
-        in_.found = n if g.owner < before and crosses_at_limit(g, in_.high, limit) else -1
-
-
 def is_late(basis: Basis) -> bool:
     """True late in a phase, when the steady-state form of the contact force is the more accurate one."""
     return abs(basis.Wdd) < 0.25
@@ -5504,127 +5685,6 @@ def later_takeoff(chain: StanceChain, poles: Poles, contact: EventFunction, basi
     return steady_state_correction(poles, contact, settled_, basis, t)
 
 
-def sharpen_takeoff(chain: StanceChain, events: StanceEvents, limit: Real, in_: Interval) -> bool:
-    """A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
-    first.
-    """
-    set = events.set
-    before = in_.high.t
-    for _ in range(4):
-        later = later_takeoff(chain, set.poles, set.function[0], in_.high.basis, in_.high.t)
-        if not abs(later) > 0.0 or in_.high.t + later > limit:
-            break
-        end_interval_at(set, in_, in_.high.t + later)
-        in_.found = 0
-    return in_.high.t > before
-
-
-def far_end(set: EventSet, low: Real, limit: Real) -> Real:
-    """The far end of the next interval: less than half a period of the pair away, and not so far that all has faded."""
-    near = greater(3.0 * low, set.node.t)
-    half = 0.95 * set.node.half_period
-    faded = -0.5 * set.poles.p * low < SMALLEST_EXPONENT
-    far = limit if faded else low + lesser(near, half)
-    return far if far > low and far < limit and set.count > 0 else limit
-
-
-def first_end(set: EventSet, limit: Real) -> Real:
-    """That of the first interval: the node, which a pair that hardly draws has not."""
-    half = 0.95 * set.node.half_period
-    return lesser(lesser(set.node.t, half), limit)
-
-
-def end_first_interval(set: EventSet, in_: Interval, limit: Real) -> None:
-    """The first interval, by what is known at its end."""
-    node = set.node
-    if node.t < limit:
-        basis = Basis(node.Wdd, node.Wd, node.W, node.W1, node.W2)
-        in_.high.put(propagator_of(set.poles, node.t, basis))
-    else:
-        end_interval_at(set, in_, first_end(set, limit))
-
-
-class StanceSearch:
-    """The event functions of a phase, where their first root is searched, and what was found at the end of the
-    interval.
-    """
-    __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
-    SIZE = 664
-    PARTS: tuple[str, ...] = ("events", "in_",)
-
-    def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = 0.0,
-            open: bool = False, certified: bool = False, stops: bool = False, owner: int = 0, side: int = 0,
-        touches: bool = False) -> None:
-        self.events = StanceEvents() if events is None else events
-        self.in_ = Interval() if in_ is None else in_
-        self.limit = limit  # the end of the phase: since it began, as all its times
-        self.open = open  # whether an event is still looked for
-        self.certified = certified  # else the first event is not known: the phase is, up to the end of the interval
-        self.stops = stops  # the element has met a stop
-        self.owner = owner  # NO_OWNER where nothing happens until the current changes, or until the horizon
-        self.side = side  # of an element that slips: where it goes
-        self.touches = touches  # the element that comes to rest is at a stop within rounding
-
-    def copy(self) -> "StanceSearch":
-        return StanceSearch(self.events.copy(), self.in_.copy(), self.limit, self.open, self.certified, self.stops,
-            self.owner, self.side, self.touches)
-
-    def put(self, other: "StanceSearch") -> None:
-        self.events.put(other.events)
-        self.in_.put(other.in_)
-        self.limit = other.limit
-        self.open = other.open
-        self.certified = other.certified
-        self.stops = other.stops
-        self.owner = other.owner
-        self.side = other.side
-        self.touches = other.touches
-
-
-def stance_search_nothing(poles: Poles, search: StanceSearch) -> None:
-    """A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not
-    follow how many functions each phase has; not zeros, for which compilers call memset.
-    """
-    zero = Numerator()
-    nothing = event_function_of(zero, 1.0)
-    one = Jet(1.0, 0.0, 0.0, 0.0)
-    for n in range(4):
-        search.events.set.function[n].put(nothing)
-        search.in_.from_[n].put(one)
-    search.in_.to.put(one)
-    search.in_.high.put(propagator_at_start(poles))
-    search.side = 0
-
-
-def is_at_stop(set: EventSet, at: Propagator) -> bool:
-    """Whether the position is within rounding of the stop ahead: a grazing contact."""
-    for n in range(set.count):
-        g = set.function[n]
-        if g.touch_is_no_event:
-            return abs(value_at(g, at)) <= rounding_of(g, at, 0.0)
-    return False
-
-
-def stance_conclude(search: StanceSearch) -> None:
-    """What ends the phase at the end of its last interval."""
-    events = search.events
-    in_ = search.in_
-    limit = search.limit
-    rests = not events.rest_time > limit and not in_.high.t < limit * (1.0 - 8.0 * EPS)
-    owner = events.rests if rests else NO_OWNER
-    search.side = 0
-    search.stops = False
-    if in_.found >= 0:
-        found = events.set.function[in_.found]
-        if owner == NO_OWNER or owner >= found.owner:
-            owner = found.owner
-            search.side = found.side
-            search.stops = found.touch_is_no_event
-    search.owner = owner
-    search.certified = True
-    search.touches = owner == 1 and is_at_stop(events.set, in_.high)
-
-
 def stance_begin_search(chain: StanceChain, search: StanceSearch) -> None:
     """The search at the start of the phase that starts at the chain's state."""
     until = end_of_step(chain) - chain.t
@@ -5637,61 +5697,6 @@ def stance_begin_search(chain: StanceChain, search: StanceSearch) -> None:
     search.open = in_.found < 0 and search.limit > 0.0
     if not search.open:
         in_.high.put(propagator_at_start(set.poles))
-
-
-def next_end(set: EventSet, in_: Interval, limit: Real, end: Any) -> bool:
-    """Where the next interval ends, which begins where this one has ended; true if nothing happens in it."""
-    begin_interval(set, in_)
-    until = root_free_until(set, in_)
-    quiet = until > in_.low.t + 2.0 * set.node.t
-    end[0] = lesser(until, limit) if quiet else far_end(set, in_.low.t, limit)
-    return quiet
-
-
-def find_event(chain: StanceChain, search: StanceSearch, known: bool) -> bool:
-    """The first event by the end of an interval; false if it has no certificate. The first root in it may be known."""
-    set = search.events.set
-    in_ = search.in_
-    certified = True
-    later = True  # once at most, and then what else happens by then is looked at
-    for n in range(2):
-        if not later:
-            break
-        if not certified:
-            break
-        certified = n == 0 and known or find_first_root(set, in_)
-        if not in_.high.t < search.limit:
-            cross_at_the_limit(search.events, search.limit, in_)
-        later = n == 0 and is_takeoff(set, in_.found) and sharpen_takeoff(chain, search.events, search.limit, in_)
-    return certified
-
-
-def is_open(search: StanceSearch) -> bool:
-    return search.in_.found < 0 and search.in_.high.t < search.limit
-
-
-def stance_end_search(chain: StanceChain, search: StanceSearch) -> None:
-    """The first event, from an interval on in which something may happen."""
-    set = search.events.set
-    in_ = search.in_
-    certified = True
-    quiet = False
-    open = search.open
-    while open:
-        if quiet:
-            end_at_first_crossing(set, in_, True)
-        else:
-            certified = find_event(chain, search, False)
-        open = certified and is_open(search)
-        if open:
-            end = [search.limit]
-            quiet = next_end(set, in_, search.limit, end)
-            end_interval_at(set, in_, end[0])
-    stance_conclude(search)
-    if not certified:
-        in_.high.put(in_.low)
-        search.owner = NO_OWNER
-        search.certified = False
 
 
 def stance_find_end(chain: StanceChain, search: StanceSearch) -> None:
@@ -5707,7 +5712,7 @@ def stance_find_end(chain: StanceChain, search: StanceSearch) -> None:
     stance_begin_search(chain, search)
     if search.open:
         end_first_interval(search.events.set, search.in_, search.limit)
-    stance_end_search(chain, search)
+    find_first_event(chain, search)
 
 
 def phase_of_chain(chain: StanceChain, event: int) -> Phase:
@@ -6100,6 +6105,10 @@ def fill_plan(plan: Plan) -> int:
 
 
 def plan_init(plan: Any, robot: Any) -> int:
+    """Coefficients and poles of a robot. A refusal zeroes the plan, and every function refuses it. ILL_CONDITIONED
+    where the actuator is too stiff for the precision: the plan is made, and what it solves may lack events of the
+    creep after the transient.
+    """
     if plan is None:
         return ERROR_NULL
     none = Robot()
@@ -6149,7 +6158,7 @@ def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
     chain.observer = observer
     chain.variation = variation
     search = StanceSearch()
-    stance_search_nothing(plan.both, search)
+    search_nothing(plan.both, search)
     ending = stance_begin(chain)
     while ending == 0:
         stance_begin_phase(chain)
@@ -6160,10 +6169,20 @@ def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
 
 def solve_stance(plan: Plan, start: State, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
         capacity: int, stance: Stance) -> int:
+    """Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
+
+    start: state after the impact, y = 0 at touchdown. steps: the current, at most MOST_STEPS, steps[0].t = 0, times
+    increase. horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases; where no first
+    event of a phase is certified within 10 000 intervals it is uncertified, and the stance is known up to its duration.
+    """
     return solve_observed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, None, None)
 
 
 def stance_at(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real, state: State) -> int:
+    """State at time t of a solved stance, 0 <= t <= duration (any t after rest). Here and in all that is read at a
+    time, t = phases[n].t belongs to phase n: at an event it is the state behind it, which a stop has left without
+    velocity.
+    """
     array_ = array(state, 1, State.SIZE)
     when = Times([t], 1, False)
     status = reading_status(plan, steps, phases, stance, when, [array_], 1)
@@ -6633,6 +6652,13 @@ def end_search(search: Any, status: int, command: Any) -> int:
 
 
 def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, command: Any) -> int:
+    """Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if
+    several reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the
+    actuator is locked).
+
+    start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being. The plan is read by every
+    step.
+    """
     read = array(plan, 1, Plan.SIZE)
     written = [array(search, 1, Search.SIZE), array(command, 1, Command.SIZE)]
     if overlap(written, 2, [read], 1):
@@ -6667,6 +6693,10 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
 
 
 def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -> int:
+    """Solve one stance more, in the caller's buffer of phases. SEARCHING while there is more to do; command is the best
+    admissible one so far. PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left out. A
+    refusal ends the search.
+    """
     if search is None:
         return end_search(None, ERROR_NULL, command)
     read = [array(search, 1, Search.SIZE), array(search.plan, 1, Plan.SIZE if search.status == SEARCHING else 0)]
@@ -6691,6 +6721,7 @@ def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -
 
 def choose_current(search: Search, plan: Plan, start: State, target: Target, phases: Any, capacity: int,
         command: Command) -> int:
+    """Both, up to the end."""
     status = choose_current_begin(search, plan, start, target, command)
     for _ in range(SEARCH_TRIALS):
         if status != SEARCHING:
@@ -6701,6 +6732,9 @@ def choose_current(search: Search, plan: Plan, start: State, target: Target, pha
 
 def try_currents(plan: Any, starts: Any, start_count: int, currents: Any, current_count: int, horizon: Real,
         phases: Any, capacity: int, trials: Any) -> int:
+    """Try each of some currents from each of some states; trials, state by state, current by current. A stance with
+    more phases than fit into the buffer counts as one without take-off.
+    """
     row = current_count * Trial.SIZE if current_count > 0 else 0
     read = [array(plan, 1, Plan.SIZE), array(starts, start_count, State.SIZE),
         array(currents, current_count, REAL_SIZE)]
@@ -6741,6 +6775,7 @@ def most_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Real:
 
 
 def stance_compression(plan: Plan, steps: Any, phases: Any, stance: Stance, compression_max: Any) -> int:
+    """The largest compression of the leg in a solved stance [m], to be compared with its travel; 0 if it is refused."""
     array_ = array(compression_max, 1, REAL_SIZE)
     status = reading_status(plan, steps, phases, stance, None, [array_], 1)
     if status < 0:
@@ -6768,6 +6803,9 @@ def energy_add(ledger: Ledger, plan: Plan, phase: Phase, u: Real, t: Real) -> No
 
 def stance_energy(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, energies_: Any,
         ledgers: Any, stop_losses: Any) -> int:
+    """Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
+    ledgers and stop_losses (both None) the energies alone, at a fraction of the cost, at times of any order.
+    """
     wanted = ledgers is not None or stop_losses is not None
     arrays = [array(energies_, count, Energy.SIZE), array(ledgers, count, Ledger.SIZE),
         array(stop_losses, count, REAL_SIZE)]
@@ -7392,6 +7430,9 @@ def report_flight(chain: FlightChain, flight: Flight) -> bool:
 
 
 def design_return(plan: Any, time: Real, gains: Any) -> int:
+    """Gains with which the actuator, from rest, is back within 1/100 of its displacement in a time [s], critically
+    damped.
+    """
     read = array(plan, 1, Plan.SIZE)
     written = array(gains, 1, Gains.SIZE)
     status = OK
@@ -7411,6 +7452,16 @@ def design_return(plan: Any, time: Real, gains: Any) -> int:
 
 def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real, max_phases: int, phases: Any,
         capacity: int, flight: Any) -> int:
+    """Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been
+    above it.
+
+    start: state at take-off, as the stance has ended. ground: height of the ground ahead over that which is left, 0 if
+    it is flat. Where a damper acts in the leg, it relaxes from start's y; the end's y is what is left of that. gains:
+    of the law gamma2 u = Kp x1 + Kd v1, which stays within u_max; None for those of design_return, settled 50 ms before
+    the touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead ends,
+    tripped, where its foot came highest. One whose phase is not searched within 10 000 intervals is refused: its
+    numbers leave the range. g must be > 0.
+    """
     nothing = Flight()
     if flight is None:
         return ERROR_NULL
@@ -7507,6 +7558,7 @@ def rates_of_flight(plan: Plan, flight: Flight) -> FlightRates:
 
 
 def flight_at(plan: Plan, phases: Any, flight: Flight, times: Any, count: int, states: Any) -> int:
+    """States at `count` times of a solved flight, 0 <= t <= duration."""
     array_ = array(states, count, State.SIZE)
     status = flight_reading_status(plan, phases, flight, times, count, False, [array_], 1)
     if status < 0:
@@ -7566,6 +7618,7 @@ def add_work(ledger: FlightLedger, plan: Plan, rates: FlightRates, flight: Fligh
 
 def flight_energy(plan: Plan, phases: Any, flight: Flight, times: Any, count: int, energies: Any, ledgers: Any,
         stop_losses: Any) -> int:
+    """Energies and ledgers from take-off to each of `count` times, which must not decrease."""
     arrays = [array(energies, count, Energy.SIZE), array(ledgers, count, FlightLedger.SIZE),
         array(stop_losses, count, REAL_SIZE)]
     status = flight_reading_status(plan, phases, flight, times, count, True, arrays, 3)
@@ -7806,6 +7859,10 @@ def mix_contact(hash: Any) -> None:
 
 
 def selftest(search: Any, phases: Any, capacity: int) -> int:
+    """Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of
+    what comes out: the same digest on every processor, with every compiler and optimisation that keeps to IEEE 754.
+    search, phases: memory to work in; capacity >= SELFTEST_PHASES, else the digest is 0, which no selftest gives.
+    """
     if search is None or phases is None or capacity < SELFTEST_PHASES:
         return 0
     hash = [1]
@@ -8051,6 +8108,13 @@ def finish(variation: Variation, end: State, matrix: Any) -> bool:
 
 
 def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, matrix: Any) -> int:
+    """Derivatives of a solved stance through its events: SENSITIVITY_ROWS times SENSITIVITY_COLUMNS numbers, row by
+    row; zeros if there are none (positive status).
+
+    Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
+    and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
+    that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later.
+    """
     count = SENSITIVITY_ROWS * COLUMNS
     array_ = array(matrix, count, REAL_SIZE)
     status = reading_status(plan, steps, phases, stance, None, [array_], 1)
@@ -8070,6 +8134,10 @@ def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, ma
 
 def stance_tangents(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, states: Any,
         tangents: Any) -> int:
+    """States of a solved stance at `count` times, which must not decrease, and their derivatives through the events
+    before them: TANGENT_ROWS times SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
+    stance_sensitivities. Where an event grazes (NO_DERIVATIVE) they are those of a motion that does not notice it.
+    """
     arrays = [array(states, count, State.SIZE), array(tangents, count, TANGENT_ROWS * COLUMNS * REAL_SIZE)]
     when = Times(times, count, True)
     status = reading_status(plan, steps, phases, stance, when, arrays, 2)
@@ -8177,6 +8245,11 @@ def columns_of(columns: Any, count: int, arrays: Any) -> None:
 
 def stance_grid(plan: Plan, steps: Any, phases: Any, stance: Stance, t0: Real, dt: Real, count: int,
         columns: Any) -> int:
+    """States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as those of stance_states.
+
+    The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as stance_at
+    at each time, at the cost of a few sums.
+    """
     arrays = [Memory() for _ in range(4)]
     columns_of(columns, count, arrays)
     status = reading_status(plan, steps, phases, stance, None, arrays, 4)
@@ -8204,7 +8277,9 @@ def stance_grid(plan: Plan, steps: Any, phases: Any, stance: Stance, t0: Real, d
 
 
 def stance_states(plan: Plan, steps: Any, phases: Any, stance: Stance, times: Any, count: int, columns: Any) -> int:
-    """What a phase needs is made once for the times that follow each other in it."""
+    """States at `count` times of any order, each as stance_at gives it, in columns: an array for each member of state,
+    in their order.
+    """
     arrays = [Memory() for _ in range(4)]
     columns_of(columns, count, arrays)
     when = Times(times, count, False)
@@ -8213,7 +8288,7 @@ def stance_states(plan: Plan, steps: Any, phases: Any, stance: Stance, times: An
         return status
     column: Any = [None] * 4  # where they point to may be written
     column[:] = columns[:4]
-    prepared = 0
+    prepared = 0  # the phase whose motion is made: once for times that follow each other in it
     motion = motion_in_phase(plan, phases[0], steps[phases[0].step].u)
     for i in range(count):
         within = lesser(times[i], stance.duration)
@@ -8230,6 +8305,9 @@ def stance_states(plan: Plan, steps: Any, phases: Any, stance: Stance, times: An
 
 
 def touchdown(detector: Any, contact: Any, sample: Real) -> int:
+    """Take one sample; CONTACT_TOUCHDOWN or CONTACT_TAKEOFF where it detects one, else 0. A run in the contact that is
+    not in 1 .. count - 1 counts as 0. A refusal does not change the contact.
+    """
     if detector is None or contact is None:
         return ERROR_NULL
     count = detector.count  # read before the contact, in which the detector may lie, is written

@@ -10,11 +10,8 @@
 #include "ledger_real.h"
 #include "overlap_real.h"
 
-/* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
-enum { NO_OWNER_real = -1, CONTACT_real = 0, ELEMENT_real = 1, NO_ELEMENT_real = -1 };
-
 /* The chain while it grows. */
-typedef struct {
+struct stance_chain_real {
     const hopform_plan_real *plan;
     const hopform_step_real *steps;
     int32_t step_count;
@@ -41,7 +38,7 @@ typedef struct {
     numerators_real motion;
     observer_real *observer;
     current_variation_real *variation;
-} stance_chain_real;
+};
 
 static inline real current_of_chain_real(const stance_chain_real *chain) {
     return chain->steps[chain->step].u;
@@ -167,31 +164,6 @@ static inline real end_of_step_real(const stance_chain_real *chain) {
 
 /* ---- the end of a phase ---- */
 
-/* The event functions of a phase, and what ends it in closed form. Not in it are the velocity of an element that slips
- * alone, whose time to rest is known, and what cannot happen while the velocities keep their signs. */
-typedef struct {
-    event_set_real set;
-    real rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
-    int rests;      /* whose event that is */
-} stance_events_real;
-
-static inline event_function_real *add_event_function_real(event_set_real *set, const numerator_real *h, real start,
-                                                           real sign, int owner, bool needs_certificate) {
-    event_function_real *g = &set->function[set->count++];
-    g->H3 = sign * h->H3;
-    g->H2 = sign * h->H2;
-    g->H1 = sign * h->H1;
-    g->H0 = 0.0;
-    g->start = sign * start;
-    g->cancels = 0.0;
-    g->decaying = 0.0; /* and its rate is not read */
-    g->owner = owner;
-    g->side = 0;
-    g->needs_certificate = needs_certificate;
-    g->touch_is_no_event = false;
-    return g;
-}
-
 /* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
  * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
 static inline void add_thresholds_real(const stance_chain_real *chain, int element, bool needs_certificate,
@@ -270,22 +242,6 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     }
 }
 
-/* The contact force is the first event function, if it is one. */
-static inline bool is_takeoff_real(const event_set_real *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_real;
-}
-
-/* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
- * current. */
-static inline void cross_at_the_limit_real(const stance_events_real *events, real limit, interval_real *in) {
-    const event_set_real *set = &events->set;
-    const int32_t before = events->rest_time > limit ? ELEMENT_real : events->rests;
-    for (int32_t n = 0; n < set->count && in->found < 0; n++) {
-        const event_function_real *g = &set->function[n];
-        in->found = g->owner < before && crosses_at_limit_real(g, &in->high, limit) ? n : -1;
-    }
-}
-
 /* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
 static inline bool is_late_real(const basis_real *basis) {
     return fabs_real(basis->Wdd) < 0.25;
@@ -305,107 +261,6 @@ static inline real later_takeoff_real(const stance_chain_real *chain, const hopf
     return steady_state_correction_real(poles, contact, settled, basis, t);
 }
 
-/* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
- * first. */
-static inline bool sharpen_takeoff_real(const stance_chain_real *chain, const stance_events_real *events, real limit,
-                                        interval_real *in) {
-    const event_set_real *set = &events->set;
-    const real before = in->high.t;
-    for (int n = 0; n < 4; n++) {
-        const real later = later_takeoff_real(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
-        if (!(fabs_real(later) > 0.0) || in->high.t + later > limit) { break; }
-        end_interval_at_real(set, in, in->high.t + later);
-        in->found = 0;
-    }
-    return in->high.t > before;
-}
-
-/* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
-static inline real far_end_real(const event_set_real *set, real low, real limit) {
-    const real near = greater_real(3.0 * low, set->node->t);
-    const real half = 0.95 * set->node->half_period;
-    const bool faded =
-        -0.5 * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_real; /* the pair: what is left is monotone */
-    const real far = faded ? limit : low + lesser_real(near, half);
-    return far > low && far < limit && set->count > 0 ? far : limit;
-}
-
-/* That of the first interval: the node, which a pair that hardly draws has not. */
-static inline real first_end_real(const event_set_real *set, real limit) {
-    const real half = 0.95 * set->node->half_period;
-    return lesser_real(lesser_real(set->node->t, half), limit);
-}
-
-/* The first interval, by what is known at its end. */
-static inline void end_first_interval_real(const event_set_real *set, interval_real *in, real limit) {
-    const hopform_node_real *node = set->node;
-    if (node->t < limit) {
-        const basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
-        in->high = propagator_of_real(set->poles, node->t, &basis);
-    } else {
-        end_interval_at_real(set, in, first_end_real(set, limit));
-    }
-}
-
-/* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
-typedef struct {
-    stance_events_real events;
-    interval_real in;
-    real limit;     /* the end of the phase: since it began, as all its times */
-    bool open;      /* whether an event is still looked for */
-    bool certified; /* else the first event is not known: the phase is, up to the end of the interval */
-    bool stops;     /* the element has met a stop */
-    int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
-    int side;       /* of an element that slips: where it goes */
-    bool touches;   /* the element that comes to rest is at a stop within rounding */
-} stance_search_real;
-
-/* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow
- * how many functions each phase has; not zeros, for which compilers call memset. */
-static inline void stance_search_nothing_real(const hopform_poles_real *poles, stance_search_real *search) {
-    const numerator_real zero = {0.0, 0.0, 0.0};
-    const event_function_real nothing = event_function_of_real(&zero, 1.0);
-    const jet_real one = {1.0, 0.0, 0.0, 0.0};
-    for (int n = 0; n < MOST_EVENT_FUNCTIONS_real; n++) {
-        search->events.set.function[n] = nothing;
-        search->in.from[n] = one;
-    }
-    search->in.to = one;
-    search->in.high = propagator_at_start_real(poles);
-    search->side = 0;
-}
-
-/* Whether the position is within rounding of the stop ahead: a grazing contact. */
-static inline bool is_at_stop_real(const event_set_real *set, const propagator_real *at) {
-    for (int32_t n = 0; n < set->count; n++) {
-        const event_function_real *g = &set->function[n];
-        if (g->touch_is_no_event) { return fabs_real(value_at_real(g, at)) <= rounding_of_real(g, at, 0.0); }
-    }
-    return false;
-}
-
-/* What ends the phase at the end of its last interval. */
-static inline void stance_conclude_real(stance_search_real *search) {
-    const stance_events_real *events = &search->events;
-    const interval_real *in = &search->in;
-    const real limit = search->limit;
-    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
-    int owner = rests ? events->rests : NO_OWNER_real;
-    search->side = 0;
-    search->stops = false;
-    if (in->found >= 0) {
-        const event_function_real *found = &events->set.function[in->found];
-        if (owner == NO_OWNER_real || owner >= found->owner) {
-            owner = found->owner;
-            search->side = found->side;
-            search->stops = found->touch_is_no_event;
-        }
-    }
-    search->owner = owner;
-    search->certified = true;
-    search->touches = owner == ELEMENT_real + HOPFORM_STOPPED_ELEMENT && is_at_stop_real(&events->set, &in->high);
-}
-
 /* The search at the start of the phase that starts at the chain's state. */
 static inline void stance_begin_search_real(const stance_chain_real *chain, stance_search_real *search) {
     const real until = end_of_step_real(chain) - chain->t;
@@ -417,62 +272,6 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     search->limit = lesser_real(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
     if (!search->open) { in->high = propagator_at_start_real(set->poles); }
-}
-
-/* Where the next interval ends, which begins where this one has ended; true if nothing happens in it. */
-static inline bool next_end_real(const event_set_real *set, interval_real *in, real limit, real *end) {
-    begin_interval_real(set, in);
-    const real until = root_free_until_real(set, in);
-    const bool quiet = until > in->low.t + 2.0 * set->node->t;
-    *end = quiet ? lesser_real(until, limit) : far_end_real(set, in->low.t, limit);
-    return quiet;
-}
-
-/* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
-static inline bool find_event_real(const stance_chain_real *chain, stance_search_real *search, bool known) {
-    const event_set_real *set = &search->events.set;
-    interval_real *in = &search->in;
-    bool certified = true;
-    bool later = true; /* once at most, and then what else happens by then is looked at */
-    for (int n = 0; n < 2 && later && certified; n++) {
-        certified = (n == 0 && known) || find_first_root_real(set, in);
-        if (!(in->high.t < search->limit)) { cross_at_the_limit_real(&search->events, search->limit, in); }
-        later = n == 0 && is_takeoff_real(set, in->found)
-                && sharpen_takeoff_real(chain, &search->events, search->limit, in);
-    }
-    return certified;
-}
-
-static inline bool is_open_real(const stance_search_real *search) {
-    return search->in.found < 0 && search->in.high.t < search->limit;
-}
-
-/* The first event, from an interval on in which something may happen. */
-static inline void stance_end_search_real(const stance_chain_real *chain, stance_search_real *search) {
-    const event_set_real *set = &search->events.set;
-    interval_real *in = &search->in;
-    bool certified = true;
-    bool quiet = false;
-    bool open = search->open;
-    while (open) {
-        if (quiet) {
-            end_at_first_crossing_real(set, in, true);
-        } else {
-            certified = find_event_real(chain, search, false);
-        }
-        open = certified && is_open_real(search);
-        if (open) {
-            real end = search->limit;
-            quiet = next_end_real(set, in, search->limit, &end);
-            end_interval_at_real(set, in, end);
-        }
-    }
-    stance_conclude_real(search);
-    if (!certified) {
-        in->high = in->low;
-        search->owner = NO_OWNER_real;
-        search->certified = false;
-    }
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -488,7 +287,7 @@ static inline void stance_find_end_real(const stance_chain_real *chain, stance_s
     }
     stance_begin_search_real(chain, search);
     if (search->open) { end_first_interval_real(&search->events.set, &search->in, search->limit); }
-    stance_end_search_real(chain, search);
+    find_first_event_real(chain, search);
 }
 
 /* ---- the chain ---- */

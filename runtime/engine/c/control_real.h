@@ -473,6 +473,12 @@ static int32_t end_search_real(hopform_search_real *search, int32_t status, hopf
     return status;
 }
 
+/* Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if
+ * several reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the
+ * actuator is locked).
+ *
+ * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being. The plan is read by every step.
+ */
 int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hopform_plan_real *plan,
                                           const hopform_state_real *start, const hopform_target_real *target,
                                           hopform_command_real *command) {
@@ -516,6 +522,10 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     return search->status;
 }
 
+/* Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the
+ * best admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left
+ * out. A refusal ends the search.
+ */
 int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_phase_real *phases, int32_t capacity,
                                          hopform_command_real *command) {
     if (search == NULL) { return end_search_real(NULL, HOPFORM_ERROR_NULL, command); }
@@ -549,6 +559,7 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
     return search->status;
 }
 
+/* Both, up to the end. */
 int32_t hopform_choose_current_real(hopform_search_real *search, const hopform_plan_real *plan,
                                     const hopform_state_real *start, const hopform_target_real *target,
                                     hopform_phase_real *phases, int32_t capacity, hopform_command_real *command) {
@@ -559,6 +570,8 @@ int32_t hopform_choose_current_real(hopform_search_real *search, const hopform_p
     return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
 }
 
+/* Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
+ * phases than fit into the buffer counts as one without take-off. */
 int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_state_real *starts, int32_t start_count,
                                   const real *currents, int32_t current_count, real horizon, hopform_phase_real *phases,
                                   int32_t capacity, hopform_trial_real *trials) {
@@ -607,6 +620,7 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
     return greater_real(first, -least.value);
 }
 
+/* The largest compression of the leg in a solved stance [m], to be compared with its travel; 0 if it is refused. */
 int32_t hopform_stance_compression_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                         const hopform_phase_real *phases, const hopform_stance_real *stance,
                                         real *compression_max) {

@@ -19,6 +19,8 @@ static void energy_add_real(hopform_ledger_real *ledger, const hopform_plan_real
 #undef ADD_ENTRY
 }
 
+/* Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
+ * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. */
 int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
                                    const real *times, int32_t count, hopform_energy_real *energies,

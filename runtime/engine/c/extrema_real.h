@@ -6,7 +6,7 @@
 #ifndef HOPFORM_EXTREMA_H_real
 #define HOPFORM_EXTREMA_H_real
 
-#include "first_event_real.h"
+#include "certificate_real.h"
 
 /* The least of `count` minima, and the propagator there. */
 typedef struct {

@@ -119,6 +119,11 @@ static void columns_of_real(real *const *columns, int32_t count, memory_real arr
     }
 }
 
+/* States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as those of hopform_stance_states.
+ *
+ * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
+ * hopform_stance_at at each time, at the cost of a few sums.
+ */
 int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                  const hopform_phase_real *phases, const hopform_stance_real *stance, real t0, real dt,
                                  int32_t count, real *const *columns) {
@@ -148,7 +153,8 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
     return HOPFORM_OK;
 }
 
-/* What a phase needs is made once for the times that follow each other in it. */
+/* States at `count` times of any order, each as hopform_stance_at gives it, in columns: an array for each member of
+ * hopform_state, in their order. */
 int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
                                    const real *times, int32_t count, real *const *columns) {
@@ -161,7 +167,7 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
     }
     real *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
-    int32_t prepared = 0;
+    int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
     motion_real motion = motion_in_phase_real(plan, phases, steps[phases->step].u);
     for (int32_t i = 0; i < count; i++) {
         const real within = lesser_real(times[i], stance->duration);

@@ -329,6 +329,15 @@ int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f
                                const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
                                hopform_state_f64 *state);
 
+/** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as those of hopform_stance_states.
+ *
+ * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
+ * hopform_stance_at at each time, at the cost of a few sums.
+ */
+int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                 const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
+                                 int32_t count, double *const *columns);
+
 /** States at `count` times of any order, each as hopform_stance_at gives it, in columns: an array for each member of
  * hopform_state, in their order. */
 int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
@@ -341,11 +350,6 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                    const double *times, int32_t count, hopform_energy_f64 *energies,
                                    hopform_ledger_f64 *ledgers, double *stop_losses);
-
-/** The largest compression of the leg in a solved stance [m], to be compared with its travel; 0 if it is refused. */
-int32_t hopform_stance_compression_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                        const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
-                                        double *compression_max);
 
 /** Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
  * numbers, row by row; zeros if there are none (positive status).
@@ -366,21 +370,6 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
 int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                      const double *times, int32_t count, hopform_state_f64 *states, double *tangents);
-
-/** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, in columns as those of hopform_stance_states.
- *
- * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
- * hopform_stance_at at each time, at the cost of a few sums.
- */
-int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                 const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
-                                 int32_t count, double *const *columns);
-
-/** Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
- * phases than fit into the buffer counts as one without take-off. */
-int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
-                                  const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
-                                  int32_t capacity, hopform_trial_f64 *trials);
 
 /** Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if
  * several reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the
@@ -403,6 +392,17 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
 int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan,
                                     const hopform_state_f64 *start, const hopform_target_f64 *target,
                                     hopform_phase_f64 *phases, int32_t capacity, hopform_command_f64 *command);
+
+/** Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
+ * phases than fit into the buffer counts as one without take-off. */
+int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
+                                  const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
+                                  int32_t capacity, hopform_trial_f64 *trials);
+
+/** The largest compression of the leg in a solved stance [m], to be compared with its travel; 0 if it is refused. */
+int32_t hopform_stance_compression_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                        const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                        double *compression_max);
 
 /** Gains with which the actuator, from rest, is back within 1/100 of its displacement in a time [s], critically
  * damped. */
@@ -433,15 +433,15 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
                                    hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers,
                                    double *stop_losses);
 
+/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A run in
+ * the contact that is not in 1 .. count - 1 counts as 0. A refusal does not change the contact. */
+int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_contact_f64 *contact, double sample);
+
 /** Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of
  * what comes out: the same digest on every processor, with every compiler and optimisation that keeps to IEEE 754.
  * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the digest is 0, which no selftest
  * gives. */
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity);
-
-/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A run in
- * the contact that is not in 1 .. count - 1 counts as 0. A refusal does not change the contact. */
-int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_contact_f64 *contact, double sample);
 
 /** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
  * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, as its event_count shows. Columns of

@@ -1,0 +1,374 @@
+/* SPDX-License-Identifier: MIT-0
+ *
+ * An event function g of a phase, its jet, what rounding has done to it, and where it has a root: predicted, then
+ * located.
+ *
+ *     g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2        W, its derivatives and integrals: those of the phase's poles
+ *
+ * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the distance to a
+ * stop and the height of a foot that flies. That no other root comes before it is for certificate_real.h to say.
+ */
+#ifndef HOPFORM_EVENT_FUNCTION_H_real
+#define HOPFORM_EVENT_FUNCTION_H_real
+
+#include "phase_real.h"
+
+/* Functions that a phase has at most. */
+enum { MOST_EVENT_FUNCTIONS_real = 4 };
+
+/* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
+enum { NO_OWNER_real = -1, CONTACT_real = 0, ELEMENT_real = 1, NO_ELEMENT_real = -1 };
+
+/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
+ * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
+ * a touch of it is no event. */
+typedef struct {
+    real H3, H2, H1, H0; /* its numerator */
+    real start;
+    real cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
+    real decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
+    int32_t owner;
+    int32_t side;
+    bool needs_certificate;
+    bool touch_is_no_event;
+} event_function_real;
+
+/* A function with this numerator and value at the start, of which nothing is known. */
+static inline event_function_real event_function_of_real(const numerator_real *h, real start) {
+    const event_function_real g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, true, false};
+    return g;
+}
+
+/* The active event functions of a phase, in order of tie-break priority. */
+typedef struct {
+    const hopform_poles_real *poles;
+    const hopform_node_real *node;
+    int32_t count;
+    event_function_real function[MOST_EVENT_FUNCTIONS_real];
+} event_set_real;
+
+static inline event_function_real *add_event_function_real(event_set_real *set, const numerator_real *h, real start,
+                                                           real sign, int owner, bool needs_certificate) {
+    event_function_real *g = &set->function[set->count++];
+    g->H3 = sign * h->H3;
+    g->H2 = sign * h->H2;
+    g->H1 = sign * h->H1;
+    g->H0 = 0.0;
+    g->start = sign * start;
+    g->cancels = 0.0;
+    g->decaying = 0.0; /* and its rate is not read */
+    g->owner = owner;
+    g->side = 0;
+    g->needs_certificate = needs_certificate;
+    g->touch_is_no_event = false;
+    return g;
+}
+
+/* A time since the start of the phase, and the propagator there. */
+typedef struct {
+    real t;
+    basis_real basis;
+    real W_third; /* W''' */
+} propagator_real;
+
+/* That of any poles at the start of a phase. */
+static inline propagator_real propagator_at_start_real(const hopform_poles_real *poles) {
+    const propagator_real at = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, -poles->s_1};
+    return at;
+}
+
+static inline real third_of_basis_real(const hopform_poles_real *poles, const basis_real *basis) {
+    return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
+}
+
+static inline propagator_real propagator_of_real(const hopform_poles_real *poles, real t, const basis_real *basis) {
+    const propagator_real at = {t, *basis, third_of_basis_real(poles, basis)};
+    return at;
+}
+
+static inline propagator_real propagator_at_real(const hopform_poles_real *poles, real t) {
+    const basis_real basis = basis_at_real(poles, t);
+    return propagator_of_real(poles, t, &basis);
+}
+
+/* ---- its jet ---- */
+
+/* Value and derivatives of an event function. */
+typedef struct {
+    real value;
+    real rate;
+    real curvature;
+    real third;
+} jet_real;
+
+/* Whether a function has a further term, which decays: only where a damper is in the leg. */
+static inline bool has_decay_real(const event_function_real *g) {
+    return HOPFORM_LEG_HAS_DAMPER && fabs_real(g->decaying) > 0.0;
+}
+
+/* The n-th derivative of a function from that of its other terms. */
+static inline real with_decay_real(const event_function_real *g, real t, int n, real others) {
+    if (!has_decay_real(g)) { return others; }
+    real value = g->decaying * exponential_real(-g->decay * t);
+    for (int i = 0; i < n; i++) {
+        value *= -g->decay;
+    }
+    return others + value;
+}
+
+static inline real value_at_real(const event_function_real *g, const propagator_real *at) {
+    const basis_real *w = &at->basis;
+    const real value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
+    return with_decay_real(g, at->t, 0, value);
+}
+
+static inline real rate_at_real(const event_function_real *g, const propagator_real *at) {
+    const basis_real *w = &at->basis;
+    const real rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
+    return with_decay_real(g, at->t, 1, rate);
+}
+
+static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
+                                 const propagator_real *at) {
+    const basis_real *w = &at->basis;
+    const real fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
+    const real third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
+    return with_decay_real(g, at->t, 3, third);
+}
+
+static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g) {
+    jet_real jet;
+    jet.value = g->start;
+    jet.rate = g->H3;
+    jet.curvature = g->H2 - g->H3 * poles->s_1;
+    jet.third = g->H1 - poles->s_1 * jet.curvature - poles->s_2 * jet.rate;
+    return jet;
+}
+
+/* Value, rate and curvature; the third derivative is 0 here. */
+static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at) {
+    const basis_real *w = &at->basis;
+    const real curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
+    const jet_real jet = {value_at_real(g, at), rate_at_real(g, at), with_decay_real(g, at->t, 2, curvature), 0.0};
+    return jet;
+}
+
+static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
+                                   const propagator_real *at) {
+    jet_real jet = short_jet_at_real(g, at);
+    jet.third = third_of_real(poles, g, at);
+    return jet;
+}
+
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
+static inline real fourth_of_real(const hopform_poles_real *poles, const event_function_real *g, const jet_real *at) {
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
+}
+
+/* Bound of what rounding may have done to the value of an event function. */
+static inline real rounding_of_real(const event_function_real *g, const propagator_real *at, real rate) {
+    return 16.0 * HOPFORM_EPS_real
+           * (fabs_real(g->start) + g->cancels + fabs_real(g->H3 * at->basis.Wd) + fabs_real(g->H2 * at->basis.W)
+              + fabs_real(g->H1 * at->basis.W1) + fabs_real(g->H0 * at->basis.W2) + at->t * fabs_real(rate));
+}
+
+/* ---- predict a root ---- */
+
+/* Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a value
+ * below: roughly, as the parabola with its slope at the start. Where it starts at 0 it is divided by the time first.
+ * Requires to->value < 0. */
+static inline real rough_root_real(const jet_real *from, const jet_real *to, real h) {
+    const bool above = from->value > 0.0;
+    const real rise = h * from->rate;
+    const real start = above ? from->value : rise;
+    const real slope = above ? rise : 0.5 * h * h * from->curvature;
+    const real square = slope * slope + 4.0 * start * (start + slope - to->value);
+    const real below = sqrt_real(greater_real(square, 0.0)) - slope;
+    const real share = 2.0 * start / (below > 0.0 ? below : 1.0);
+    return ((start > 0.0) & (share < 1.0)) ? share : 0.75;
+}
+
+/* The polynomial of degree 6 through value, rate and curvature at both ends of an interval, and the third derivative at
+ * its start, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2). */
+typedef struct {
+    real c0, c1, c2, c3, r0, s1, s2;
+} interpolant_real;
+
+static inline interpolant_real interpolant_of_real(const jet_real *from, const jet_real *to, real h) {
+    const real hh = 0.5 * h * h;
+    const real c0 = from->value;
+    const real c1 = h * from->rate;
+    const real c2 = hh * from->curvature;
+    const real c3 = (1.0 / 3.0) * h * hh * from->third;
+    const real r0 = to->value - (c0 + c1 + c2 + c3);
+    const real s1 = h * to->rate - (c1 + 2.0 * c2 + 3.0 * c3) - 4.0 * r0;
+    const real s2 = hh * to->curvature - (c2 + 3.0 * c3) - 4.0 * s1 - 6.0 * r0;
+    const interpolant_real p = {c0, c1, c2, c3, r0, s1, s2};
+    return p;
+}
+
+enum { PREDICTION_STEPS_real = 3 };
+
+/* Halley's step from x towards a root of it. */
+static inline real prediction_step_real(const interpolant_real *p, real x) {
+    const real y = x - 1.0;
+    const real tail = p->r0 + y * (p->s1 + y * p->s2);
+    const real tail_1 = p->s1 + 2.0 * y * p->s2;
+    const real value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
+    const real slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * p->c3 + x * (4.0 * tail + x * tail_1)));
+    const real bend = p->c2 + x * (3.0 * p->c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * p->s2)));
+    const real below = slope * slope - value * bend;
+    const real step = value * slope / (below > 0.0 ? below : 1.0);
+    return below > 0.0 ? step : 0.0;
+}
+
+/* A root of it, from a guess. It guesses, too: no bound rests on it. */
+static inline real refined_root_real(const interpolant_real *p, real x) {
+    for (int n = 0; n < PREDICTION_STEPS_real; n++) {
+        const real step = prediction_step_real(p, x);
+        const real next = x - step;
+        x = ((next > 0.0) & (next < 1.0)) ? next : x;
+        if (fabs_real(step) < HOPFORM_PREDICTION_real * x) { break; }
+    }
+    return x;
+}
+
+/* ---- locate it ---- */
+
+/* Householder's step of third order towards a root. */
+static inline real step_to_root_real(const jet_real *at) {
+    const real square = at->rate * at->rate;
+    const real below =
+        6.0 * square * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
+    const bool usable = fabs_real(below) > 0.0;
+    const real step = at->value * (6.0 * square - 3.0 * at->value * at->curvature) / (usable ? below : 1.0);
+    return usable ? step : HOPFORM_NEVER_real;
+}
+
+/* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
+ * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
+static inline bool is_near_real(const hopform_poles_real *poles, real t, real d) {
+    const real share = t > 0.0 ? d / t : 1.0;
+    return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_real;
+}
+
+/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a
+ * function whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
+typedef struct {
+    real w0, w1, w2, w3, w4;
+} derivatives_real;
+
+static inline derivatives_real carried_real(const hopform_poles_real *poles, const derivatives_real *from, real d) {
+    derivatives_real w = *from;
+    derivatives_real sum = w;
+    real power = 1.0;
+#define ADD_ORDER(inverse)                                                                                             \
+    {                                                                                                                  \
+        const real next = -(poles->s_1 * w.w4 + poles->s_2 * w.w3 + poles->s_3 * w.w2);                                \
+        power *= d * (inverse);                                                                                        \
+        w.w0 = w.w1;                                                                                                   \
+        w.w1 = w.w2;                                                                                                   \
+        w.w2 = w.w3;                                                                                                   \
+        w.w3 = w.w4;                                                                                                   \
+        w.w4 = next;                                                                                                   \
+        sum.w0 += power * w.w0;                                                                                        \
+        sum.w1 += power * w.w1;                                                                                        \
+        sum.w2 += power * w.w2;                                                                                        \
+        sum.w3 += power * w.w3;                                                                                        \
+        sum.w4 += power * w.w4;                                                                                        \
+    }
+    HOPFORM_CARRY_ORDERS_real(ADD_ORDER)
+#undef ADD_ORDER
+        return sum;
+}
+
+/* The propagator's basis d later. */
+static inline basis_real carried_basis_real(const hopform_poles_real *poles, const basis_real *from, real d) {
+    const derivatives_real w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
+    const derivatives_real later = carried_real(poles, &w, d);
+    const basis_real basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
+    return basis;
+}
+
+/* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
+typedef struct {
+    bool lands;
+    real low, high, next;
+} root_step_real;
+
+/* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
+ * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
+ * small that nothing is left of its square, and where the propagator can be carried there. */
+static inline root_step_real step_between_real(const hopform_poles_real *poles, const jet_real *at, real fourth, real t,
+                                               real low, real high) {
+    const derivatives_real g = {at->value, at->rate, at->curvature, at->third, -fourth};
+    const real first = -step_to_root_real(at);
+    const derivatives_real there = carried_real(poles, &g, first);
+    const real more = -there.w0 / (there.w1 < 0.0 ? there.w1 : -1.0);
+    const real step = first + more;
+    const real next = t + step;
+    const bool lands = (at->rate < 0.0) & (next > low) & (next < high) & is_near_real(poles, next, step)
+                       & (more * more <= 0.25 * HOPFORM_EPS_real * t * fabs_real(step));
+    const real from = at->value > 0.0 ? t : low;
+    const real to = at->value < 0.0 ? t : high;
+    const root_step_real towards = {lands, from, to, lands ? next : t + first};
+    return towards;
+}
+
+/* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
+ * g = 0 and rising, at the lower time, and g < 0 at the later one. */
+static inline void locate_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
+                                    propagator_real *at, real guess) {
+    real high = at->t;
+    real t = guess;
+    for (int n = 0; n < 100; n++) {
+        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
+            t = low + 0.5 * (high - low);
+            if (!(t > low && t < high)) {
+                *at = propagator_at_real(poles, high);
+                return;
+            }
+        }
+        at->t = t;
+        at->basis = basis_at_real(poles, t);
+        at->W_third = third_of_basis_real(poles, &at->basis);
+        const jet_real jet = jet_at_real(poles, g, at);
+        if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) { return; }
+        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
+        /* The rate of the further term is none of the poles: no step is known to land. */
+        if (step.lands && !has_decay_real(g)) {
+            at->basis = carried_basis_real(poles, &at->basis, step.next - t);
+            at->W_third = third_of_basis_real(poles, &at->basis);
+            at->t = step.next;
+            return;
+        }
+        low = step.low;
+        high = step.high;
+        t = step.next;
+    }
+}
+
+/* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
+ * decayed; 0 when it is no more accurate. */
+static inline real steady_state_correction_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                real settled, const basis_real *basis, real t) {
+    const real residual = settled - g->start;
+    const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
+    const real by_2 = residual * poles->s_2;
+    const numerator_real fading = {g->H3, slow ? g->H2 : by_2, g->H1};
+    const real value = settled - residual_to_steady_state_real(poles, &fading, basis, residual);
+    const real rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
+    const real of_time = t * fabs_real(rate);
+    const real of_rise = fabs_real(g->start) + fabs_real(g->H3 * basis->Wd) + fabs_real(g->H2 * basis->W)
+                         + fabs_real(g->H1 * basis->W1) + of_time;
+    const real of_residual = fabs_real(settled) + fabs_real(residual * basis->Wdd)
+                             + (fabs_real(g->H3) + fabs_real(residual * poles->s_1)) * fabs_real(basis->Wd)
+                             + (slow ? fabs_real(g->H2) + fabs_real(by_2) : 0.0) * fabs_real(basis->W) + of_time;
+    const bool better =
+        (rate < 0.0) & (of_residual < 0.25 * of_rise) & (fabs_real(value) <= 16.0 * HOPFORM_EPS_real * of_rise);
+    const real later = -value / (better ? rate : -1.0);
+    const bool counts = (fabs_real(later) < 0.01 * t) & (fabs_real(later) > 16.0 * HOPFORM_EPS_real * t);
+    return (better & counts) ? later : 0.0;
+}
+
+#endif
