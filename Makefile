@@ -162,6 +162,8 @@ wheels: compiler venv-wheels ## the sdist and a wheel for each of PLATFORMS (all
 	@rm -rf dist
 	$(PY) tools/wheels.py dist $(PLATFORMS)
 	.venv/bin/check-wheel-contents dist
+	.venv/bin/twine check --strict dist/*
+	.venv/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 
 COUNT = 60
 mutants: compiler venv-dev ## change COUNT (60) places of the package at random, see tests fail

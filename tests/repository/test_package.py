@@ -2,12 +2,16 @@
 
 import ctypes
 import os
+import re
 import shlex
 import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
+from email import message_from_bytes
+from email.message import Message
 from pathlib import Path
 
 import pytest
@@ -46,6 +50,13 @@ def the_wheel(folder: Path) -> Path:
 def contents(wheel: Path) -> set[str]:
     with zipfile.ZipFile(wheel) as archive:
         return set(archive.namelist())
+
+
+def metadata(wheel: Path) -> Message:
+    """What an index is told; its payload is the page that it shows."""
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        return message_from_bytes(archive.read(name))
 
 
 def libraries(wheel: Path) -> list[str]:
@@ -87,8 +98,42 @@ def test_a_wheel_installs_two_packages_and_nothing_else(wheel):
     assert len(top) == 3
 
 
+def test_the_metadata_have_both_licences_with_their_texts_and_the_address_of_the_manifests(wheel):
+    told = metadata(wheel)
+    assert told["License-Expression"] == "MIT AND MIT-0"
+    folder = f"hopform-{told['Version']}.dist-info/licenses/"
+    with zipfile.ZipFile(wheel) as archive:
+        first = [archive.read(folder + name).split(b"\n")[0] for name in told.get_all("License-File")]
+    assert first == [b"MIT License", b"MIT No Attribution"]
+    addresses = dict(line.split(", ") for line in told.get_all("Project-URL"))
+    library = (ROOT / "generated/packages/arduino/library.properties").read_text("utf-8")
+    assert f"url={addresses['Homepage']}\n" in library
+    assert all(address.startswith(addresses["Homepage"]) for address in addresses.values())
+
+
+def test_a_wheel_requires_three_packages_and_has_the_extras_of_users_alone(wheel):
+    told = metadata(wheel)
+    always = [line for line in told.get_all("Requires-Dist") if "extra ==" not in line]
+    assert sorted(re.split(r"\W", line)[0] for line in always) == ["numpy", "rich", "typer"]
+    assert set(told.get_all("Provides-Extra")) == {"all", "compiler", "derive", "identify", "plot", "xarray"}
+
+
+def test_every_link_and_picture_of_the_page_of_an_index_leads_into_the_tag_of_the_version(wheel):
+    told = metadata(wheel)
+    page = str(told.get_payload())
+    assert told["Description-Content-Type"] == "text/markdown"
+    for pattern, what in ((r"\]\(([^)\s]+)\)", "blob"), (r'src="([^"]+)"', "raw")):
+        readme = re.findall(pattern, (ROOT / "README.md").read_text("utf-8"))
+        relative = [target for target in readme if not target.startswith(("https://", "#"))]
+        assert relative
+        address = f"https://example.org/Hopform/{what}/v{told['Version']}/"
+        found = re.findall(pattern, page)
+        assert found == [address + target if target in relative else target for target in readme]
+
+
 def test_the_proof_stays_in_the_repository_and_nothing_of_the_derivation_stands_at_the_top(wheel):
-    folders = {part for name in contents(wheel) for part in name.split("/")[:-1]}
+    installed = [name for name in contents(wheel) if ".dist-info/licenses/" not in name]
+    folders = {part for name in installed for part in name.split("/")[:-1]}
     assert not folders & {"derive", "templates", "generated", "tests", "tools", "runtime", "__pycache__"}
 
 
