@@ -125,6 +125,7 @@ firmware-test-all: compiler venv-dev ## the same for every processor, compiler, 
 	$(PY) -m tests.conformance.firmware --all
 
 firmware-report: compiler venv-dev ## count instructions, flash and stack there, write docs/evidence/firmware-costs.*
+	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.firmware --report
 
 generate: venv ## derive the formulas and write generated/

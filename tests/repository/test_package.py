@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import tarfile
-import tomllib
 import zipfile
 from email import message_from_bytes
 from email.message import Message
@@ -19,7 +18,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 HAS_COMPILER = shutil.which(shlex.split(os.environ.get("CC") or "cc")[0]) is not None
 pytestmark = pytest.mark.sliced
-NO_COMPILER = {"CC": "/nonexistent/cc", "HOPFORM_REQUIRE_C": ""}
+NO_COMPILER = {"CC": "/nonexistent/cc"}
 
 
 def run(*command: str | Path, cwd: Path, **environment: str) -> tuple[int, str]:
@@ -230,23 +229,41 @@ def test_the_compiled_library_loads_with_every_symbol_found(wheel, installed):
     ctypes.CDLL(str(installed / library))
 
 
-def test_without_a_compiler_the_wheel_is_pure_and_one_line_says_so(source, tmp_path):
+def test_without_a_compiler_one_line_says_what_to_do_and_there_is_no_wheel_that_pip_could_keep(source, tmp_path):
     code, output = pip_wheel(source, tmp_path, **NO_COMPILER)
+    assert code != 0
+    (line,) = {line.strip() for line in output.splitlines() if line.strip().startswith("hopform: ")}
+    assert line.startswith("hopform: no C compiler: /nonexistent/cc: ")
+    assert "HOPFORM_PURE=1 pip install 'hopform[compiler]'" in line
+    assert not list(tmp_path.glob("*.whl"))
+
+
+def test_an_editable_install_without_a_compiler_is_refused_by_the_same_line(source, tmp_path):
+    hook = "from hatchling.build import build_editable; build_editable('.')"
+    code, output = run(sys.executable, "-c", hook, cwd=source, **NO_COMPILER)
+    assert (code, output.count("\n")) == (1, 1)
+    assert output.startswith("hopform: no C compiler: /nonexistent/cc: ")
+
+
+def test_a_pure_wheel_is_for_who_asks_for_it_and_has_no_library_of_an_earlier_build(source, tmp_path):
+    left = source / "runtime" / "hopform" / "_libhopform.so"
+    left.write_bytes(b"of other sources")
+    code, output = pip_wheel(source, tmp_path, **NO_COMPILER, HOPFORM_PURE="1")
+    left.unlink()
     assert code == 0, output
     assert the_wheel(tmp_path).name.endswith("-py3-none-any.whl")
-    (warning,) = [line for line in output.splitlines() if "compiler" in line]
-    assert "/nonexistent/cc" in warning
-
-
-def test_without_a_compiler_no_library_of_an_earlier_build_is_shipped(source, tmp_path):
-    (source / "runtime" / "hopform" / "_libhopform.so").write_bytes(b"of other sources")
-    code, output = pip_wheel(source, tmp_path, **NO_COMPILER)
-    assert code == 0, output
     assert libraries(the_wheel(tmp_path)) == []
 
 
-def test_without_a_compiler_a_build_that_requires_c_fails_by_name(source, tmp_path):
-    code, output = pip_wheel(source, tmp_path, **NO_COMPILER | {"HOPFORM_REQUIRE_C": "1"})
+def test_sources_that_do_not_compile_end_the_build_with_what_the_compiler_said(source, tmp_path):
+    broken = shutil.copytree(source, tmp_path / "broken")
+    (broken / "generated" / "c" / "src" / "version.c").write_text("int version(void) { return }\n", "utf-8")
+    code, output = pip_wheel(broken, tmp_path)
     assert code != 0
-    assert "HOPFORM_REQUIRE_C is set, but no C compiler: /nonexistent/cc" in output
-    assert not list(tmp_path.glob("*.whl"))
+    assert "does not compile generated/c" in output
+    assert "version.c:1:" in output
+
+
+def test_a_build_of_a_wheel_leaves_nothing_in_the_tree_of_its_sources(source, wheel):
+    assert libraries(wheel)
+    assert not list((source / "runtime").rglob("_libhopform.*"))
