@@ -1,13 +1,18 @@
 """What pip gives a user: the wheel built from the sdist, with and without a C compiler."""
 
 import ctypes
+import json
 import os
 import re
+import resource
 import shlex
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tarfile
+import tomllib
+import venv
 import zipfile
 from email import message_from_bytes
 from email.message import Message
@@ -80,6 +85,35 @@ def wheel(source, tmp_path_factory) -> Path:
     code, output = pip_wheel(source, folder)
     assert code == 0, output
     return the_wheel(folder)
+
+
+class Stranger:
+    """A new environment with the wheel, installed by pip, and what it requires; no compiler, no git, no HOME."""
+
+    def __init__(self, folder: Path, wheel: Path) -> None:
+        self.folder = folder
+        venv.create(folder / "env", symlinks=True)
+        self.python = folder / "env" / "bin" / "python"
+        install = ("install", "--quiet", "--no-deps", "--no-index", wheel)
+        code, output = run(sys.executable, "-m", "pip", "--python", self.python, *install, cwd=folder)
+        assert code == 0, output
+        (hopform,) = (folder / "env" / "lib").glob("python3*/site-packages/hopform")
+        required = sysconfig.get_path("purelib")  # a line of a .pth, so that an editable install in there is not seen
+        hopform.with_name("required.pth").write_text(f"{required}\n", "utf-8")
+        self.package = hopform
+
+    def __call__(self, *arguments: str | Path, program: str = "hopform") -> str:
+        """What a program of the environment prints."""
+        command = [self.python.with_name(program), *arguments]
+        bare = {"PATH": str(self.folder / "nothing"), "CC": "/nonexistent/cc"}
+        done = subprocess.run(command, cwd=self.folder, env=bare, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+
+@pytest.fixture(scope="module")
+def stranger(wheel, tmp_path_factory) -> Stranger:
+    return Stranger(tmp_path_factory.mktemp("stranger"), wheel)
 
 
 @pytest.fixture(scope="module")
@@ -227,6 +261,64 @@ def test_with_a_compiler_the_wheel_is_for_one_platform_and_any_python_3(wheel):
 def test_the_compiled_library_loads_with_every_symbol_found(wheel, installed):
     (library,) = libraries(wheel)
     ctypes.CDLL(str(installed / library))
+
+
+def test_a_wheel_gives_the_first_number_within_20_s_of_a_processor_and_the_digests_of_this_checkout(wheel, tmp_path):
+    def spent() -> float:
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
+    begin = spent()
+    stranger = Stranger(tmp_path, wheel)
+    first = stranger("stance", "--robot", "hopper_c", "--height", "0.20", "--u", "3")
+    assert spent() - begin < 20.0
+    assert "takes off after 188.13 ms" in first
+    assert "solved by the c back end" in first
+    assert "(back ends: c, python)" in stranger("--version")
+    digests = json.loads((ROOT / "tests/repository/gate/record.json").read_text("utf-8"))["selftest"]
+    assert [line.split()[-1] for line in stranger("selftest").splitlines()] == [digests["f32"], digests["f64"]]
+
+
+def test_a_stranger_derives_a_model_and_solves_it_without_a_compiler(stranger):
+    shutil.copy(ROOT / "tests" / "models" / "back_emf.py", stranger.folder)
+    assert "driven" in stranger("model", "build", "back_emf.py", "--out", "driven")
+    stance = ("stance", "--robot", "driven/robot.toml", "--height", "0.20", "--json")
+    assert json.loads(stranger("--solver", "driven", *stance))["status"] == "takeoff"
+
+
+def test_a_package_that_a_stranger_exports_is_built_of_the_list_of_the_library_and_has_its_digests(stranger, tmp_path):
+    """By CMake, with the flags of the package; the library of the wheel has those of solver.toml."""
+    stranger("export", "package", "--for", "cmake")
+    package, board = stranger.folder / "package", ROOT / "tests" / "conformance" / "firmware" / "boards"
+    build = tomllib.loads((stranger.package / "solver.toml").read_text("utf-8"))["build"]
+    listed = (package / "CMakeLists.txt").read_text("utf-8")
+    assert {f"c/{name}" for name in re.findall(r"^    (src/\S+\.c)$", listed, re.MULTILINE)} <= set(build["sources"])
+    rounding = re.findall(r":(-ffp[^>]+)>", listed)[0].split(";")
+    assert [flag for flag in build["flags"] if flag.startswith("-f") and flag in rounding] == rounding
+    (tmp_path / "CMakeLists.txt").write_text(
+        f"""cmake_minimum_required(VERSION 3.16)
+project(app LANGUAGES C)
+add_subdirectory({package} hopform)
+add_executable(app {board.parent}/selftest.c {board}/board.c)
+target_include_directories(app PRIVATE {board})
+target_link_libraries(app hopform::hopform)
+""",
+        "utf-8",
+    )
+    for command in (("cmake", "-S", ".", "-B", "build"), ("cmake", "--build", "build", "-j2")):
+        code, output = run(*command, cwd=tmp_path)
+        assert code == 0, output
+    f32, f64 = (line.split()[-1] for line in stranger("selftest").splitlines())
+    assert run(tmp_path / "build" / "app", cwd=tmp_path) == (0, f"f32 {f32} f64 {f64}\n")
+
+
+def test_a_program_of_a_stranger_passes_mypy_strict_and_runs(stranger, tmp_path):
+    """mypy reads the installed package, by its py.typed; what is not typed there is an error in the program."""
+    program = shutil.copy(ROOT / "tests" / "repository" / "typed_project.py", tmp_path)
+    mypy = (sys.executable, "-m", "mypy", "--strict", "--config-file=", "--python-executable", stranger.python)
+    code, output = run(*mypy, program, cwd=tmp_path)
+    assert (code, output) == (0, "Success: no issues found in 1 source file\n")
+    assert stranger(program, program="python") == "0.312109\n"
 
 
 def test_without_a_compiler_one_line_says_what_to_do_and_there_is_no_wheel_that_pip_could_keep(source, tmp_path):
