@@ -61,7 +61,7 @@ nightly: ## the long stages of .ci/run, longer and by the day's seed: coverage, 
 test-slices: compiler venv-dev ## the slower tests, with some robots of each count of test-exhaustive-identification
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile \
-	    tests/conformance tests/unit tests/repository
+	    tests/conformance tests/unit tests/repository --ignore tests/repository/test_package.py
 
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
 	$(PY) tools/build_library.py
@@ -125,6 +125,7 @@ firmware-test-all: compiler venv-dev ## the same for every processor, compiler, 
 	$(PY) -m tests.conformance.firmware --all
 
 firmware-report: compiler venv-dev ## count instructions, flash and stack there, write docs/evidence/firmware-costs.*
+	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.firmware --report
 
 generate: venv ## derive the formulas and write generated/
@@ -152,16 +153,20 @@ lint: venv-dev ## style and types, of Python and of C; cppcheck where it is inst
 	$(PY) -m pyright
 	sh tools/lint_c.sh
 
-wheel: venv-dev ## build the sdist, from it the wheel, and look inside
+wheel: compiler venv-dev ## build the sdist, from it the wheel, look inside, use it as a stranger without a compiler
+	$(PY) tools/build_library.py
 	@rm -rf dist
 	$(PY) -m build --no-isolation
 	.venv/bin/check-wheel-contents dist
+	$(PY) -m pytest -q -m sliced tests/repository/test_package.py
 
 wheels: compiler venv-wheels ## the sdist and a wheel for each of PLATFORMS (all), cross compiled, into dist
 	$(PY) tools/build_library.py
 	@rm -rf dist
 	$(PY) tools/wheels.py dist $(PLATFORMS)
 	.venv/bin/check-wheel-contents dist
+	.venv/bin/twine check --strict dist/*
+	.venv/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 
 COUNT = 60
 mutants: compiler venv-dev ## change COUNT (60) places of the package at random, see tests fail

@@ -2,7 +2,9 @@
 
 import os
 import runpy
+import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
@@ -20,23 +22,44 @@ SHIPPED = {
 }
 """Folders and files of the checkout by where a wheel has them."""
 
+WITHOUT_A_COMPILER = (
+    "or HOPFORM_PURE=1 pip install 'hopform[compiler]', whose zig compiles the library at its first use; "
+    "HOPFORM_PURE=1 without the extra takes the solver printed as Python"
+)
 
-class LibraryBuildHook(BuildHookInterface):
-    """With a compiler the wheel is for one platform and any Python 3; without, it is pure Python, printed."""
+
+class LibraryBuildHook(BuildHookInterface[Any]):
+    """A wheel is for one platform and any Python 3. It is pure, with the solver printed as Python, where HOPFORM_PURE is
+    set and not otherwise: pip keeps what it built, so a wheel without a library would outlive its reason."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        tool = runpy.run_path(str(Path(self.root, "tools", "build_library.py")))
-        try:
-            tool["build_library"](Path(self.root))
-        except tool["LibraryNotBuilt"] as error:
-            if os.environ.get("HOPFORM_REQUIRE_C", "0") not in ("", "0"):
-                self.app.abort(f"hopform: HOPFORM_REQUIRE_C is set, but {error.args[0]}")
-            self.app.display_warning(f"hopform: Python only, without the C library: {error.args[0]}")
-        else:
+        """Compile aside, in a temporary folder; for an editable install where a checkout has its library."""
+        pure = os.environ.get("HOPFORM_PURE", "0") not in ("", "0")
+        if version == "editable":
+            if not pure:
+                self.compile()
+            return
+        build_data["force_include"] |= SHIPPED
+        if not pure:
+            self.aside = TemporaryDirectory(prefix="hopform_")
+            library = self.compile(Path(self.aside.name))
+            build_data["force_include"][str(library)] = f"hopform/{library.name}"
             build_data["pure_python"] = False
             build_data["tag"] = f"py3-none-{platform()}"
-        if version == "standard":
-            build_data["force_include"] |= SHIPPED
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        if hasattr(self, "aside"):
+            self.aside.cleanup()
+
+    def compile(self, folder: Path | None = None) -> Path:
+        """The library, made in a folder; the build ends in one line where it cannot be made."""
+        tool = runpy.run_path(str(Path(self.root, "tools", "build_library.py")))
+        try:
+            return Path(tool["build_library"](Path(self.root), folder))
+        except tool["NoCompiler"] as error:
+            sys.exit(f"hopform: {error.args[0]}, {WITHOUT_A_COMPILER}")
+        except tool["LibraryNotBuilt"] as error:
+            sys.exit("\n".join(["hopform: " + error.args[0], *error.args[1:]]))
 
 
 def platform() -> str:

@@ -12,12 +12,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "runtime" / "hopform" / "_solver" / "build.py"
 _build = runpy.run_path(str(BUILD))
-LibraryNotBuilt, compile_solver, SUFFIX = (_build[name] for name in ("LibraryNotBuilt", "compile_solver", "SUFFIX"))
+LibraryNotBuilt, NoCompiler, compile_solver = (_build[n] for n in ("LibraryNotBuilt", "NoCompiler", "compile_solver"))
 
 
-def library(root: Path = ROOT) -> Path:
-    """Where the library stands in a checkout."""
-    return root / "runtime" / "hopform" / f"_libhopform{SUFFIX}"
+def library(root: Path = ROOT, folder: Path | None = None) -> Path:
+    """Where the library stands in a folder; where none is named, that of a checkout."""
+    return (folder or root / "runtime" / "hopform") / f"_libhopform{_build['SUFFIX']}"
 
 
 def is_fresh(root: Path = ROOT) -> bool:
@@ -28,12 +28,12 @@ def is_fresh(root: Path = ROOT) -> bool:
     return target.exists() and all(path.exists() and path.stat().st_mtime < target.stat().st_mtime for path in made_of)
 
 
-def build_library(root: Path = ROOT) -> Path:
+def build_library(root: Path = ROOT, folder: Path | None = None) -> Path:
     """Compile generated/ with $CC (cc if unset) and return the library; raise `LibraryNotBuilt` if that fails.
 
     After a failure none is left: an old one would pass for the new sources'.
     """
-    target = library(root)
+    target = library(root, folder)
     try:
         compile_solver(root / "generated", target)
     except LibraryNotBuilt:

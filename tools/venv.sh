@@ -34,8 +34,8 @@ python=$(sh tools/find_python.sh)
 echo "setting up .venv for $wanted ..."
 [ -z "$clear" ] || "$python" -m venv --clear .venv
 install() { .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@"; }
-# The library is for tools/build_library.py: it stops at an error, which here would hide in pip's output.
-is_current run || HOPFORM_REQUIRE_C='' install --editable ".[$extras]"
+# The library is for tools/build_library.py, whose errors would hide in pip's output here.
+is_current run || HOPFORM_PURE=1 install --editable ".[$extras]"
 echo "$current" >.venv/with-run
 if [ "$wanted" != run ]; then
     .venv/bin/python -m pip install --help | grep -q -e --group || install 'pip>=25.1'

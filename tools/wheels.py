@@ -79,7 +79,7 @@ def wheel(source: Path, folder: Path, dist: Path, target: Target) -> str:
     """Build and try the wheel of a target in a folder of its own; a line for the table."""
     copy = shutil.copytree(source, folder / target.platform)
     command = " ".join(compiler(target))
-    build("--wheel", dist, copy, CC=command, HOPFORM_PLATFORM=target.platform, HOPFORM_REQUIRE_C="1")
+    build("--wheel", dist, copy, CC=command, HOPFORM_PLATFORM=target.platform, HOPFORM_PURE="")
     (found,) = dist.glob(f"*-{target.platform}.whl")
     audited = audit(found, target) if "linux" in target.platform else "-"
     return f"{target.platform:<24} {found.stat().st_size / 1e6:4.1f} MB  {audited:<22} {tried(found, copy, target)}"

@@ -58,7 +58,7 @@ class Batch(Shown):
 
     status: NDArray[np.int32]
     duration: NDArray[np.floating]
-    end: State
+    end: State[NDArray[Any]]
     apex: NDArray[np.floating]
     aed: NDArray[np.floating]
     event_count: NDArray[np.int32]
@@ -111,7 +111,7 @@ class Batch(Shown):
         return arrays
 
     @property
-    def takeoff(self) -> State:
+    def takeoff(self) -> State[NDArray[Any]]:
         """The state at take-off, NaN where there is none."""
         lifts = self.status == 1
         return State(*(np.where(lifts, value, value.dtype.type(math.nan)) for value in map(np.asarray, self.end)))

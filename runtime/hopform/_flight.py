@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, SupportsFloat
+from typing import Any, NamedTuple, SupportsFloat, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,8 +27,10 @@ from hopform._stance import (
     DOUBLE,
     TOUCHING_ULP,
     Event,
+    Number,
     Real,
     State,
+    Times,
     in_order,
     placed,
     precision_of,
@@ -94,7 +96,11 @@ class Flight(Motion):
         """The events in their order: the kinds of a stance for the actuator, and u_saturates, u_desaturates."""
         return tuple(Event(t, FLIGHT_EVENTS[event]) for t, *_, event in self._solved.rows() if event)
 
-    def at(self, t: ArrayLike) -> State:
+    @overload
+    def at(self, t: Number) -> State: ...
+    @overload
+    def at(self, t: Times) -> State[NDArray[np.floating]]: ...
+    def at(self, t: Number | Times) -> State[Any]:
         """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the time of an event:
         the state behind it; at the ending: before the impact.
 

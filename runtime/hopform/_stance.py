@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from importlib import import_module
 from inspect import getattr_static
-from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, SupportsFloat, TypeAlias, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,10 +24,22 @@ from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps,
 from hopform._warnings import WARNINGS, said
 
 if TYPE_CHECKING:
+    from typing_extensions import TypeVar
+
     from hopform._flight import Flight
+
+    Value = TypeVar("Value", default=float)
+else:
+    from typing import TypeVar
+
+    Value = TypeVar("Value")
 
 Real: TypeAlias = Any
 """A float, or an array that broadcasts: what is read at one time needs no check of its type."""
+Number: TypeAlias = float | np.number[Any]
+"""One time."""
+Times: TypeAlias = NDArray[Any] | Sequence[Any]
+"""Times of an array, or of what becomes one."""
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
 TOUCHING_ULP = 4.0
@@ -41,16 +53,18 @@ _SPELT: dict[Any, Precision] = {
 _TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
 
 
-class State(NamedTuple):
-    """The hopper at one instant, or at the times of an array."""
+class State(NamedTuple, Generic[Value]):
+    """The hopper at one instant, with a float in each entry; at the times of an array, with an array in each, it is a
+    State[NDArray[np.floating]].
+    """
 
-    x1: Real
+    x1: Value
     """[m] displacement of the actuator"""
-    v1: Real
+    v1: Value
     """[m/s] its velocity"""
-    x2: Real
+    x2: Value
     """[m] height of the body over the ground under the foot"""
-    v2: Real
+    v2: Value
     """[m/s] its velocity"""
 
 
@@ -157,7 +171,11 @@ class Stance(Motion):
             else math.inf
         )
 
-    def at(self, t: ArrayLike) -> State:
+    @overload
+    def at(self, t: Number) -> State: ...
+    @overload
+    def at(self, t: Times) -> State[NDArray[np.floating]]: ...
+    def at(self, t: Number | Times) -> State[Any]:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError. At the
         time of an event: the state behind it, which a stop has left without velocity. So is all that is read at a time.
 
@@ -172,7 +190,7 @@ class Stance(Motion):
 
     def grid(
         self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
-    ) -> tuple[NDArray[np.floating], State]:
+    ) -> tuple[NDArray[np.floating], State[NDArray[np.floating]]]:
         """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; faster than `at`.
 
         out: four arrays of one dimension, of the stance's dtype, that take the states. Raises HopformError if not
@@ -470,7 +488,7 @@ def _stance(
     return stance
 
 
-def with_height(robot: Robot, dtype: np.dtype[Any], state: Any) -> State:
+def with_height(robot: Robot, dtype: np.dtype[Any], state: Any) -> State[Any]:
     """A state x1, v1, v2, y, or states, with the height of the body in place of the compression."""
     return State(state.x1, state.v1, body_height(robot, dtype, state.x1, state.y), state.v2)
 

@@ -1,13 +1,21 @@
 """What pip gives a user: the wheel built from the sdist, with and without a C compiler."""
 
 import ctypes
+import json
 import os
+import re
+import resource
 import shlex
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tarfile
+import tomllib
+import venv
 import zipfile
+from email import message_from_bytes
+from email.message import Message
 from pathlib import Path
 
 import pytest
@@ -15,7 +23,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 HAS_COMPILER = shutil.which(shlex.split(os.environ.get("CC") or "cc")[0]) is not None
 pytestmark = pytest.mark.sliced
-NO_COMPILER = {"CC": "/nonexistent/cc", "HOPFORM_REQUIRE_C": ""}
+NO_COMPILER = {"CC": "/nonexistent/cc"}
 
 
 def run(*command: str | Path, cwd: Path, **environment: str) -> tuple[int, str]:
@@ -48,6 +56,13 @@ def contents(wheel: Path) -> set[str]:
         return set(archive.namelist())
 
 
+def metadata(wheel: Path) -> Message:
+    """What an index is told; its payload is the page that it shows."""
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        return message_from_bytes(archive.read(name))
+
+
 def libraries(wheel: Path) -> list[str]:
     return [name for name in contents(wheel) if "_libhopform" in name]
 
@@ -72,6 +87,35 @@ def wheel(source, tmp_path_factory) -> Path:
     return the_wheel(folder)
 
 
+class Stranger:
+    """A new environment with the wheel, installed by pip, and what it requires; no compiler, no git, no HOME."""
+
+    def __init__(self, folder: Path, wheel: Path) -> None:
+        self.folder = folder
+        venv.create(folder / "env", symlinks=True)
+        self.python = folder / "env" / "bin" / "python"
+        install = ("install", "--quiet", "--no-deps", "--no-index", wheel)
+        code, output = run(sys.executable, "-m", "pip", "--python", self.python, *install, cwd=folder)
+        assert code == 0, output
+        (hopform,) = (folder / "env" / "lib").glob("python3*/site-packages/hopform")
+        required = sysconfig.get_path("purelib")  # a line of a .pth, so that an editable install in there is not seen
+        hopform.with_name("required.pth").write_text(f"{required}\n", "utf-8")
+        self.package = hopform
+
+    def __call__(self, *arguments: str | Path, program: str = "hopform") -> str:
+        """What a program of the environment prints."""
+        command = [self.python.with_name(program), *arguments]
+        bare = {"PATH": str(self.folder / "nothing"), "CC": "/nonexistent/cc"}
+        done = subprocess.run(command, cwd=self.folder, env=bare, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+
+@pytest.fixture(scope="module")
+def stranger(wheel, tmp_path_factory) -> Stranger:
+    return Stranger(tmp_path_factory.mktemp("stranger"), wheel)
+
+
 @pytest.fixture(scope="module")
 def installed(wheel, tmp_path_factory) -> Path:
     """What site-packages would hold."""
@@ -87,8 +131,42 @@ def test_a_wheel_installs_two_packages_and_nothing_else(wheel):
     assert len(top) == 3
 
 
+def test_the_metadata_have_both_licences_with_their_texts_and_the_address_of_the_manifests(wheel):
+    told = metadata(wheel)
+    assert told["License-Expression"] == "MIT AND MIT-0"
+    folder = f"hopform-{told['Version']}.dist-info/licenses/"
+    with zipfile.ZipFile(wheel) as archive:
+        first = [archive.read(folder + name).split(b"\n")[0] for name in told.get_all("License-File")]
+    assert first == [b"MIT License", b"MIT No Attribution"]
+    addresses = dict(line.split(", ") for line in told.get_all("Project-URL"))
+    library = (ROOT / "generated/packages/arduino/library.properties").read_text("utf-8")
+    assert f"url={addresses['Homepage']}\n" in library
+    assert all(address.startswith(addresses["Homepage"]) for address in addresses.values())
+
+
+def test_a_wheel_requires_three_packages_and_has_the_extras_of_users_alone(wheel):
+    told = metadata(wheel)
+    always = [line for line in told.get_all("Requires-Dist") if "extra ==" not in line]
+    assert sorted(re.split(r"\W", line)[0] for line in always) == ["numpy", "rich", "typer"]
+    assert set(told.get_all("Provides-Extra")) == {"all", "compiler", "derive", "identify", "plot", "xarray"}
+
+
+def test_every_link_and_picture_of_the_page_of_an_index_leads_into_the_tag_of_the_version(wheel):
+    told = metadata(wheel)
+    page = str(told.get_payload())
+    assert told["Description-Content-Type"] == "text/markdown"
+    for pattern, what in ((r"\]\(([^)\s]+)\)", "blob"), (r'src="([^"]+)"', "raw")):
+        readme = re.findall(pattern, (ROOT / "README.md").read_text("utf-8"))
+        relative = [target for target in readme if not target.startswith(("https://", "#"))]
+        assert relative
+        address = f"https://example.org/Hopform/{what}/v{told['Version']}/"
+        found = re.findall(pattern, page)
+        assert found == [address + target if target in relative else target for target in readme]
+
+
 def test_the_proof_stays_in_the_repository_and_nothing_of_the_derivation_stands_at_the_top(wheel):
-    folders = {part for name in contents(wheel) for part in name.split("/")[:-1]}
+    installed = [name for name in contents(wheel) if ".dist-info/licenses/" not in name]
+    folders = {part for name in installed for part in name.split("/")[:-1]}
     assert not folders & {"derive", "templates", "generated", "tests", "tools", "runtime", "__pycache__"}
 
 
@@ -186,23 +264,99 @@ def test_the_compiled_library_loads_with_every_symbol_found(wheel, installed):
     ctypes.CDLL(str(installed / library))
 
 
-def test_without_a_compiler_the_wheel_is_pure_and_one_line_says_so(source, tmp_path):
+def test_a_wheel_gives_the_first_number_within_20_s_of_a_processor_and_the_digests_of_this_checkout(wheel, tmp_path):
+    def spent() -> float:
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
+    begin = spent()
+    stranger = Stranger(tmp_path, wheel)
+    first = stranger("stance", "--robot", "hopper_c", "--height", "0.20", "--u", "3")
+    assert spent() - begin < 20.0
+    assert "takes off after 188.13 ms" in first
+    assert "solved by the c back end" in first
+    assert "(back ends: c, python)" in stranger("--version")
+    digests = json.loads((ROOT / "tests/repository/gate/record.json").read_text("utf-8"))["selftest"]
+    assert [line.split()[-1] for line in stranger("selftest").splitlines()] == [digests["f32"], digests["f64"]]
+
+
+def test_a_stranger_derives_a_model_and_solves_it_without_a_compiler(stranger):
+    shutil.copy(ROOT / "tests" / "models" / "back_emf.py", stranger.folder)
+    assert "driven" in stranger("model", "build", "back_emf.py", "--out", "driven")
+    stance = ("stance", "--robot", "driven/robot.toml", "--height", "0.20", "--json")
+    assert json.loads(stranger("--solver", "driven", *stance))["status"] == "takeoff"
+
+
+def test_a_package_that_a_stranger_exports_is_built_of_the_list_of_the_library_and_has_its_digests(stranger, tmp_path):
+    """By CMake, with the flags of the package; the library of the wheel has those of solver.toml."""
+    stranger("export", "package", "--for", "cmake")
+    package, board = stranger.folder / "package", ROOT / "tests" / "conformance" / "firmware" / "boards"
+    build = tomllib.loads((stranger.package / "solver.toml").read_text("utf-8"))["build"]
+    listed = (package / "CMakeLists.txt").read_text("utf-8")
+    assert {f"c/{name}" for name in re.findall(r"^    (src/\S+\.c)$", listed, re.MULTILINE)} <= set(build["sources"])
+    rounding = re.findall(r":(-ffp[^>]+)>", listed)[0].split(";")
+    assert [flag for flag in build["flags"] if flag.startswith("-f") and flag in rounding] == rounding
+    (tmp_path / "CMakeLists.txt").write_text(
+        f"""cmake_minimum_required(VERSION 3.16)
+project(app LANGUAGES C)
+add_subdirectory({package} hopform)
+add_executable(app {board.parent}/selftest.c {board}/board.c)
+target_include_directories(app PRIVATE {board})
+target_link_libraries(app hopform::hopform)
+""",
+        "utf-8",
+    )
+    for command in (("cmake", "-S", ".", "-B", "build"), ("cmake", "--build", "build", "-j2")):
+        code, output = run(*command, cwd=tmp_path)
+        assert code == 0, output
+    f32, f64 = (line.split()[-1] for line in stranger("selftest").splitlines())
+    assert run(tmp_path / "build" / "app", cwd=tmp_path) == (0, f"f32 {f32} f64 {f64}\n")
+
+
+def test_a_program_of_a_stranger_passes_mypy_strict_and_runs(stranger, tmp_path):
+    """mypy reads the installed package, by its py.typed; what is not typed there is an error in the program."""
+    program = shutil.copy(ROOT / "tests" / "repository" / "typed_project.py", tmp_path)
+    mypy = (sys.executable, "-m", "mypy", "--strict", "--config-file=", "--python-executable", stranger.python)
+    code, output = run(*mypy, program, cwd=tmp_path)
+    assert (code, output) == (0, "Success: no issues found in 1 source file\n")
+    assert stranger(program, program="python") == "0.312109\n"
+
+
+def test_without_a_compiler_one_line_says_what_to_do_and_there_is_no_wheel_that_pip_could_keep(source, tmp_path):
     code, output = pip_wheel(source, tmp_path, **NO_COMPILER)
+    assert code != 0
+    (line,) = {line.strip() for line in output.splitlines() if line.strip().startswith("hopform: ")}
+    assert line.startswith("hopform: no C compiler: /nonexistent/cc: ")
+    assert "HOPFORM_PURE=1 pip install 'hopform[compiler]'" in line
+    assert not list(tmp_path.glob("*.whl"))
+
+
+def test_an_editable_install_without_a_compiler_is_refused_by_the_same_line(source, tmp_path):
+    hook = "from hatchling.build import build_editable; build_editable('.')"
+    code, output = run(sys.executable, "-c", hook, cwd=source, **NO_COMPILER)
+    assert (code, output.count("\n")) == (1, 1)
+    assert output.startswith("hopform: no C compiler: /nonexistent/cc: ")
+
+
+def test_a_pure_wheel_is_for_who_asks_for_it_and_has_no_library_of_an_earlier_build(source, tmp_path):
+    left = source / "runtime" / "hopform" / "_libhopform.so"
+    left.write_bytes(b"of other sources")
+    code, output = pip_wheel(source, tmp_path, **NO_COMPILER, HOPFORM_PURE="1")
+    left.unlink()
     assert code == 0, output
     assert the_wheel(tmp_path).name.endswith("-py3-none-any.whl")
-    (warning,) = [line for line in output.splitlines() if "compiler" in line]
-    assert "/nonexistent/cc" in warning
-
-
-def test_without_a_compiler_no_library_of_an_earlier_build_is_shipped(source, tmp_path):
-    (source / "runtime" / "hopform" / "_libhopform.so").write_bytes(b"of other sources")
-    code, output = pip_wheel(source, tmp_path, **NO_COMPILER)
-    assert code == 0, output
     assert libraries(the_wheel(tmp_path)) == []
 
 
-def test_without_a_compiler_a_build_that_requires_c_fails_by_name(source, tmp_path):
-    code, output = pip_wheel(source, tmp_path, **NO_COMPILER | {"HOPFORM_REQUIRE_C": "1"})
+def test_sources_that_do_not_compile_end_the_build_with_what_the_compiler_said(source, tmp_path):
+    broken = shutil.copytree(source, tmp_path / "broken")
+    (broken / "generated" / "c" / "src" / "version.c").write_text("int version(void) { return }\n", "utf-8")
+    code, output = pip_wheel(broken, tmp_path)
     assert code != 0
-    assert "HOPFORM_REQUIRE_C is set, but no C compiler: /nonexistent/cc" in output
-    assert not list(tmp_path.glob("*.whl"))
+    assert "does not compile generated/c" in output
+    assert "version.c:1:" in output
+
+
+def test_a_build_of_a_wheel_leaves_nothing_in_the_tree_of_its_sources(source, wheel):
+    assert libraries(wheel)
+    assert not list((source / "runtime").rglob("_libhopform.*"))

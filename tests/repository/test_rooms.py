@@ -20,7 +20,7 @@ RUNTIME = ROOT / "runtime" / "hopform"
 # Each module may import those of the lines above it, inside of functions too. A folder's own name is its __init__.
 LAYERS = (
     ("hopform", "_errors", "_progress", "_warnings"),
-    ("_solver", "_solver.build", "_solver.library", "_solver.package"), ("_solver.folder",),
+    ("_solver", "_solver.build"), ("_solver.library", "_solver.package"), ("_solver.folder",),
     ("_checks",), ("_files",),
     ("_solver.c", "_solver.printed"), ("_solver.choice",), ("_solver.loading",),
     ("_show",), ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import pytest
 import hopform
 import hopform_solver
 from hopform import ufuncs
+from hopform._solver import build
 from hopform._solver import c as native
 from hopform._solver import library as libraries
 from hopform._solver.build import LibraryNotBuilt, compile_solver
@@ -23,6 +25,7 @@ from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.package import OURS
 
 ROOT = Path(__file__).resolve().parents[2]
+OWN = libraries.LIBRARY
 
 
 def compile_one(library: Path, source: str) -> None:
@@ -44,9 +47,10 @@ def forget() -> None:
 
 @pytest.fixture
 def library(tmp_path, monkeypatch) -> Iterator[Path]:
-    """Where the library is looked for in a test: a file that is not there yet."""
+    """Where the library is looked for in a test: a file that is not there yet. The extra `compiler` is absent."""
     path = tmp_path / libraries.LIBRARY.name
     monkeypatch.setattr(libraries, "LIBRARY", path)
+    monkeypatch.setattr(libraries, "find_spec", lambda name: None if name == "ziglang" else find_spec(name))
     forget()
     yield path
     forget()
@@ -121,6 +125,45 @@ def test_asking_for_python_works_in_silence(library, hopper_c, prepare):
         warnings.simplefilter("error")
         stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="python")
     assert (stance.backend, stance.status) == ("python", "takeoff")
+
+
+@pytest.fixture
+def compiled(library, tmp_path, monkeypatch) -> list[Path]:
+    """The extra `compiler` is there, its library that of this checkout; the folders that are compiled."""
+    folders = list[Path]()
+
+    def compile_into(folder: Path, output: Path) -> None:
+        folders.append(folder)
+        shutil.copy(OWN, output)
+
+    shutil.copy(ROOT / "generated" / "solver.toml", library.parent)
+    shutil.copytree(ROOT / "generated" / "c", library.parent / "c")
+    monkeypatch.setattr(libraries, "find_spec", lambda name: find_spec("sys" if name == "ziglang" else name))
+    monkeypatch.setattr(build, "compile_solver", compile_into)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return folders
+
+
+@pytest.mark.skipif(not OWN.is_file(), reason="there is no compiled library")
+def test_with_the_extra_compiler_a_pure_wheel_compiles_its_library_once(library, compiled, hopper_c):
+    for _ in range(2):
+        forget()
+        assert hopform.solve_stance(hopper_c, v2=-1.93, u=2.0).backend == "c"
+    assert compiled == [library.parent]
+    (library.parent / "c" / "src" / "version.c").write_text("/* of another version */\n", "utf-8")
+    forget()
+    assert hopform.library_message() is None
+    assert len(compiled) == 2, "another source is another library"
+
+
+@pytest.mark.parametrize("error", [PermissionError(13, "Permission denied", "/cache"), build.NoCompiler("no zig")])
+def test_a_library_that_the_extra_compiler_cannot_make_is_one_line(library, compiled, monkeypatch, error):
+    def refuse(*_) -> None:
+        raise error
+
+    monkeypatch.setattr(build, "compile_solver", refuse)
+    assert hopform.library_message() == f"there is no compiled library {library.name}, and it cannot be made: {error}"
+    assert hopform.backends() == ("python",)
 
 
 def test_numpy_is_another_name_for_python_and_warns_of_it(hopper_c):

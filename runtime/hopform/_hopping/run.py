@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from inspect import getattr_static
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, SupportsFloat, cast
+from typing import Any, Literal, NamedTuple, SupportsFloat, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,7 @@ from hopform._flight import Flight, solve_flight
 from hopform._robots import BaseRobot, Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, duration_of, name_of, span
 from hopform._solver.package import OURS, records
-from hopform._stance import DOUBLE, Real, Stance, State, aed_at, rest_of, solve_stance, steps_of
+from hopform._stance import DOUBLE, Number, Real, Stance, State, Times, aed_at, rest_of, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
 
@@ -89,7 +89,11 @@ class _Legs(Motion):
     def _all_legs(self) -> list[_Leg]:
         return self._chain()
 
-    def at(self, t: ArrayLike) -> State:
+    @overload
+    def at(self, t: Number) -> State: ...
+    @overload
+    def at(self, t: Times) -> State[Array]: ...
+    def at(self, t: Number | Times) -> State[Any]:
         """States at times t [s], 0 <= t <= duration, in t's shape; x2 is the body's height over level 0.
 
         >>> from hopform import load_robot
@@ -532,7 +536,7 @@ def _stance(task: _Task, answer: Answer, index: int, time: float, flight: Flight
         u: Any = _sampled(task, answer, index, wait, state, leg)
     else:  # none flows before the touchdown is seen
         u = [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))] if wait else answer
-    start = {"x1": state.x1, "v1": state.v1, "v2": state.v2, "compression": leg}
+    start: dict[str, Any] = {"x1": state.x1, "v1": state.v1, "v2": state.v2, "compression": leg}
     return solve_stance(task.plant, **start, u=u, horizon=task.horizon, **task.how)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hopform._errors import BackendError, HopformError
 from hopform._solver import package
-from hopform._solver.library import LIBRARY, Backend, handle, opened, text_of
+from hopform._solver.library import Backend, handle, library_path, opened, text_of
 from hopform._solver.package import OURS, ROWS, Array, Columns, Events, LegState, Package, Precision, Steps, records
 
 PHASES_NOT_KEPT = 1
@@ -127,7 +127,7 @@ def layout(structure: Any) -> struct.Struct:
 def library() -> Library:
     """The library that belongs to this installation; BackendError if there is none or it is stale."""
     handle()
-    return Library(LIBRARY, "hopform", OURS)
+    return Library(library_path(), "hopform", OURS)
 
 
 LIBRARIES: dict[str, Callable[[], Library]] = {OURS.name: library}

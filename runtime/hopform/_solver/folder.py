@@ -4,7 +4,6 @@ A folder is what `hopform model build --out DIR` writes, with the compiled libra
 the wheel beside this package, or in a checkout in generated/.
 """
 
-import os
 import tomllib
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hopform._errors import HopformError
-from hopform._solver.library import LIBRARY, SUFFIX
+from hopform._solver.library import LIBRARY, SUFFIX, cache_of_user
 
 FORMAT = 1
 """Of solver.toml, as it is read here."""
@@ -122,5 +121,4 @@ def _kind_of(annotation: Any) -> Any:
 
 def built() -> Path:
     """Where `hopform model build` keeps the solvers that it makes for this user, a folder each."""
-    base = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "hopform" / "solvers"
+    return cache_of_user() / "solvers"

@@ -4,6 +4,7 @@ This loads neither NumPy nor the package, so that `hopform --version` can name t
 """
 
 import ctypes
+import os
 import re
 import sys
 from functools import cache
@@ -45,9 +46,42 @@ def text_of(handle: ctypes.CDLL, name: str) -> str:
 @cache
 def handle() -> ctypes.CDLL:
     """The library that belongs to this installation; BackendError if there is none or it is stale."""
-    if not LIBRARY.is_file():
-        raise BackendError(f"there is no compiled library {LIBRARY.name}: hopform was installed without a C compiler")
-    return opened(LIBRARY, "hopform", "hopform_solver", layout_of("hopform_solver"))
+    return opened(library_path(), "hopform", "hopform_solver", layout_of("hopform_solver"))
+
+
+def library_path() -> Path:
+    """Where that library is; BackendError if it is nowhere."""
+    return LIBRARY if LIBRARY.is_file() else compiled_once()
+
+
+def compiled_once() -> Path:
+    """The library of a pure wheel with the extra `compiler`: zig makes it at its first use, then it is in the user's
+    cache, by the hash of its sources. BackendError without the extra, or where it cannot be made.
+    """
+    from hopform._solver import build
+
+    absent = f"there is no compiled library {LIBRARY.name}"
+    if not find_spec("ziglang"):
+        extra = f"{sys.executable} -m pip install 'hopform[compiler]'"
+        raise BackendError(
+            f"{absent}: hopform was installed without a C compiler; after `{extra}` its next use makes it"
+        )
+    of_wheel = LIBRARY.parent / "solver.toml"
+    folder = of_wheel.parent if of_wheel.is_file() else LIBRARY.parents[2] / "generated"
+    try:
+        made = cache_of_user() / "libraries" / build.source_of(folder) / LIBRARY.name
+        if not made.is_file():
+            made.parent.mkdir(parents=True, exist_ok=True)
+            build.compile_solver(folder, made)
+    except (OSError, RuntimeError, build.LibraryNotBuilt) as error:  # RuntimeError: there is no home
+        raise BackendError(f"{absent}, and it cannot be made: {error}") from None
+    return made
+
+
+def cache_of_user() -> Path:
+    """Where what is made for this user is kept."""
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "hopform"
 
 
 def layout_of(package: str) -> str:

@@ -10,7 +10,6 @@ import argparse
 import ctypes
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -22,13 +21,14 @@ import numpy as np
 from hopform_solver.records import ROBOT_FIELDS
 from tests.conformance.flights import random_flight
 from tests.conformance.random_stances import draw_stances
+from tests.repository import released
 from tests.repository.gate import answers, objects
 
 ROOT = Path(__file__).resolve().parents[3]
 HERE = Path(__file__).resolve().parent
 OUT = ROOT / "out" / "gate"
 RECORD = HERE / "record.json"
-"""What is committed of the last gate: the selftest's digests and the public names."""
+"""What is committed of the last gate: the selftest's digests."""
 
 STANCES, FLIGHTS, COMMANDS, SEED = 60_000, 10_000, 10_000, 20261122
 
@@ -36,7 +36,7 @@ STANCES, FLIGHTS, COMMANDS, SEED = 60_000, 10_000, 10_000, 20261122
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.repository.gate", description=__doc__.splitlines()[0])
     parser.add_argument("base", metavar="BASE", help="the commit to compare with")
-    parser.add_argument("--record", action="store_true", help="write the digests and public names that were found")
+    parser.add_argument("--record", action="store_true", help="write the digests that were found")
     parser.add_argument(
         "--without", choices=("objects", "answers"), action="append", default=[], help="leave a part out"
     )
@@ -152,20 +152,16 @@ def draw_touchdowns() -> Any:
 
 
 def compare_record(record: bool) -> list[str]:
-    """Public names and digests of this checkout against those on record."""
-    found = {"selftest": digests(), "c": names_of_c(), "python": names_of_python()}
+    """Digests of this checkout against those on record, and what is public against what was released."""
+    digest = digests()
     if record:
-        RECORD.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
+        RECORD.write_text(json.dumps({"selftest": digest}, indent=1) + "\n", "utf-8")
         return []
-    known = json.loads(RECORD.read_text("utf-8"))
-    before, now = known["selftest"], found["selftest"]
-    moved = [] if before == now else [f"selftest: {before} on record, {now} now"]
-    for language in ("c", "python"):
-        moved += [
-            f"{language}: {name} is not public any more" for name in known[language] if name not in found[language]
-        ]
-        moved += [f"{language}: {name} is new in public" for name in found[language] if name not in known[language]]
-    return moved
+    known = json.loads(RECORD.read_text("utf-8"))["selftest"]
+    before, now = json.loads(released.RECORD.read_text("utf-8")), released.found()
+    new = [line for line in released.moved(now, before) if line.endswith(" is gone")]
+    moved = [] if digest == known else [f"selftest: {known} on record, {digest} now"]
+    return [*moved, *released.moved(before, now), *(line.replace(" is gone", " is new") for line in new)]
 
 
 def digests() -> dict[str, str]:
@@ -176,23 +172,6 @@ def digests() -> dict[str, str]:
         raise FileNotFoundError("there is no compiled library: run `make run` first")
     handle = ctypes.CDLL(str(library))
     return {precision: f"{word(handle, precision)[0]:08x}" for precision in ("f32", "f64")}
-
-
-def names_of_c() -> list[str]:
-    """Functions, types and macros of the public headers."""
-    texts = [path.read_text("utf-8") for path in sorted((ROOT / "generated" / "c" / "include").rglob("*.h"))]
-    code = re.sub(r"/\*.*?\*/", "", "\n".join(texts), flags=re.DOTALL)
-    return sorted(set(re.findall(r"\b(?:hopform|HOPFORM)_\w+", code)))
-
-
-def names_of_python() -> list[str]:
-    """What `hopform` offers."""
-    code = "import hopform; print(*hopform.__all__)"
-    path = os.pathsep.join([str(ROOT / "runtime"), str(ROOT / "generated" / "python")])
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": path}, check=True, capture_output=True, text=True
-    )
-    return sorted(done.stdout.split())
 
 
 if __name__ == "__main__":
