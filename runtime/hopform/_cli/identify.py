@@ -16,11 +16,11 @@ from hopform._cli.options import Identification, Recordable, SimulatorFormat
 from hopform._cli.output import check_outputs, deliver, emit, picture, renderer, show
 from hopform._files import Named
 from hopform._identify import synthetic
+from hopform._identify.causes import said
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
 from hopform._identify.joint import KINDS, LETTERS, Check, check
 from hopform._identify.kinds import problem_of
 from hopform._identify.motion import Values
-from hopform._identify.nuisances import said
 from hopform._identify.recordings import Recording
 from hopform._identify.simulators import exported, notes
 from hopform._progress import progress_bar
@@ -185,7 +185,7 @@ def files_of(
 
 def identify(
     kind: Identification, files: list[str], known: list[str] | None = None, force: bool = False,
-    delay: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
+    gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
     loss: str = "linear", robot: str = "hopper_c", out: Path | None = None, export: SimulatorFormat | None = None,
     report: Path | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
@@ -202,7 +202,7 @@ def identify(
     base = load_robot(robot)
     masses, values = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
-        asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
+        asked = {"gain": gain, "clock": clock, "lag": lag}
         how: Options = {"loss": loss, "nuisances": tuple(name for name, wanted in asked.items() if wanted)}
         stages = iter(range(STAGES))
         how["progress"] = lambda _: advance(next(stages, STAGES), STAGES)
