@@ -163,7 +163,7 @@ def test_an_object_that_raises_is_refused_by_its_class():
         partial(hopform.solve_stances, HOPPER, v2=Broken()),
         partial(hopform.load_robot, Broken()),
         partial(hopform.terrain.flat, Broken()),
-        partial(hopform.record, HOPPER, "drop", spring=Broken()),
+        partial(hopform.record, HOPPER, "drop", free_stroke=Broken()),
     ):
         with pytest.raises(hopform.HopformError, match="got an object of Broken, which cannot be shown$"):
             call()
