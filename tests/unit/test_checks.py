@@ -77,7 +77,7 @@ def test_poor_recordings_are_named():
 
 
 def test_what_a_quick_fit_does_not_explain_has_no_interval_to_expect():
-    """A play of 0.3 mm, and a stop half way."""
+    """A play of 0.3 mm, and a stop half way, which is asked about."""
     u = np.concatenate([np.zeros(100), np.repeat([3.0, -3.0, 1.5, -1.5], 225)])
 
     def checked(**changes):
@@ -91,6 +91,8 @@ def test_what_a_quick_fit_does_not_explain_has_no_interval_to_expect():
     for each in (play, stop):
         assert {one.method for one in each.expected} == {"not explained"}
         assert any("log.csv: a quick fit leaves rms" in one for one in each.warnings)
+    assert any("log.csv: x1 stays at an extreme" in one and "a stop?" in one for one in stop.warnings)
+    assert not any("a stop?" in one for one in play.warnings)
 
 
 @pytest.mark.parametrize("test", TESTS)

@@ -21,7 +21,7 @@ from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
 from hopform._identify.joint import KINDS, LETTERS, Check, check
 from hopform._identify.kinds import problem_of
 from hopform._identify.motion import Values
-from hopform._identify.recordings import Recording
+from hopform._identify.recordings import Recording, flat_top
 from hopform._identify.simulators import exported, notes
 from hopform._progress import progress_bar
 from hopform._robots import robot_file
@@ -100,6 +100,7 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformE
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
     unstopped = {"x1", "x2"} <= own.columns.keys() and not {"x1_min", "x1_max"} & fit.known.keys()
     asked += ["does x1 reach a stop, which --known x1_min=... or x1_max=... gives"] if unstopped else []
+    asked += ["does x1 reach a stop"] if drives and position.title[:2] != "x2" and flat_top(own) else []
     asked += ["is it of this rig?", *said(fit.diagnoses, fit.shown)]
     what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
     explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"

@@ -24,7 +24,7 @@ from hopform._identify.fits import Fit, Options, blind, fit
 from hopform._identify.kinds import Recordings, problem_of, read_several
 from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import DELAY, with_nuisances
-from hopform._identify.recordings import HOPPER, Recording, Units, gaps_of, noise_of, outliers, quantum_of
+from hopform._identify.recordings import HOPPER, Recording, Units, flat_top, gaps_of, noise_of, outliers, quantum_of
 from hopform._identify.search import Problem, minimise
 from hopform._identify.step import AIR, HELD
 
@@ -100,9 +100,17 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
     found, spread = expected(problem, quick.values if quick else at or {}, explained=not quick or all(quick.explained))
     letters = (name.partition("@")[0] for name in spread.weak)
     helps = dict.fromkeys(_HELPS[letter] for letter in letters if letter in _HELPS)
+    driven = [each for role in ("step", "air") for each in of.get(role, ())]
     odd = [each for one in telemetry for each in _odd(one)]
-    warnings = (*problem.warnings, *odd, *_unexplained(quick, problem.units))
+    warnings = (*problem.warnings, *odd, *map(_stopped, filter(flat_top, driven)), *_unexplained(quick, problem.units))
     return Check(telemetry, found, (*problem.statements, *blind(spread), *helps), warnings, problem.units)
+
+
+def _stopped(recording: Recording) -> str:
+    """What is said of a recording whose actuator stays at an extreme."""
+    begin, end = flat_top(recording) or (0, 0)
+    ends = f"{recording.time[begin]:.4g} to {recording.time[end]:.4g} s"
+    return f"{recording.source}: x1 stays at an extreme from {ends}, which it meets at speed: a stop? stay within it"
 
 
 def _unexplained(quick: Solution | None, units: Units) -> list[str]:
