@@ -37,6 +37,8 @@ class Count:
 
     inside: dict[str, int] = dataclasses.field(default_factory=lambda: defaultdict(int))
     total: dict[str, int] = dataclasses.field(default_factory=lambda: defaultdict(int))
+    without: int = 0
+    """identifiable parameters without an interval"""
     slowest: float = 0.0
     slowest_of: str = ""
     failed: list[str] = dataclasses.field(default_factory=list)
@@ -73,7 +75,10 @@ def random_robot(rng: np.random.Generator) -> hopform.Robot:
 def score(count: Count, fit: Fit, robot: hopform.Robot, test: str) -> None:
     for each in fit.estimates:
         name = TRUTH.get(each.name, each.name)
-        if each.own or name is None or each.method == "not identifiable":
+        if each.own or name is None:
+            continue
+        if not math.isfinite(each.high - each.low):
+            count.without += each.method != "not identifiable"
             continue
         count.total[f"{test} {each.name}"] += 1
         count.inside[f"{test} {each.name}"] += each.low <= getattr(robot, name) <= each.high
@@ -136,7 +141,7 @@ def main() -> int:
         print(f"{name:18} {count.inside[name]:5} of {total:5} inside, {100.0 * count.inside[name] / total:6.2f} %")
     print(f"pooled {100.0 * count.share:.2f} % over {chosen.count} robots; slowest fit {count.slowest:.2f} s "
           f"({count.slowest_of}); "
-          f"{len(count.failed)} failed")  # fmt: skip
+          f"{len(count.failed)} failed; {count.without} without an interval")  # fmt: skip
     print(*count.failed, *count.odd, sep="\n")
     return 0 if 0.92 <= count.share <= 0.97 and not count.failed else 1
 

@@ -120,7 +120,7 @@ def measure(seed: int, robots: int, searched: int, starts: int) -> Count:
             count.slowest = max(count.slowest, time.process_time() - began)
             for each in fit.estimates:
                 name = TRUTH.get(each.name, each.name)
-                if not each.own and name is not None and each.method != "not identifiable":
+                if not each.own and name is not None and math.isfinite(each.high - each.low):
                     count.total[loss] += 1
                     count.inside[loss] += each.low <= getattr(robot, name) <= each.high
             if n < searched:

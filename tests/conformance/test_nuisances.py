@@ -10,6 +10,7 @@ import pytest
 
 import hopform
 from hopform._cli import main
+from hopform._identify import causes
 from hopform._identify.drop import ATTACHED, GROUND, fit_drop_test
 from hopform._identify.kinds import problem_of
 from hopform._identify.recordings import Column, Recording, parse_recording
@@ -31,22 +32,12 @@ def counted() -> nuisances.Count:
 
 
 @pytest.mark.sliced
-@pytest.mark.parametrize("nuisance", RANGES)
-def test_the_nuisance_is_named_first_and_its_fit_holds_the_truth(nuisance):
-    """20 robots: at least 17 named, which 18 of 20 expected miss in 1 of 30 cases; `make
-    test-exhaustive-identification` asks 90 % of 300.
-    """
-    count = counted()
-    assert count.named[nuisance] >= 17, count.notes
-    assert count.inside[nuisance] >= 0.85 * count.total[nuisance], count.notes
-
-
-@pytest.mark.sliced
 def test_intervals_with_nuisances_hold_the_truth_in_19_of_20_cases():
-    """400 intervals of 20 robots, of which 6 to 36 miss in 99 of 100 draws of 20 from the 300: 91 to 98.5 % hold it."""
+    """320 intervals of 20 robots, which miss together in a fit: 90 to 99 % hold it in 99 of 100 draws."""
     count = counted()
-    assert sum(count.total.values()) > 350
-    assert 0.91 <= count.share <= 0.985, count.notes
+    assert sum(count.total.values()) > 270
+    assert 0.90 <= count.share <= 0.99, count.notes
+    assert all(count.inside[name] >= 0.85 * count.total[name] for name in RANGES), count.notes
 
 
 def step(seed: int = 1, noise: float = 1e-4, **sensor: float) -> Recording:
@@ -57,18 +48,8 @@ def step(seed: int = 1, noise: float = 1e-4, **sensor: float) -> Recording:
     return made
 
 
-def test_a_late_actuator_is_named_with_what_its_delay_brings_and_found_again_with_it():
-    late = step(delay=0.0081)
-    plain = fit_step_response(late, known={"m_eff": 25.0}, compare=False, holdout=False)
-    first = plain.diagnoses[0]
-    assert first.name == "delay"
-    assert first.values["delay@0"] == pytest.approx(0.0081, abs=2e-4)
-    assert first.before == pytest.approx(plain.rms)
-    assert first.after == pytest.approx(1e-4, rel=0.1)
-    assert "a delay of 8.1 ms between current and position" in plain.warnings[-1]
-    assert "fit it with --delay" in plain.warnings[-1]
-    assert not plain["k"].low <= 1200.0 <= plain["k"].high  # confident and wrong
-    fit = fit_step_response(late, known={"m_eff": 25.0}, nuisances=["delay"], compare=False, holdout=False)
+def test_a_delay_is_fitted_wherever_a_current_flows():
+    fit = fit_step_response(step(delay=0.0081), known={"m_eff": 25.0}, compare=False, holdout=False)
     assert fit["delay@0"].low <= 0.0081 <= fit["delay@0"].high
     assert fit["k"].low - fit["k"].stderr <= 1200.0 <= fit["k"].high + fit["k"].stderr
     assert not fit.diagnoses
@@ -82,22 +63,13 @@ def test_friction_that_is_higher_at_rest_is_named():
     for seed in range(3):
         fit = fit_step_response(step(seed, stribeck=0.5, speed=0.05), known={"m_eff": 25.0}, compare=False)
         assert fit.diagnoses[0].name == "Stribeck"
-        assert 0.1 < fit.diagnoses[0].values["level"] < 1.0
+        assert 0.1 < fit.diagnoses[0].values["level"] < 2.0
         assert "no option fits it" in fit.warnings[-1]
 
 
 BODY = Rig(3.0, 1200.0, 5.0, 0.6, start=0.04)
 LEG = replace(BODY, rest=0.4, drops=1.0, g=9.81, loss=0.05, start=0.6, held=0.1)
 BODIES = pytest.mark.parametrize("rig", [BODY, LEG], ids=["decay", "drop"])
-
-
-@BODIES
-def test_a_body_whose_friction_is_higher_at_rest_is_named(rig):
-    still = measured(replace(rig, stribeck=0.5, speed=0.1), np.zeros(1500), 500.0, "x2", np.random.default_rng(1))
-    fit = fit_drop_test(still, attached=rig is BODY, known={"m_s": 3.0}, compare=False, holdout=False)
-    assert fit.diagnoses[0].name == "Stribeck"
-    assert 0.3 < fit.diagnoses[0].values["level"] < 0.6
-    assert fit.diagnoses[0].after < 0.5 * fit.diagnoses[0].before
 
 
 @BODIES
@@ -114,7 +86,7 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     )  # fmt: skip
     values = truth | {name: fit.values[name] for name in ("x@0", "v@0")}
     fastest = float(np.abs(np.gradient(at, 1.0 / 500.0)).max())
-    found = own.response_to_stribeck(values, (0.1 / fastest,))[:, 0]
+    found = own.response_to(values, causes.friction_at_rest(0.1 / fastest), 0.01)
     expected = (high - low)[-own.time.size :] / 0.02
     assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
 
@@ -128,15 +100,13 @@ def over_an_actuator(level: float) -> Recording:
 
 
 @pytest.mark.parametrize("level", [0.0, 0.5])
-def test_a_free_actuator_whose_friction_is_higher_at_rest_is_named(level):
+def test_a_free_actuator_whose_friction_is_higher_at_rest_is_not_explained(level):
     """Its x1 shows where the fit starts though it hits its stops; without that, it ends at three times the masses."""
     known = {"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08}
     fit = fit_drop_test(over_an_actuator(level), free=True, known=known, compare=False, holdout=False)
-    assert fit["m_eff"].value == pytest.approx(25.0, rel=0.03)
-    assert [each.name for each in fit.diagnoses[:1]] == (["Stribeck"] if level else [])
-    if level:
-        assert 0.3 < fit.diagnoses[0].values["level"] < 1.0
-        assert fit.diagnoses[0].after < 0.5 * fit.diagnoses[0].before
+    assert fit["m_eff"].value == pytest.approx(25.0, rel=0.1 if level else 0.03)
+    assert {each.name for each in fit.diagnoses} <= ({"Stribeck"} if level else set())
+    assert fit["m_eff"].method == ("not explained" if level else "profile")
 
 
 AXIS = Rig(95.0, 0.0, 200.0, 0.2, gamma=35.0)
@@ -153,21 +123,12 @@ def axis(amplitude: float, noise: float = 2e-6, **changes: float) -> Recording:
 
 @pytest.mark.parametrize("known", [{"gamma2": -35.0}, {"m_eff": 95.0}], ids=str)
 @pytest.mark.parametrize("loss", ["linear", "huber"])
-def test_a_fit_in_force_names_a_delay_and_has_it_on_request(known, loss):
+def test_a_fit_in_force_has_the_delay(known, loss):
     """The voltage of the recording is held from sample to sample, which the equation knows."""
-    how = {"known": known, "position": False, "loss": loss}
-    plain = fit_force(axis(10.0, delay=0.006), **how)
-    assert plain.diagnoses[0].name == "delay"
-    assert plain.diagnoses[0].values["delay"] == pytest.approx(0.006, rel=0.05)
-    assert "fit it with --delay" in plain.warnings[-1]
-    assert plain.warnings[-1].count(" N; ") == 1
-    fit = fit_force(axis(10.0, delay=0.006), nuisances=["delay"], **how)
+    fit = fit_force(axis(10.0, delay=0.006), known=known, position=False, loss=loss)
     assert fit["delay"].value == pytest.approx(0.006, abs=3e-5)
-    assert fit["delay"].low < 0.006 < fit["delay"].high
-    assert fit.rms < 0.2 * plain.rms
     off = {name: abs(fit[name].value - value) for name, value in (("b1", 200.0), ("f1", 0.2))}
-    assert all(each <= 1.5 * (fit[name].high - fit[name].value) for name, each in off.items())
-    assert not any(each.name == "delay" for each in fit.diagnoses)
+    assert all(each <= 3.0 * fit[name].stderr for name, each in off.items())
 
 
 def test_a_fit_in_force_names_friction_at_rest_and_nothing_else():
@@ -176,7 +137,7 @@ def test_a_fit_in_force_names_friction_at_rest_and_nothing_else():
     stiff = fit_force(axis(4.0, stribeck=1.0, speed=0.1), **how)
     assert [each.name for each in stiff.diagnoses] == ["Stribeck"]
     assert 0.5 < stiff.diagnoses[0].values["level"] < 1.5
-    with pytest.raises(hopform.HopformError, match="a fit in force takes delay alone, got gain"):
+    with pytest.raises(hopform.HopformError, match="a fit in force takes none, got gain"):
         fit_force(axis(4.0), nuisances=["gain"], **how)
 
 
@@ -197,13 +158,13 @@ def test_a_gain_and_a_clock_that_a_fall_alone_does_not_separate_are_named_togeth
 
 
 @pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy"])
-def test_a_robust_fit_names_a_delay_too(loss):
+def test_a_robust_fit_has_the_delay_too(loss):
     late = step(delay=0.006)
     values = late.columns["x1"].values
     values[np.random.default_rng(3).choice(values.size, 20, replace=False)] += 0.04
     fit = fit_step_response(late, known={"m_eff": 25.0}, loss=loss, compare=False, holdout=False)
-    assert fit.diagnoses[0].name == "delay"
-    assert fit.diagnoses[0].values["delay@0"] == pytest.approx(0.006, abs=2e-4)
+    assert not fit.diagnoses
+    assert fit["delay@0"].value == pytest.approx(0.006, abs=2e-4)
 
 
 def test_outliers_that_explain_a_misfit_are_named_with_the_loss_that_withstands_them():
@@ -218,20 +179,18 @@ def test_outliers_that_explain_a_misfit_are_named_with_the_loss_that_withstands_
     assert "--loss huber" in fit.warnings[-1]
 
 
-def test_a_nuisance_that_the_recordings_cannot_have_is_refused():
-    with pytest.raises(hopform.HopformError, match="nuisances must be one of delay, gain, clock, lag, got 'drift'"):
+def test_a_nuisance_that_there_is_not_is_refused():
+    with pytest.raises(hopform.HopformError, match="nuisances must be one of gain, clock, lag, got 'drift'"):
         fit_drop_test(record(HOPPER, "drop", seed=1), nuisances=["drift"])
-    with pytest.raises(hopform.HopformError, match="delay is none of these recordings"):
-        fit_drop_test(record(HOPPER, "drop", seed=1), known={"m_s": 3.0}, nuisances=["delay"])
 
 
-def test_the_command_names_a_delay_and_fits_it_on_request(tmp_path, capsys):
-    file = tmp_path / "late.csv"
-    file.write_text(to_csv(step(delay=0.0081)), "utf-8")
+def test_the_command_names_a_lag_and_fits_it_on_request(tmp_path, capsys):
+    file = tmp_path / "slow.csv"
+    file.write_text(to_csv(step(lag=0.004, noise=2e-5)), "utf-8")
     assert main(["identify", "step", str(file), "--known", "m_eff=25"]) == 0
-    assert "a delay of 8.1 ms" in capsys.readouterr().err
-    assert main(["identify", "step", str(file), "--known", "m_eff=25", "--delay", "--json"]) == 0
     shown = capsys.readouterr()
-    assert "a delay of" not in shown.err
-    parameters = {each["name"]: each for each in json.loads(shown.out)["parameters"]}
-    assert parameters["delay@0"]["low"] <= 0.0081 <= parameters["delay@0"]["high"]
+    assert "a first-order lag of " in shown.err and "fit it with --lag" in shown.err
+    assert "not explained" in shown.out
+    assert main(["identify", "step", str(file), "--known", "m_eff=25", "--lag", "--json"]) == 0
+    parameters = {each["name"]: each for each in json.loads(capsys.readouterr().out)["parameters"]}
+    assert parameters["lag1"]["low"] <= 0.004 <= parameters["lag1"]["high"]

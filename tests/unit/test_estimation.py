@@ -29,8 +29,8 @@ class Line:
 
     design: dict[str, np.ndarray]
     measured: np.ndarray
-    noise: float | None = None
     kind: str = "held"
+    steps: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
     label: str = "line"
     begin: float = 0.0
     added_mass: float = 0.0
@@ -45,7 +45,7 @@ class Line:
 
     def only(self, chosen):
         rows = {name: row[chosen] for name, row in self.design.items()}
-        return Line(rows, self.measured[chosen], self.noise)
+        return Line(rows, self.measured[chosen])
 
 
 def line(truth, count=200, noise=1e-3, seed=1):
@@ -186,7 +186,7 @@ def test_correlations_and_hold_out_are_those_of_the_data(monkeypatch):
     assert fit.correlations["a", "b"] == pytest.approx(expected, rel=1e-6)
     assert fit.traces[0].holdout == pytest.approx(0.005, rel=0.1)
     assert not fit.traces[0].tests.white
-    assert any("not white" in each for each in fit.warnings)
+    assert any("not explained" in each for each in fit.warnings)
 
 
 def test_residuals_with_a_memory_are_distinguished_from_white_ones():

@@ -64,7 +64,7 @@ def test_a_servo_in_degrees_and_volts_has_its_inertia_friction_and_torque():
     fit = air()
     assert not holds(fit, m_eff=SERVO.mass, b1=SERVO.b, f1=SERVO.f, offset=0.0)
     units = {each.name: each.unit for each in fit.estimates}
-    assert units == {"m_eff": "kg m^2", "b1": "N m s/rad", "f1": "rad/s^2", "offset": "V", "x@0": "rad"}
+    assert units == {"m_eff": "kg m^2", "b1": "N m s/rad", "f1": "rad/s^2", "offset": "V", "x@0": "rad", "delay@0": "s"}
     assert (fit["m_eff"].high - fit["m_eff"].low) < 0.01 * SERVO.mass
     assert fit.rms == pytest.approx(3e-4, rel=0.1)
 
@@ -105,12 +105,12 @@ def test_a_torque_is_a_known_drive():
 
 
 def test_a_fit_in_force_is_one_in_torque():
-    drive = 0.3 * np.sin(9.0 * TIME)
+    drive = 0.3 * np.sin(9.0 * TIME) + 0.2 * np.sin(31.0 * TIME)  # of one frequency a delay is viscous friction
     x = simulate(SERVO, drive, RATE)
     fit = fit_force(recorded("time_s,position_rad,torque_Nm", x, 0.05 * drive), known={}, position=False)
     assert {each.name: each.unit for each in fit.estimates} == {
         "m_eff": "kg m^2", "b1": "N m s/rad", "f1": "rad/s^2", "offset": "N m", "f1 m_eff": "N m",
-        "offset force": "N m",
+        "offset force": "N m", "delay": "s",
     }  # fmt: skip
     assert fit["b1"].value == pytest.approx(SERVO.b, rel=0.1)
     assert fit["f1 m_eff"].value == pytest.approx(0.004, rel=0.1)

@@ -408,7 +408,7 @@ ANSWERS = {
         "largest": "number",
         "quantum": "number",
         "autocorrelation": "number",
-        "runs_z": "number",
+        "chance": "number",
         "white": "boolean",
     },
 }

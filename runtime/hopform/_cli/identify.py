@@ -17,12 +17,12 @@ from hopform._cli.output import check_outputs, deliver, emit, picture, renderer,
 from hopform._cli.use import file_of, robot_in_use
 from hopform._files import Named
 from hopform._identify import synthetic
+from hopform._identify.causes import said
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
 from hopform._identify.joint import KINDS, LETTERS, Check, check
 from hopform._identify.kinds import problem_of
 from hopform._identify.motion import Values
-from hopform._identify.nuisances import said
-from hopform._identify.recordings import Recording
+from hopform._identify.recordings import Recording, flat_top
 from hopform._identify.simulators import exported, notes
 from hopform._progress import progress_bar
 
@@ -100,6 +100,7 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformE
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
     unstopped = {"x1", "x2"} <= own.columns.keys() and not {"x1_min", "x1_max"} & fit.known.keys()
     asked += ["does x1 reach a stop, which --known x1_min=... or x1_max=... gives"] if unstopped else []
+    asked += ["does x1 reach a stop"] if drives and position.title[:2] != "x2" and flat_top(own) else []
     asked += ["is it of this rig?", *said(fit.diagnoses, fit.shown)]
     what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
     explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
@@ -185,7 +186,7 @@ def files_of(
 
 def identify(
     kind: Identification, files: list[str], known: list[str] | None = None, force: bool = False,
-    delay: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
+    gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
     loss: str = "linear", robot: str | None = None, values: list[str] | None = None, out: Path | None = None, export: SimulatorFormat | None = None,
     report: Path | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
@@ -202,7 +203,7 @@ def identify(
     base = robot_in_use(robot, values, "identify")
     masses, given = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
-        asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
+        asked = {"gain": gain, "clock": clock, "lag": lag}
         how: Options = {"loss": loss, "nuisances": tuple(name for name, wanted in asked.items() if wanted)}
         stages = iter(range(STAGES))
         how["progress"] = lambda _: advance(next(stages, STAGES), STAGES)

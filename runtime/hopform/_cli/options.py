@@ -178,7 +178,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "Fit": {
         "known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE"),
         "force": option("fit in force: no spring, recorded in closed loop"),
-        "identify.delay": option("fit the delay between current and position, one per recording"),
         "gain": option("fit the gain of each position's sensor"),
         "clock": option("fit the speed of the recording's clock"),
         "lag": option("fit a first-order lag of each position's sensor"),

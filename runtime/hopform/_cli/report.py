@@ -42,7 +42,7 @@ def fit_sections(fit: Fit) -> list[Section]:
         recordings.append((*row, f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no"))
     unit, factor = fit.shown
     causes = [
-        (each.cause(), number(factor * each.before, ".4g"), number(factor * each.after, ".4g"),
+        (each.cause(unit), number(factor * each.before, ".4g"), number(factor * each.after, ".4g"),
          number(each.decrease, ".3g"), each.option or "-") for each in fit.diagnoses
     ]  # fmt: skip
     repeats = [

@@ -3,9 +3,9 @@
     minimise sum_i ((predicted_i(p) - measured_i)/sigma_i)^2
 
 Masses, stiffness and the like, which are positive, are fitted as their logarithms; friction is bounded by 0. Covariance
-from the Jacobian at the solution; intervals of Student's t, those of Coulomb friction by profile likelihood, because
-its effect is not proportional and 0 is its end: all other parameters are fitted again at each trial value, and the
-interval ends where the sum of squares has grown by the factor 1 + t^2/(n - p).
+from the Jacobian at the solution; intervals by profile likelihood, because a sum of squares has kinks where a mass comes
+to stick, and friction ends at 0: all other parameters are fitted again at each trial value, and the interval ends where
+the sum of squares has grown by the factor 1 + t^2/(n - p). Where a motion begins has the interval of Student's t.
 """
 
 import math
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from hopform._errors import HopformError
 from hopform._identify.motion import Array, Values, of_scipy
-from hopform._identify.recordings import outliers
+from hopform._identify.recordings import outliers, quantum_of
 from hopform._identify.rigs import Experiment
 
 Masks = Sequence[NDArray[np.bool_]]
@@ -67,7 +67,8 @@ class Estimate(NamedTuple):
     low: float
     high: float
     method: str
-    """how the interval was found: "t", "profile", "profile, one-sided at 0", "known", "not identifiable" """
+    """how the interval was found: "t", "profile", "profile, one-sided at 0"; why there is none: "not identifiable", "not
+    explained", "too few samples" """
     own: bool = False
 
 
@@ -114,9 +115,20 @@ class Solution:
         return [tests_of(part[some]) for part, some in zip(self.residuals, self.inliers, strict=True)]
 
     @property
-    def inflation(self) -> float:
-        """Of the variance, by what neighbouring residuals have in common."""
-        return max(each.inflation for each in self.tests)
+    def explained(self) -> list[bool]:
+        """Of which recordings the residuals are noise: white, or the rounding of the encoder."""
+        several = zip(self.experiments, self.tests, strict=True)
+        return [test.white or test.rms <= _ROUNDING * quantum_of(each.measured) for each, test in several]
+
+    @property
+    def effective(self) -> float:
+        """As many independent samples say as much."""
+        pairs = zip(self.residuals, self.tests, strict=True)
+        return sum(part.size / test.inflation for part, test in pairs)
+
+
+_ROUNDING = 0.5
+"""Quanta that the rms of residuals is at most if they are an encoder's rounding: alone it has 0.29."""
 
 
 def student(level: float, freedom: float) -> float:
@@ -351,16 +363,22 @@ def trimmed(fit: Callable[[Masks], tuple[Fitted, Sequence[Array]]], masks: Masks
 
 
 class Spread(NamedTuple):
-    """The Jacobian's covariance, the parameters that the data do not identify, and their combinations."""
+    """The Jacobian's covariance, by how much what residuals have in common inflates each variance, the parameters that
+    the data do not identify, and their combinations.
+    """
 
     covariance: Array
+    inflation: Array
     weak: tuple[str, ...]
     combinations: tuple[str, ...]
 
 
 def spread(solution: Solution) -> Spread:
     """The covariance of the parameters under the noise that the residuals show; infinite where the data do not identify
-    one."""
+    one.
+
+    Each recording counts by its own inflation: (J^T J)^-1 J^T D J (J^T J)^-1, D its inflation for each sample.
+    """
     scales = _Coordinates(solution.parameters).slopes(solution.values)
     scaled = solution.scaled
     norms = np.sqrt((scaled**2).sum(axis=0))
@@ -369,8 +387,15 @@ def spread(solution: Solution) -> Spread:
     unseen = singular <= _WEAK * singular[0] if singular.size else np.zeros(0, bool)
     names = np.array([p.name for p in solution.parameters])
     part = directions[~unseen].T / singular[~unseen]
-    covariance = np.full((names.size, names.size), 0.0)
-    inside = part @ part.T / np.outer(norms[alive], norms[alive]) * np.outer(scales[alive], scales[alive])
+    covariance, inflation = np.full((names.size, names.size), 0.0), np.ones(names.size)
+    inverse = plain = part @ part.T
+    own = [each.inflation for each in solution.tests]
+    if max(own) > 1.0:
+        factors = np.sqrt(np.repeat(own, [each.size for each in solution.residuals]))[:, np.newaxis]
+        middle = triangle(scaled[:, alive] / norms[alive] * factors)
+        inverse = inverse @ (middle.T @ middle) @ inverse
+        inflation[alive] = np.diag(inverse) / np.maximum(np.diag(plain), 1e-300)
+    inside = inverse / np.outer(norms[alive], norms[alive]) * np.outer(scales[alive], scales[alive])
     _, slope, unit = influence(solution)
     covariance[np.ix_(alive, alive)] = inside * unit / slope
     blind = np.abs(directions[unseen]) > 1e-3
@@ -379,29 +404,34 @@ def spread(solution: Solution) -> Spread:
     weak |= {p.name for p, e in errors if p.kind == "positive" and e > _NOT_IDENTIFIABLE * solution.values[p.name]}
     together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
     covariance[np.diag_indices(names.size)] = np.where([name in weak for name in names], np.inf, np.diag(covariance))
-    return Spread(covariance, tuple(name for name in names if name in weak), together)
+    return Spread(covariance, inflation, tuple(name for name in names if name in weak), together)
 
 
 def estimates(
-    solution: Solution, *, inflation: float = 1.0, profiles: bool = True, progress: Progress | None = None
+    solution: Solution, *, explained: bool = True, profiles: bool = True, progress: Progress | None = None
 ) -> tuple[tuple[Estimate, ...], Spread]:
-    """Each parameter with its 95 % interval; inflation: of the variance, by what the residuals have in common in time.
+    """Each parameter with its 95 % interval: by profile likelihood, that of where a recording begins, and without
+    `profiles` all, by Student's t. No interval where the residuals are not noise, or say less than ten samples a
+    parameter. explained: whether no cause is known that the fit lacks.
 
-    profiles: intervals by profile likelihood where that is due.
+    Raises `Lower` if a profile meets a lower minimum.
     """
     seen = spread(solution)
+    none = _without(solution, explained)
     t = student(0.5 + 0.5 * LEVEL, solution.freedom)
     found = list[Estimate]()
     for index, parameter in enumerate(solution.parameters):
         value = solution.values[parameter.name]
-        stderr = math.sqrt(seen.covariance[index, index] * inflation)
+        stderr = math.sqrt(seen.covariance[index, index])
         low, high, method = value - t * stderr, value + t * stderr, "t"
         if parameter.name in seen.weak:
             stderr, low, high, method = math.inf, -math.inf, math.inf, "not identifiable"
-        elif parameter.profiled and profiles:
+        elif none:
+            low, high, method = -math.inf, math.inf, none
+        elif profiles and parameter.profiled and stderr > 0.0:
             if progress:
                 progress(f"interval of {parameter.name}")
-            low, high, method = _profile(solution, parameter, stderr, inflation)
+            low, high, method = _profile(solution, parameter, stderr, float(seen.inflation[index]))
         elif parameter.kind == "positive":
             factor = math.exp(min(t * stderr / value, 300.0))
             low, high = value / factor, value * factor
@@ -411,11 +441,31 @@ def estimates(
     return tuple(found), seen
 
 
+_FEWEST = 10.0
+"""Effective samples of a parameter without which there is no interval."""
+
+
+def _without(solution: Solution, explained: bool) -> str:
+    """Why a solution has no intervals; empty if it has."""
+    if not explained or not all(solution.explained):
+        return "not explained"
+    return "too few samples" if solution.effective < _FEWEST * len(solution.parameters) else ""
+
+
+class Lower(Exception):
+    """A minimum that is lower than that around which a profile was taken."""
+
+    def __init__(self, values: Values) -> None:
+        super().__init__()
+        self.values = values
+
+
 def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation: float) -> tuple[float, float, str]:
     """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of the estimate."""
     value = solution.values[parameter.name]
     two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
     ways = [(math.sqrt(inflation), 6), (0.0, 20)]
+    unit = influence(solution)[2] * inflation
 
     def growth(trial: float) -> float:
         """How much the sum of squares grows, in variances, if the parameter is held at a value.
@@ -423,24 +473,32 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
         The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time
         at once.
         """
-        unit, errors, fixed = influence(solution)[2] * inflation, (trial - value) / stderr, {parameter.name: trial}
+        errors, fixed = (trial - value) / stderr, {parameter.name: trial}
         grown = list[float]()
         for tilt, most in tuple(ways):
             start = [p for p in moved(solution, parameter.name, tilt * errors) if p.name != parameter.name]
             held = again(solution, solution.experiments, start, fixed=fixed, most=most, precision=1e-4)
             grown.append((held.cost - solution.cost) / unit)
+            if grown[-1] < -_LOWER:
+                raise Lower(held.values)
             if grown[-1] <= 4.0 * errors**2 + 1.0:
                 break
         if len(grown) == 2 and grown[1] < grown[0]:
             ways.reverse()
         return min(grown)
 
+    if parameter.kind not in ("nonnegative", "fraction"):
+        least = 1e-9 * value if parameter.kind == "positive" else -math.inf
+        low, high = (_cross(growth, value, side * stderr, two, least) for side in (-1.0, 1.0))
+        return low, high, "profile"
     upper = _cross(growth, value, stderr, two, -math.inf)
     if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or growth(0.0) <= two):
         return 0.0, _cross(growth, value, stderr, one, -math.inf), "profile, one-sided at 0"
     return _cross(growth, value, -stderr, two, 0.0), upper, "profile"
 
 
+_LOWER = 0.1
+"""Variances by which a minimum that a profile meets must be lower: less is how precisely minima are found."""
 _DISTANT = 20.0
 """Standard errors from 0, from where nobody has to ask whether it may be 0."""
 
@@ -505,28 +563,39 @@ def expected_decrease(solution: Solution) -> float:
 
 
 class Tests(NamedTuple):
-    """Residuals of a recording: rms [m], what neighbours have in common, and whether signs change as chance would
-    have it.
+    """Residuals of a recording: rms and largest [m]; what neighbours have in common; the chance that white noise has as
+    much in common over `_LAGS` samples; whether they pass for white.
     """
 
     rms: float
     largest: float
     autocorrelation: float
-    runs_z: float
+    chance: float
     white: bool
     inflation: float
     """of the variance of a mean of such residuals, over that of as many independent ones"""
 
 
+_LAGS = 20
+"""Samples over which residuals are tested for a memory; a fifth of them where they are few."""
+_CHANCE = 0.01
+"""Chance of white noise below which residuals are none."""
+
+
 def tests_of(residual: Array) -> Tests:
-    """Tests of one recording's residuals."""
+    """Tests of one recording's residuals: Ljung and Box, Q = n (n + 2) sum r_k^2/(n - k), chi^2 over the lags k (1978).
+
+    The inflation is 1 + 2 sum r_k up to where two neighbouring r are no longer positive (Geyer 1992); 1 of white noise.
+    """
     n, centred = residual.size, residual - residual.mean()
-    lag = float((centred[1:] * centred[:-1]).sum()) / max(float((centred**2).sum()), 1e-300)
-    signs = centred > 0.0
-    above, below = int(signs.sum()), n - int(signs.sum())
-    runs = 1 + int((signs[1:] != signs[:-1]).sum())
-    mean = 1.0 + 2.0 * above * below / n
-    z = (runs - mean) / math.sqrt(max((mean - 1.0) * (mean - 2.0) / max(n - 1, 1), 1e-300))
-    white = abs(lag) <= 3.0 / math.sqrt(n) and abs(z) <= 3.0
-    inflation = 1.0 if white else max((1.0 + lag) / max(1.0 - lag, 1e-3), 1.0)
-    return Tests(rms(residual), float(np.abs(residual).max()), lag, z, white, inflation)
+    spectrum = np.fft.rfft(centred, 2 * n)
+    power = max(float(centred @ centred), 1e-12 * float(residual @ residual), 1e-300)
+    memory = np.fft.irfft(np.abs(spectrum) ** 2)[:n] / power
+    lags = np.arange(1, max(min(_LAGS, n // 5), 1) + 1)
+    q = n * (n + 2.0) * float((memory[lags] ** 2 / (n - lags)).sum())
+    chance = float(of_scipy("special").chdtrc(lags.size, q))
+    pairs = memory[1:-1] + memory[2:]
+    last = int(np.argmax(np.append(pairs, 0.0) <= 0.0))
+    white = chance >= _CHANCE
+    inflation = 1.0 if white else max(1.0 + 2.0 * float(memory[1 : last + 1].sum()), 1.0)
+    return Tests(rms(residual), float(np.abs(residual).max()), float(memory[1]), chance, white, inflation)

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from hopform._checks import flag, function, word
 from hopform._errors import HopformError
-from hopform._identify import estimation, nuisances
+from hopform._identify import causes, estimation, nuisances, repeats
+from hopform._identify.causes import Diagnosis, said
 from hopform._identify.estimation import Estimate, Progress, Solution, Tests
 from hopform._identify.kinds import Kind, Recordings, problem_of
 from hopform._identify.motion import Array, Values
-from hopform._identify.nuisances import Diagnosis, Repeat, said
 from hopform._identify.recordings import HOPPER, Units, noise_of, quantum_of
-from hopform._identify.search import Problem, least_squares, minimise, part_of, selected
+from hopform._identify.repeats import Repeat
+from hopform._identify.search import Problem, is_noise, least_squares, minimise, part_of, selected, settled
 from hopform._robots import Provenance, Robot, load_robot
 from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
@@ -186,12 +187,15 @@ class Fit(Shown):
 
 def mean_of(estimates: Sequence[Estimate], letter: str) -> tuple[Array, Array]:
     """The mean of a letter over the recordings, where each has its own: weights of the estimates; its value and the
-    ends of its interval. All are 0 for a letter that is known or not identifiable.
+    ends of its interval, infinite without one. All are 0 for a letter that is known or not identifiable.
     """
     own = [each.name.partition("@")[0] == letter and each.method != "not identifiable" for each in estimates]
     ends = np.array([(each.value, each.low, each.high) for each in estimates]).reshape(-1, 3)
     weights = np.array(own, dtype=float) / max(sum(own), 1)
-    return weights, weights @ np.nan_to_num(ends, posinf=0.0, neginf=0.0)
+    mean = weights @ np.where(np.isfinite(ends), ends, 0.0)
+    if any(mine and not math.isfinite(each.high - each.low) for mine, each in zip(own, estimates, strict=True)):
+        mean[1:] = -math.inf, math.inf
+    return weights, mean
 
 
 def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
@@ -241,8 +245,8 @@ def is_no_fit(trace: Trace) -> bool:
     return trace.quantity in ("x1", "x2") and _is_off(trace.measured, trace.tests.rms, _NO_FIT)
 
 
-def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
-    """Warnings about residuals: of a fit that fails, and of residuals that are not white."""
+def coloured(traces: Sequence[Trace], explained: Sequence[bool]) -> list[str]:
+    """Warnings about residuals: of a fit that fails, and of residuals that are not explained."""
     statements = [
         f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of "
         "its motion: it is of another rig, or no start led to it; give more of what is known"
@@ -250,13 +254,11 @@ def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
         if missed(trace)
     ]
     statements += [
-        f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "
-        f"{trace.tests.runs_z:.1f}): the model misses something, or the noise has a memory"
-        for trace in traces
-        if not trace.tests.white
+        f"{trace.label}: not explained: what the fit leaves is not white (autocorrelation "
+        f"{trace.tests.autocorrelation:.2f}), so there is no interval; record it three times, whose spread is one"
+        for trace, known in zip(traces, explained, strict=True)
+        if not known
     ]
-    if inflation > 1.0:
-        statements += [f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common"]
     return statements
 
 
@@ -282,24 +284,25 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     problem = problem_of(given, known, asked.backend, asked.loss)
     asked.stage("fit")
     problem, solution = _minimum(problem, asked.nuisances)
-    inflation, tested = solution.inflation, zip(problem.experiments, solution.tests, strict=True)
+    tested = zip(problem.experiments, solution.tests, strict=True)
     usable = not any(_is_off(each.measured, test.rms, _NO_FIT) for each, test in tested)
-    estimates, spread = estimation.estimates(solution, inflation=inflation, profiles=usable, progress=asked.stage)
     asked.stage("diagnoses")
-    diagnoses = nuisances.diagnose(problem, solution) if asked.diagnose else ()
+    diagnoses = causes.diagnose(problem, solution) if asked.diagnose else ()
+    solution, estimates, spread = _intervals(problem, solution, explained=not diagnoses, stage=asked.stage)
     asked.stage("the old model")
     old = _old(problem, solution) if asked.compare and usable and problem.coulomb else ()
     asked.stage("hold-out")
     left_out = _holdout(problem, solution) if asked.holdout and usable else [math.nan] * len(solution.sigma)
-    repeats, differing = nuisances.repeats_of(problem, solution, estimates) if usable else ([], [])
+    alone, differing = repeats.repeats_of(problem, solution, estimates) if usable else ([], [])
+    estimates = repeats.spread_first(estimates, alone)
     traces = _traces(problem, solution, old, left_out)
-    odd = [*_outlying(traces, solution.inliers), *_coloured(traces, inflation)]
+    odd = [*_outlying(traces, solution.inliers), *coloured(traces, solution.explained)]
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
         statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
         warnings=(*problem.warnings, *odd, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
-        covariance=spread.covariance * inflation, repeats=tuple(repeats), units=problem.units, scale=problem.scale,
+        covariance=spread.covariance, repeats=tuple(alone), units=problem.units, scale=problem.scale,
     )  # fmt: skip
 
 
@@ -339,17 +342,33 @@ def _traces(problem: Problem, solution: Solution, old: Sequence[Array], holdout:
 
 
 def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution]:
-    """The minimum of a problem; with nuisances, those are fitted from where it is without them."""
+    """The minimum of a problem; delays and nuisances are fitted from where it is without them."""
     solution = minimise(problem)
-    if not wanted:
+    wider = nuisances.with_nuisances(problem, [*nuisances.DELAY, *wanted])
+    if len(wider.parameters) == len(problem.parameters):
         return problem, solution
-    wider = nuisances.with_nuisances(problem, wanted)
-    idle = [each for each in wanted if all(each not in one.names for one in wider.experiments)]
-    if idle:
-        raise HopformError(f"nuisances: {idle[0]} is none of these recordings: no current changes in any of them")
     *_, parameters = nuisances.extended(wider, solution)
-    wider = replace(wider, parameters=tuple(parameters), starts=({p.name: p.start for p in parameters}, *wider.starts))
-    return wider, minimise(wider)
+    first = {p.name: p.start for p in parameters}
+    wider = replace(wider, parameters=tuple(parameters), starts=(first, *wider.starts))
+    near = settled(wider, solution, parameters)
+    return wider, near if is_noise(wider, near) else minimise(wider)
+
+
+_LOWERED = 3
+"""Lower minima that profiles may meet before intervals are those of Student's t."""
+
+
+def _intervals(
+    problem: Problem, solution: Solution, *, explained: bool, stage: Progress
+) -> tuple[Solution, tuple[Estimate, ...], estimation.Spread]:
+    """The minimum with its intervals; a lower one where a profile meets it."""
+    for _ in range(_LOWERED):
+        try:
+            return solution, *estimation.estimates(solution, explained=explained, progress=stage)
+        except estimation.Lower as lower:
+            start = [p._replace(start=lower.values[p.name]) for p in solution.parameters]
+            solution = estimation.best([solution, settled(problem, solution, start)])
+    return solution, *estimation.estimates(solution, explained=explained, profiles=False)
 
 
 def _old(problem: Problem, solution: Solution) -> tuple[Array, ...]:

@@ -7,7 +7,7 @@ Before a fit, the intervals to expect are the bound of Cramer and Rao by the Fis
 
     covariance >= (J^T J)^-1 sigma^2
 
-at the values of a first quick descent, with the noise that the samples show. A plan is the same of synthetic
+at the values of a quick fit, with the noise that the samples show. A plan is the same of synthetic
 recordings.
 """
 
@@ -23,8 +23,9 @@ from hopform._identify.estimation import Estimate, Solution
 from hopform._identify.fits import Fit, Options, blind, fit
 from hopform._identify.kinds import Recordings, problem_of, read_several
 from hopform._identify.motion import Array, Values
-from hopform._identify.recordings import HOPPER, Recording, Units, gaps_of, noise_of, outliers, quantum_of
-from hopform._identify.search import Problem, follow
+from hopform._identify.nuisances import DELAY, with_nuisances
+from hopform._identify.recordings import HOPPER, Recording, Units, flat_top, gaps_of, noise_of, outliers, quantum_of
+from hopform._identify.search import Problem, minimise
 from hopform._identify.step import AIR, HELD
 
 KINDS = {"drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE}
@@ -89,17 +90,40 @@ class Check(NamedTuple):
 
 
 def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at: Values | None = None) -> Check:
-    """What recordings, by their role (drop, free, decay, step, air), can tell of a robot; at: values of
-    parameters at which that is asked; if none, where the first start of the search leads. Raises HopformError as
-    `fit_robot` does.
+    """What recordings, by their role (drop, free, decay, step, air), can tell of a robot; at: values of parameters at
+    which that is asked; if none, those of a quick fit, which must explain the recordings, else no interval is to be
+    expected. Raises HopformError as `fit_robot` does.
     """
-    problem = problem_of({kind: of.get(role, ()) for role, kind in KINDS.items()}, known)
+    problem = with_nuisances(problem_of({kind: of.get(role, ()) for role, kind in KINDS.items()}, known), DELAY)
     telemetry = tuple(_telemetry(each, role) for role, some in of.items() for each in some)
-    found, spread = expected(problem, at if at is not None else follow(problem).values)
+    quick = None if at is not None else minimise(problem)
+    found, spread = expected(problem, quick.values if quick else at or {}, explained=not quick or all(quick.explained))
     letters = (name.partition("@")[0] for name in spread.weak)
     helps = dict.fromkeys(_HELPS[letter] for letter in letters if letter in _HELPS)
-    warnings = (*problem.warnings, *(each for one in telemetry for each in _odd(one)))
+    driven = [each for role in ("step", "air") for each in of.get(role, ())]
+    odd = [each for one in telemetry for each in _odd(one)]
+    warnings = (*problem.warnings, *odd, *map(_stopped, filter(flat_top, driven)), *_unexplained(quick, problem.units))
     return Check(telemetry, found, (*problem.statements, *blind(spread), *helps), warnings, problem.units)
+
+
+def _stopped(recording: Recording) -> str:
+    """What is said of a recording whose actuator stays at an extreme."""
+    begin, end = flat_top(recording) or (0, 0)
+    ends = f"{recording.time[begin]:.4g} to {recording.time[end]:.4g} s"
+    return f"{recording.source}: x1 stays at an extreme from {ends}, which it meets at speed: a stop? stay within it"
+
+
+def _unexplained(quick: Solution | None, units: Units) -> list[str]:
+    """What is said of recordings that a quick fit does not explain."""
+    if quick is None:
+        return []
+    unit, factor = units.shown("x1")
+    several = zip(quick.experiments, quick.residuals, quick.explained, strict=True)
+    return [
+        f"{each.label}: a quick fit leaves rms {factor * estimation.rms(rest):.3g} {unit}, which is more than noise: no "
+        "interval is to be expected; record it three times, whose spread is one"
+        for each, rest, known in several if not known
+    ]  # fmt: skip
 
 
 _HELPS = {
@@ -115,7 +139,7 @@ _HELPS = {
 """The recording that tells a parameter."""
 
 
-def expected(problem: Problem, at: Values) -> tuple[tuple[Estimate, ...], estimation.Spread]:
+def expected(problem: Problem, at: Values, *, explained: bool) -> tuple[tuple[Estimate, ...], estimation.Spread]:
     """The intervals that a problem's recordings would give, with the noise that their samples show."""
     values = {p.name: at.get(p.name, p.start) for p in problem.parameters}
     sigma = [noise_level(each.measured) for each in problem.experiments]
@@ -123,8 +147,9 @@ def expected(problem: Problem, at: Values) -> tuple[tuple[Estimate, ...], estima
     # Residuals of one standard deviation, so that the covariance is that of the noise.
     share = math.sqrt(1.0 - len(problem.parameters) / max(rows.shape[0], 1))
     rest = tuple(np.full(each.time.size, size * share) for each, size in zip(problem.experiments, sigma, strict=True))
-    solution = Solution(problem.parameters, values, rest, tuple(sigma), rows, float(rows.shape[0]), 1)
-    return estimation.estimates(solution, profiles=False)
+    cost = float(rows.shape[0])
+    solution = Solution(problem.parameters, values, rest, tuple(sigma), rows, cost, 1, experiments=problem.experiments)
+    return estimation.estimates(solution, explained=explained, profiles=False)
 
 
 def noise_level(values: Array) -> float:

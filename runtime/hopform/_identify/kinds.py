@@ -249,7 +249,7 @@ def _parameter(letter: str, name: str, value: float, x: Array, units: Units) -> 
     scales = dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * float(np.ptp(x))) | {"impact_loss": 0.1, "offset": 0.1}
     scale = float(np.ptp(x)) if letter in ("v", "v1") else scales.get(letter, max(abs(value), 0.1))
     return Parameter(name, units.of(UNITS[letter]), value, scale, _DOMAINS.get(letter, "real"),
-                     profiled=letter in ("f1", "f2"), own=letter in _OWN)  # fmt: skip
+                     profiled=letter not in _OWN, own=letter in _OWN)  # fmt: skip
 
 
 def _merged(problems: Sequence[Problem]) -> Problem:

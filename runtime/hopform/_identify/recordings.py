@@ -506,6 +506,27 @@ def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
     return None
 
 
+def flat_top(recording: Recording) -> tuple[int, int] | None:
+    """First and last sample of a stay of x1 at an extreme that begins at speed, under a large current: a stop, where a
+    spring would have slowed it down. None if there is none.
+    """
+    x, u = calm(recording.position("x1"), 3), np.abs(recording.current())
+    near = 4.0 * max(noise_of(x), quantum_of(x)) + 1e-3 * float(np.ptp(x))
+    fastest = float(np.abs(np.diff(x)).max())
+    for extreme in (x.max(), x.min()):
+        at = np.abs(x - extreme) <= near
+        for begin, end in runs(at):
+            if at[begin] and end - begin >= 8 and begin >= 4 and u[begin:end].max() >= 0.5 * u.max():
+                speed = abs(float(x[begin] - x[begin - 4])) / 4.0
+                if speed >= _AT_SPEED * fastest:
+                    return begin, end - 1
+    return None
+
+
+_AT_SPEED = 0.3
+"""Share of the largest speed that a mass has when it meets a stop."""
+
+
 _GAP = 2.5
 """Usual steps of time beyond which one is a gap."""
 

@@ -23,10 +23,10 @@ samples.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,6 +130,26 @@ _NOTHING = Robot(**dict.fromkeys(Robot._fields, 0.0))._replace(
 """Unit masses on a unit spring, without anything else."""
 
 
+class Along(NamedTuple):
+    """A motion along which a further force acts: times [s], place from the spring's rest [m], velocity [m/s], what has
+    the sign of the slip or, at rest, of the pull; the largest velocity, Coulomb friction [m/s^2], the largest force of
+    drive or spring per mass [m/s^2], stiffness per mass [1/s^2].
+    """
+
+    t: Array
+    x: Array
+    v: Array
+    way: Array
+    fastest: float
+    friction: Array
+    force: float
+    sprung: float
+
+
+Force = Callable[[Along], Array]
+"""A force per mass against the motion [m/s^2]."""
+
+
 @dataclass(frozen=True)
 class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
@@ -197,75 +217,74 @@ class Experiment:
             found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else gain) * by[letter][:, 0]
         return gain * states[:, 0], found
 
-    def response_to_stribeck(self, values: Values, shares: Sequence[float]) -> Array:
-        """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level, a column
-        for each v_s, a share of the largest velocity: of the actuator's friction where both masses move.
+    def response_to(self, values: Values, force: "Force", size: float) -> Array:
+        """The change of the prediction by a force against the motion, times a size, per this: on the actuator where both
+        masses move. 0 where nothing moves. Of a body that is dropped it is that of a vanishing size.
         """
         letters = self.letters(values)
         at, steps = in_recorded_time(letters, letters["clock"]), delayed(self.steps, letters["delay"])
-        alone = self.kind in ("attached", "ground")
-        if at["f2" if alone else "f1"] == 0.0:
-            return np.zeros((self.time.size, len(shares)))
         finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
-        found = (self._response if alone else self._driven_response)(at, steps, fine, shares)
-        return np.asarray(letters["gain"] * found[::finer])
+        respond = self._response if self.kind == "ground" else self._driven_response
+        if self.kind == "attached":
+            at, steps = _as_actuator(self, at), ((0.0, at["g"]),)
+        return np.asarray(letters["gain"] * respond(at, steps, fine, force, size)[::finer])
 
-    def _response(self, at: Values, steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
-        """Of a body without a drive, which sticks once, at its end. With P(t) the derivatives of its state by that at
+    def _response(self, at: Values, steps: Steps, fine: Array, force: "Force", _: float) -> Array:
+        """Of a body that is dropped, which sticks once, at its end. With P(t) the derivatives of its state by that at
         the start it is P(t) int P(s)^-1 (0, e(s)) ds, through touchdowns and reversals, up to where it sticks.
         """
-        (states, by), _ = _PREDICT[self.kind](self, at, steps, fine)
+        states, by = _PREDICT[self.kind](self, at, steps, fine)[0]
         (x, v), transition = states.T, np.stack([by["x"], by["v"]], axis=2)
         determinant = transition[:, 0, 0] * transition[:, 1, 1] - transition[:, 0, 1] * transition[:, 1, 0]
         moves = int(np.argmax(np.append(np.abs(determinant) < _SINGULAR, True)))
-        stance = np.full(x.size, True) if self.kind == "attached" else x < at["length"]
+        stance = x < at["length"]
         rows = np.stack([-transition[:moves, 0, 1], transition[:moves, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
-        found = np.zeros((fine.size, len(shares)))
-        for n, share in enumerate(shares):
-            side = -at["f2"] * np.sign(v) * stance * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2))
-            inside = rows * side[:moves, np.newaxis]
-            parts = 0.5 * (inside[1:] + inside[:-1]) * np.diff(fine[:moves])[:, np.newaxis]
-            whole = np.concatenate([np.zeros((1, 2)), np.cumsum(parts, axis=0)])
-            found[:moves, n] = (transition[:moves, 0] * whole).sum(axis=1)
-            found[moves:, n] = found[moves - 1, n]
-        return found
+        left, square = x - at["length"], at["k"] / (at["m_s"] + self.added_mass)
+        largest = square * float(np.abs(left * stance).max())
+        along = Along(fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, largest, square)
+        if along.fastest == 0.0 or moves == 0:
+            return np.zeros(fine.size)
+        inside = -rows * force(along)[:moves, np.newaxis]
+        parts = 0.5 * (inside[1:] + inside[:-1]) * np.diff(fine[:moves])[:, np.newaxis]
+        whole = np.concatenate([np.zeros((1, 2)), np.cumsum(parts, axis=0)])
+        found = (transition[:moves, 0] * whole).sum(axis=1)
+        return np.append(found, np.full(fine.size - moves, found[-1]))
 
-    def _driven_response(self, at: Values, steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
-        """Of an actuator, which sticks at every turn of its drive: the difference that a small force makes, in what is
+    def _driven_response(self, at: Values, steps: Steps, fine: Array, force: "Force", size: float) -> Array:
+        """Of an actuator, which sticks at every turn of its drive: the difference that the force makes, in what is
         measured."""
         begins, levels = np.array(steps).T
-        force = at["gamma2"] * (levels + at.get("offset", 0.0))[np.searchsorted(begins, fine, side="right") - 1]
+        drive = at["gamma2"] * (levels + at.get("offset", 0.0))[np.searchsorted(begins, fine, side="right") - 1]
         unit, place = {**at, "gamma2": 1.0, "offset": 0.0}, STATE.index(self.of) if self.kind == "free" else 0
 
-        def moved(force: Array) -> Array:
-            under = tuple(zip(fine.tolist(), force.tolist(), strict=True))
+        def moved(pull: Array) -> Array:
+            under = tuple(zip(fine.tolist(), pull.tolist(), strict=True))
             if self.kind == "free":
                 start = (at["x1"], at["v1"], at["x"], at["v"])
                 return motion.drop(_leg_robot(self, unit), start, under, fine, self.backend).states
             robot = actuator_robot(unit, self.preload(unit, under))
             return motion.states(robot, (at["x"], at["v"], 0.0, 0.0), under, fine, self.backend)
 
-        states = moved(force)
+        states = moved(drive)
         (x, v, height), leg = states.T[:3], self.kind == "free"
         spring = np.maximum(x - height + at["length"], 0.0) if leg else x - at.get("rest", 0.0)
-        pull = np.asarray(-at.get("k", 0.0) * spring - force, dtype=np.float64)
-        side = np.sign(np.where(v != 0.0, v, pull))
-        largest = float(np.abs(v).max())
-        if largest == 0.0:
-            return np.zeros((fine.size, len(shares)))
-        shapes = (np.exp(-((v / (share * largest)) ** 2)) for share in shares)
-        more = (moved(force + _SMALL * (at["m_eff"] * at["f1"] * shape * side)) - states for shape in shapes)
-        return np.stack([each[:, place] / _SMALL for each in more], axis=1)
+        pull = np.asarray(-at.get("k", 0.0) * spring - drive, dtype=np.float64)
+        mass, fastest = at["m_eff"], float(np.abs(v).max())
+        way, friction = np.where(v != 0.0, v, pull), np.full(x.size, at["f1"])
+        k = at.get("k", 0.0)
+        largest = max(float(np.abs(drive).max()), k * float(np.abs(spring).max())) / mass
+        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass)
+        if fastest == 0.0:
+            return np.zeros(fine.size)
+        return np.asarray((moved(drive + size * mass * force(along)) - states)[:, place] / size)
 
     def only(self, chosen: NDArray[np.bool_] | slice) -> "Experiment":
         """The samples that a mask or a slice selects."""
         return replace(self, time=self.time[chosen], measured=self.measured[chosen])
 
 
-_SMALL = 0.01
-"""Level of the friction at rest for the difference that shows the response to it."""
 _SINGULAR = 1e-12
 """Determinant of the derivatives of a state by that at the start below which the body has come to rest."""
 
@@ -297,11 +316,15 @@ def _rows(of: Kind, moved: Motion, place: int, names: Mapping[str, str]) -> Move
     return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
 
 
+def _as_actuator(of: Experiment, at: Values) -> dict[str, float]:
+    """The letters of a body that is fixed to its spring, and those of an actuator that moves as it."""
+    mass = at["m_s"] + of.added_mass
+    return {**at, "m_eff": mass, "b1": at["b2"], "f1": at["f2"], "gamma2": mass}
+
+
 def _attached(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
     """An actuator's motion in the letters of a body: its weight is the force of a current g."""
-    mass = at["m_s"] + of.added_mass
-    like = {"m_eff": mass, "b1": at["b2"], "f1": at["f2"], "gamma2": mass}
-    (states, by), rates = _actuator(of, {**at, **like}, ((0.0, at["g"]),), time)
+    (states, by), rates = _actuator(of, _as_actuator(of, at), ((0.0, at["g"]),), time)
     by |= {"m_s": by["m_eff"] + by["gamma2"], "b2": by["b1"], "f2": by["f1"], "g": by["offset"]}
     return (states, by), rates
 

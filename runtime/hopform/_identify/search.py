@@ -327,6 +327,11 @@ _KINK = 0.05
 """Variances by which the slopes at a minimum may still predict a decrease."""
 
 
+def settled(problem: Problem, found: Solution, start: Sequence[Parameter]) -> Solution:
+    """The fit from a start near its end by all samples, under the noise of another fit."""
+    return _weighed(problem, estimation.again(found, problem.experiments, start, most=20, precision=1e-6), {})
+
+
 def _better(problem: Problem, found: Solution, start: Sequence[Parameter]) -> Solution:
     """The fit from a start by all samples, if its cost is lower."""
     again = estimation.again(found, problem.experiments, start, most=8, precision=1e-4)

@@ -35,7 +35,7 @@ _STEP = 1e-4
 
 
 class Quantity(NamedTuple):
-    """A number of a simulator with its 95 % interval, NaN where it was known, and its unit."""
+    """A number of a simulator with its 95 % interval, NaN where it was known, infinite without one, and its unit."""
 
     value: float
     low: float
@@ -44,8 +44,10 @@ class Quantity(NamedTuple):
 
     def said(self) -> str:
         """Unit and interval, for a comment."""
-        known = math.isnan(self.low)
-        return f"[{self.unit or '1'}] {'known' if known else f'95 % {self.low:.6g} .. {self.high:.6g}'}"
+        if math.isnan(self.low):
+            return f"[{self.unit or '1'}] known"
+        given = math.isfinite(self.high - self.low)
+        return f"[{self.unit or '1'}] {f'95 % {self.low:.6g} .. {self.high:.6g}' if given else 'no interval'}"
 
 
 def exported(fit: Fit, form: str) -> str:
@@ -77,7 +79,7 @@ def quantities(fit: Fit) -> dict[str, Quantity]:
     m, f = found["inertia"].value, _single(fit, friction).value
     slope = f * _weights(fit, mass) + m * _weights(fit, friction)
     loss = _spread(fit, m * f, slope, fit.units.force)
-    found["frictionloss"] = loss._replace(low=max(loss.low, 0.0))
+    found["frictionloss"] = loss._replace(low=max(loss.low, 0.0)) if math.isfinite(loss.low) else loss
     if "gear" in found:
         gear = found["gear"]
         found["gear"] = Quantity(-gear.value, -gear.high, -gear.low, gear.unit)
@@ -122,6 +124,8 @@ def _spread(fit: Fit, value: float, slope: Array, unit: str) -> Quantity:
     """A function of the estimates, of which slope has the derivatives: its interval to first order."""
     spread = np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)
     half = 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0)) if slope.any() else math.nan
+    if any(each.method == "not explained" for each, own in zip(fit.estimates, slope, strict=True) if own):
+        half = math.inf
     return Quantity(value, value - half, value + half, unit)
 
 

@@ -20,12 +20,22 @@ from numpy.typing import NDArray
 from hopform._checks import flag, positive
 from hopform._errors import HopformError
 from hopform._identify import estimation
+from hopform._identify.causes import SPEEDS, Diagnosis, brought, said, stiffest
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
-from hopform._identify.fits import Fit, Options, Trace, checked, fit
+from hopform._identify.fits import Fit, Options, Trace, checked, coloured, fit
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
 from hopform._identify.motion import Array, Known, Values
-from hopform._identify.nuisances import SPEEDS, Diagnosis, brought, said, stiffest
-from hopform._identify.recordings import Recording, Units, known_spans, mended, noise_of, quantum_of, steps_of, units_of
+from hopform._identify.recordings import (
+    Recording,
+    Units,
+    calm,
+    known_spans,
+    mended,
+    noise_of,
+    quantum_of,
+    steps_of,
+    units_of,
+)
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import follow
 from hopform._identify.segments import CUTOFFS, Filtered, filtered, joined, moving_rows, robust_linear
@@ -75,12 +85,14 @@ class _Actuator(Kind):
         return replace(group, cuts=cuts)
 
     def start(self, group: Group) -> list[list[Guess]]:
-        """Least squares on the equation through each filter."""
-        starts = [
-            [_regress(each, self.letters, group.known, cutoff) for each in group.recordings] for cutoff in CUTOFFS
-        ]
-        numbers = [each.number - group.cuts[0].number for each in group.cuts]
-        return [[_begun(some[n], cut) for n, cut in zip(numbers, group.cuts, strict=True)] for some in starts]
+        """Least squares on the equation through each filter, of which a short recording leaves little, and on its
+        second integral.
+        """
+        cuts, known, first = group.cuts, group.known, group.cuts[0].number
+        through = [[_regress(each, self.letters, known, cutoff) for each in group.recordings] for cutoff in CUTOFFS]
+        tries = [[some[cut.number - first] for cut in cuts] for some in through]
+        tries.append([_integrated(cut, self.letters, known) for cut in cuts])
+        return [[_begun(start, cut) for start, cut in zip(some, cuts, strict=True)] for some in tries]
 
     def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
         """A recording that begins at rest begins within the noise of what is measured there, whatever the fit would
@@ -108,19 +120,48 @@ def rests_at_first(x: Array) -> bool:
     return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
 
 
-def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff: float) -> dict[str, float]:
-    """A start from the filtered equation, a linear least squares per unit of m_eff, scaled by what is known."""
+def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff: float) -> Guess:
+    """A start from the filtered equation, a linear least squares."""
     rows = filtered(recording, cutoff, mend=True)
-    spring = "k" in letters
-    found = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else []))
+    columns = [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if "k" in letters else [])
+    return _scaled(moving_rows(rows, columns), known)
+
+
+def _integrated(cut: Cut, letters: Sequence[str], known: Values) -> Guess:
+    """A start from the second integral of the equation, a linear least squares that needs no derivative,
+
+    x = x_0 + v_0 t - int int (b v + f sign(v) + gamma u + k (x - rest)), per unit of m_eff
+    """
+    t, x = cut.time, mended(cut.x)
+    begins, levels = np.array(cut.steps, dtype=float).T
+    u = levels[np.searchsorted(begins, t, side="right") - 1]
+    v = np.gradient(calm(x, 3), t)
+    side = np.where(np.abs(v) > 0.05 * float(np.abs(v).max()), np.sign(v), 0.0)
+    once = {"x": _integral(t, x), "side": _integral(t, side), "u": np.append(0.0, np.cumsum(u[:-1] * np.diff(t)))}
+    columns = [-once["x"], -_integral(t, once["side"]), -_integral(t, once["u"]), 0.5 * t * t]
+    columns += [-_integral(t, once["x"])] if "k" in letters else []
+    rows = np.stack([*columns, np.ones_like(t), t], axis=1)
+    found: list[float] = np.linalg.lstsq(rows, x, rcond=None)[0].tolist()
+    return _scaled(found[: len(columns)], known)
+
+
+def _integral(t: Array, y: Array) -> Array:
+    """The integral of samples from the first one on, by trapezia."""
+    return np.append(0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(t)))
+
+
+def _scaled(found: Sequence[float], known: Values) -> Guess:
+    """A start from viscous and Coulomb friction, force constant, constant force and stiffness per unit of m_eff, by
+    what is known.
+    """
     b, f, gamma, constant = found[:4]
+    spring = len(found) > 4
     k = max(found[4], 1e-3) if spring else 0.0
     scales = (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
     mass = next((known[name] / per for name, per in scales if name in known and per != 0.0), 1.0)
     mass = mass if mass > 0.0 else 1.0
     start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass, "k": k * mass}
-    start |= {"rest": constant / k if spring else 0.0, "offset": -constant / gamma if gamma else 0.0}
-    return start
+    return start | {"rest": constant / k if spring else 0.0, "offset": -constant / gamma if gamma else 0.0}
 
 
 def _begun(start: Guess, cut: Cut) -> Guess:
@@ -144,9 +185,8 @@ def fit_force(
 
     Both sides go through the same filters (`filtered`), then a linear least squares. known: gamma2, which gives the
     scale, or m_eff. cutoff [Hz]: of the filters. position: fit the position too and set it beside this in the
-    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters. Of
-    `NUISANCES` it takes a delay, one of all recordings.
-    Residuals of the traces are in N.
+    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters, and
+    the delay of the drive, one of all recordings. It takes none of `NUISANCES`. Residuals of the traces are in N.
     """
     began = clock.perf_counter()
     several = read_some(recordings)
@@ -161,18 +201,18 @@ def fit_force(
     loss, wanted = asked.loss, asked.nuisances
     if len(values) != 1:
         raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")
-    if set(wanted) - {"delay"}:
-        raise HopformError(f"nuisances: a fit in force takes delay alone, got {', '.join(wanted)}")
+    if wanted:
+        raise HopformError(f"nuisances: a fit in force takes none, got {', '.join(wanted)}")
     asked.stage("fit in force")
-    equation = (_late if wanted else _equation)(several, values, cutoff, loss)
+    equation = _late(several, values, cutoff, loss)
     a, b, parts = equation.a, equation.b, equation.parts
     if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
         message = "does not distinguish friction, mass and load: move both ways, at several speeds"
         raise several[0].error_of("x1", message)
     found, covariance, residual = _linear(a, b, loss)
-    estimates, spread = _force_estimates(equation, found, covariance, units)
-    step = max(float(np.median(np.diff(each.time))) for each in several)
-    diagnoses = _causes(equation, loss, step) if asked.diagnose else ()
+    diagnoses = _causes(equation, loss) if asked.diagnose else ()
+    explained = not diagnoses and all(estimation.tests_of(part).white for part in equation.split(residual))
+    estimates, spread = _force_estimates(equation, found, covariance, units, explained=explained)
     scale = -equation.of("gamma2", found)
     kept = a[:, [n for n, name in enumerate(equation.names) if name != "coulomb"]]
     viscous = b - kept @ np.linalg.lstsq(kept, b, rcond=None)[0] if asked.compare else np.full_like(b, np.nan)
@@ -184,7 +224,7 @@ def fit_force(
         old = None if np.isnan(worse).any() else force_of - worse
         fitted = force_of, force_of - rest, old, tests, estimation.rms(worse), error
         traces.append(Trace(each.source, "force", part.time, *fitted))
-    notes = tuple(said(diagnoses, units.shown("force")))
+    notes = (*coloured(traces, [trace.tests.white for trace in traces]), *said(diagnoses, units.shown("force")))
     force = Fit("force", estimates, values, {}, tuple(traces), (), notes, 1, 0.0, None, diagnoses, spread, units=units)
     if position:
         asked.stage("fit in position")
@@ -218,45 +258,39 @@ class _Equation(NamedTuple):
 
 
 def _equation(
-    recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str, delay: float | None = None
+    recordings: Sequence[Recording], known: Values, cutoff: float | None, delay: float, *, mend: bool
 ) -> _Equation:
-    """Both sides of the equation, filtered; with a delay [s] of the position, the current comes as much later, and what
-    is left of it is a coefficient.
-    """
-    later = [each if delay is None else each.with_late_current(delay) for each in recordings]
-    parts = [filtered(each, cutoff, mend=loss != "linear") for each in later]
+    """Both sides of the equation, filtered, the current later by a delay [s]; what is left of it is a coefficient."""
+    later = [each.with_late_current(delay) for each in recordings]
+    parts = [filtered(each, cutoff, mend=mend) for each in later]
     rows = joined(parts)
-    columns = {"b1": rows.v, "coulomb": rows.side, "constant": rows.one}
-    if delay is not None:  # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'
-        columns["late"] = rows.rate
+    # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'
+    columns = {"b1": rows.v, "coulomb": rows.side, "constant": rows.one, "late": rows.rate}
     if "gamma2" in known:
         columns, b = {"m_eff": rows.acceleration, **columns}, -known["gamma2"] * rows.u
     else:
         columns, b = {"gamma2": rows.u, **columns}, -known["m_eff"] * rows.acceleration
-    return _Equation(list(columns), np.stack(list(columns.values()), axis=1), b, parts, known, delay or 0.0)
+    return _Equation(list(columns), np.stack(list(columns.values()), axis=1), b, parts, known, delay)
 
 
 def _late(recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str) -> _Equation:
     """The equation at the delay that Gauss and Newton lead to."""
-    delay = 0.0
+    delay, mend = 0.0, loss != "linear"
     for _ in range(_MOST_STEPS):
-        equation = _equation(recordings, known, cutoff, loss, delay)
+        equation = _equation(recordings, known, cutoff, delay, mend=mend)
         more = equation.late(_linear(equation.a, equation.b, loss)[0])
         if abs(more) <= _ALIKE:
             break
         delay = min(max(delay + more, -_LONGEST), _LONGEST)
-    return _equation(recordings, known, cutoff, loss, delay)
+    return _equation(recordings, known, cutoff, delay, mend=mend)
 
 
 _MOST_STEPS, _ALIKE, _LONGEST = 12, 1e-6, 0.1
 """Steps to a delay, and the last one's size [s]; the longest delay [s]."""
 
 
-def _causes(equation: _Equation, loss: str, step: float) -> tuple[Diagnosis, ...]:
-    """A delay and friction that is higher at rest, as further columns, where they explain more than noise does.
-
-    step [s]: from sample to sample.
-    """
+def _causes(equation: _Equation, loss: str) -> tuple[Diagnosis, ...]:
+    """Friction that is higher at rest, as a further column, where it explains more than noise does and leaves noise."""
     names, a, b = equation.names, equation.a, equation.b
 
     def rest_of(columns: Array) -> tuple[list[float], list[Array]]:
@@ -266,22 +300,16 @@ def _causes(equation: _Equation, loss: str, step: float) -> tuple[Diagnosis, ...
     before = rest_of(a)[1]
     sigma = [max(estimation.scale(part), 1e-300) for part in before]
 
-    def with_it(name: str, column: Array) -> list[Diagnosis]:
+    def with_it(column: Array) -> list[Diagnosis]:
         found, after = rest_of(np.column_stack([a, column]))
-        of_time = name == "delay"
-        further = equation._replace(names=[*names, "late"])
-        value = further.late(found) if of_time else found[-1] / equation.of("coulomb", found)
-        values = {"delay" if of_time else "level": value}
-        return brought(name, values, (before, after), sigma, len(names), loss)
+        values = {"level": found[-1] / equation.of("coulomb", found)}
+        white = all(estimation.tests_of(part).white for part in after)
+        return brought("Stribeck", values, (before, after), sigma, len(names), loss) if white else []
 
     rows = joined(equation.parts)
-    side, v, rate = rows.side, rows.v, rows.rate
-    # Between samples a current may be held or not, which is half a sample: no delay within one is named.
-    late = [] if "late" in names else with_it("delay", rate)
-    late = [each for each in late if abs(each.values["delay"]) > step]
+    side, v = rows.side, rows.v
     shapes = (side * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2)) for share in SPEEDS)
-    stiff = stiffest(each for shape in shapes for each in with_it("Stribeck", shape))
-    return tuple(sorted([*late, *stiff], key=lambda each: -each.decrease))
+    return tuple(stiffest(each for shape in shapes for each in with_it(shape)))
 
 
 def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
@@ -317,10 +345,10 @@ def _left_out(equation: _Equation) -> list[float]:
 
 
 def _force_estimates(
-    equation: _Equation, found: Sequence[float], covariance: Array, units: Units
+    equation: _Equation, found: Sequence[float], covariance: Array, units: Units, *, explained: bool
 ) -> tuple[tuple[Estimate, ...], Array]:
     """The parameters and the forces behind them, with their covariance; f1 and the offset are quotients, whose errors
-    follow to first order.
+    follow to first order. No interval where the residuals are not noise.
     """
     names = equation.names
     t = estimation.student(0.5 + 0.5 * LEVEL, max(equation.b.size - len(names), 1))
@@ -333,13 +361,14 @@ def _force_estimates(
         ("f1 m_eff", "N", coulomb, {"coulomb": 1.0}),
         ("offset force", "N", constant, {"constant": 1.0}),
     ]
-    if "late" in names:
-        left = equation.late(found)
-        made.append(("delay", "s", equation.delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
+    left = equation.late(found)
+    made.append(("delay", "s", equation.delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
     slopes = np.array([[slope.get(each, 0.0) for each in names] for *_, slope in made])
     whole = np.asarray(slopes @ covariance @ slopes.T)
 
     def estimate(name: str, unit: str, value: float, stderr: float) -> Estimate:
+        if not explained:
+            return Estimate(name, units.of(unit), value, stderr, -math.inf, math.inf, "not explained")
         low = max(value - t * stderr, 0.0) if name[:2] in ("b1", "f1") else value - t * stderr
         return Estimate(name, units.of(unit), value, stderr, low, value + t * stderr, "t")
 
