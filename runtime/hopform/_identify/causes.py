@@ -209,8 +209,9 @@ def _power(residual: Array) -> float:
     return float(residual @ residual)
 
 
-_OPTIONS = {each: f"fit it with --{each}" for each in NUISANCES}
-_OPTIONS |= {"known value": "leave it out of --known, or measure it again", "outliers": "fit with --loss huber"}
+_OPTIONS = {each: f"fit it with --{each}" for each in NUISANCES} | {
+    "known value": "leave it out of --known, or measure it again", "outliers": "fit with --loss huber",
+}  # fmt: skip
 
 
 # ---- forces ----
@@ -289,7 +290,8 @@ def _with_column(solution: Solution, column: Array) -> tuple[float, list[Array]]
     sizes = [part.size for part in solution.residuals]
     trained = weight * np.concatenate([~_held_out(size) for size in sizes])
     scale = np.maximum(np.sqrt(((rows * weight[:, np.newaxis]) ** 2).sum(axis=0)), 1e-300)
-    moved = np.linalg.lstsq(rows * trained[:, np.newaxis] / scale, -residual * trained, rcond=1e-9)[0] / scale
+    scaled = np.asarray(rows * trained[:, np.newaxis] / scale, dtype=np.float64)
+    moved = np.asarray(np.linalg.lstsq(scaled, -residual * trained, rcond=1e-9)[0] / scale, dtype=np.float64)
     after = np.asarray(residual + rows @ moved, dtype=np.float64)
     return float(moved[-1]), [np.asarray(each) for each in np.split(after, np.cumsum(sizes)[:-1])]
 
