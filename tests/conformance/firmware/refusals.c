@@ -128,7 +128,7 @@ static void robots(void)
     robot.m_eff = 1e-30f;
     robot.m_s = 1e-30f;
 #endif
-    IS(OF(plan_init)(&made, &robot), HOPFORM_ERROR_NUMBERS); /* their product is 0 */
+    IS(OF(plan_init)(&made, &robot), HOPFORM_ERROR_NUMBERS); /* the square of a rate is infinite */
     robot = sound;
     robot.b1 = 0.0f;
     robot.gamma2 = 0.0f;
@@ -139,7 +139,7 @@ static void robots(void)
     robot.k = 1e-20f;
     robot.m_eff = 1e-24f;
 #endif
-    IS(OF(plan_init)(&made, &robot), HOPFORM_ERROR_NUMBERS); /* its square is 0, and nothing is infinite */
+    IS(OF(plan_init)(&made, &robot), HOPFORM_OK); /* the square of the mass is 0, and no quotient is */
     robot = sound;
 #ifdef DOUBLE
     robot.k = 1e300;
