@@ -112,11 +112,12 @@ def test_an_installed_wheel_derives_the_hopper_to_the_same_bytes(installed, tmp_
             assert path.read_bytes() == (ROOT / "generated" / name).read_bytes(), name
 
 
-def test_an_installed_wheel_derives_another_robot(installed, tmp_path):
+def test_an_installed_wheel_builds_the_solver_of_another_model_without_a_compiler(installed, tmp_path):
     model = ROOT / "tests" / "models" / "back_emf.py"
-    derive = (sys.executable, "-m", "hopform._derive", "--model", model, "--out")
-    said = f"derive: {model} was run as Python\n"
-    assert run(*derive, "driven", cwd=tmp_path, PYTHONPATH=str(installed)) == (0, said)
+    build = (sys.executable, "-m", "hopform", "model", "build", model, "--out", "driven")
+    code, output = run(*build, cwd=tmp_path, PYTHONPATH=str(installed), CC="/no/compiler")
+    assert code == 0 and "The solver is built in driven." in output, output
+    assert "there is no library, so that stances take longer: /no/compiler does not run" in output
     code, output = run(
         sys.executable, "-c", "import hopform_solver as s; print(s.ROBOT_FIELDS[-1].name)",
         cwd=tmp_path, PYTHONPATH=str(tmp_path / "driven" / "python"),
