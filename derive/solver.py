@@ -34,8 +34,7 @@ def model_of(model: str | Path) -> Model:
 
 def solver(model: str | Path, precisions: tuple[Precision, ...] = PRECISIONS) -> dict[Path, str]:
     """The text of every file of the folder of a solver, by path in it."""
-    found = model_of(model)  # which says best what is wrong with a file
-    text = source_of(model)
+    found, text = model_of(model), source_of(model)
     own = {MODEL: text, ROBOT: "".join(f"{line}\n" for line in _robot(found)), EQUATIONS: page(Derivation(found))}
     return render(Options(found, precisions)) | own
 

@@ -32,6 +32,8 @@ TOUCHDOWN = hopform.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPP
 RUN = hopform.simulate(HOPPER, [0.0], 3.0, height=0.2)
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "solve_stance": (hopform.solve_stance, START),
+    "solve_motion": (hopform.solve_motion, START),
+    "load_solver": (hopform.load_solver, {"name_or_folder": "hopper"}),
     "solve_stances": (hopform.solve_stances, START),
     "solve_flight": (hopform.solve_flight, START | {"v2": 1.9}),
     "choose_current": (hopform.choose_current, START | {"h_des": 0.2}),
@@ -85,7 +87,7 @@ what is right about it takes no time."""
 ANSWERS = {
     "Batch", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains",
     "Hop", "Ledger", "ManySensitivities", "Phase", "PrintedCommand", "Reachability", "ReturnMaps", "Run",
-    "Sensitivities", "Stance", "State", "Touchdown", "Tracking",
+    "Sensitivities", "Solver", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip
 """Classes that hopform fills itself, and records that are checked where they are handed in."""
 OF_RECORDINGS = {"fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording"}

@@ -135,8 +135,8 @@ def limit_of(robot: Robot, margin: float) -> float:
 
 
 def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object) -> Target:
-    """h_des, datum, stop_margin, horizon, checked, and that the robot, a checked one, can be controlled at all."""
-    if not robot.g > 0.0:
+    """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
+    if not checked_robot(robot, "command").g > 0.0:
         raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.g!r}")
     if not math.isfinite(robot.u_max):
         raise HopformError(f"the controller needs a finite u_max, got {robot.u_max!r} A")

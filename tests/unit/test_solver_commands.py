@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,12 +42,12 @@ def refused(capsys):
     """The line by which a command is refused."""
 
     def call(*arguments):
+        capsys.readouterr()
         code = cli.main([*map(str, arguments)])
         out, errors = capsys.readouterr()
         assert (code, out) == (2, "") and errors.count("\n") == 1
         return errors
 
-    capsys.readouterr()
     return call
 
 
@@ -109,6 +110,18 @@ def test_bands_of_a_fit_name_what_of_the_model_was_not_identified(leg, folder, t
 def test_what_a_model_cannot_do_is_said_by_the_command(folder, refused):
     for line in (["record", "drop"], ["identify", "drop", "drop.csv"]):
         assert "the model damper has no identification: it lacks" in refused("--solver", folder, *line)
+
+
+def test_a_solver_without_a_robot_asks_for_one(store, tmp_path, refused):
+    """A rig or a joint has none of the hopper's; a folder of `python -m derive` has no robot.toml."""
+    folder = tmp_path / "bare"
+    shutil.copytree(built(store, "joint"), folder, ignore=shutil.ignore_patterns("robot.toml"))
+    facts = folder / "solver.toml"
+    facts.write_text(facts.read_text("utf-8").replace('title = "', 'title = "Bare. '), "utf-8")
+    for line in (["robots"], ["robots", "--toml"], ["robots", "--set", "k=1"]):
+        said = refused("--solver", folder, *line)
+        assert "the solver joint comes without a robot: --robot FILE.toml gives one" in said
+    assert "the model joint has no stance" in refused("--solver", folder, "stance", "--v2", "-1")
 
 
 def test_help_lists_what_a_solver_takes(leg, capsys):

@@ -36,7 +36,7 @@ def robots(
         one = robot_in_use(name, values)
         print(one.to_toml() if c is None else struct_of(one, c.replace("float", "f")), end="")
         return
-    names = in_use().ROBOTS if name is None and not values else (name,)
+    names = (in_use().ROBOTS if name is None and not values else ()) or (name,)
     found = [robot_in_use(each, values) for each in names]
     text = tables.robots_json(found) if json else ""
     deliver((), (), text, lambda: tables.robots(found, with_meaning=name is not None))

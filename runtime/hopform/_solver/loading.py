@@ -32,12 +32,12 @@ def loaded(name_or_folder: str | Path) -> Solver:
     if path.suffix == ".py":
         build = f"`hopform model build {name_of(path)}` makes its solver"
         raise HopformError(f"{name_of(path)} is a model, a text, and a solver is a program: {build}")
-    if path.is_dir():
-        if not (path / FACTS).is_file():
+    if os.path.isdir(path):
+        if not os.path.isfile(path / FACTS):
             made = f"`hopform model build FILE --out {name_of(path)}` makes one"
             raise HopformError(f"{name_of(path)} is no solver, it has no {FACTS}: {made}")
         return _of_folder(path.resolve())
-    if path.exists():
+    if os.path.lexists(path):
         raise HopformError(f"{name_of(path)} is no solver: that is a folder with {FACTS}")
     return _of_name(str(name_or_folder))
 
