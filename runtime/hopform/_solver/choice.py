@@ -2,9 +2,11 @@
 that is printed as Python.
 """
 
+import sys
 import warnings
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 from typing import TypeAlias
 
 from hopform._checks import shown
@@ -25,6 +27,7 @@ SolvedFlight: TypeAlias = c.SolvedFlight | PrintedFlight
 """A stance and a flight as their back end keeps them; arrays of times have one dimension."""
 
 
+_HOPFORM = str(Path(__file__).resolve().parents[1])
 NUMPY_IS_PYTHON = 'backend="numpy" is backend="python" now, the C printed as Python: about 0.3 ms for each stance'
 
 
@@ -93,8 +96,16 @@ class Solver:
             self._best = self.compiled()
         except BackendError as error:
             self._best = self.python
-            warnings.warn(f"hopform uses its Python back end: {error}", RuntimeWarning, stacklevel=4)
+            warnings.warn(f"hopform uses its Python back end: {error}", RuntimeWarning, stacklevel=_up_to_caller())
         return self._best
+
+
+def _up_to_caller() -> int:
+    """How many frames above the function that asks stands the first that is not hopform's, as `warn` counts them."""
+    frame, level = sys._getframe(1), 1  # pyright: ignore[reportPrivateUsage]
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_HOPFORM):
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 DEFAULT = Solver(OURS, c.library)
