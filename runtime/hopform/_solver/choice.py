@@ -6,7 +6,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from functools import cached_property
-from types import FrameType
+from pathlib import Path
 from typing import TypeAlias
 
 from hopform._checks import shown
@@ -27,6 +27,7 @@ SolvedFlight: TypeAlias = c.SolvedFlight | PrintedFlight
 """A stance and a flight as their back end keeps them; arrays of times have one dimension."""
 
 
+_HOPFORM = str(Path(__file__).resolve().parents[1])
 NUMPY_IS_PYTHON = 'backend="numpy" is backend="python" now, the C printed as Python: about 0.3 ms for each stance'
 
 
@@ -35,15 +36,6 @@ ACTS = {
     "reach": "map of apexes", "identify": "identification",
 }  # fmt: skip
 """What a model can, in words."""
-
-
-def depth_of_hopform() -> int:
-    """How many calls lie between the caller of this and whoever called into hopform, at whom a warning points."""
-    frame: FrameType | None = sys._getframe(1)
-    depth = 1
-    while frame is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == "hopform":
-        frame, depth = frame.f_back, depth + 1
-    return depth
 
 
 class Solver:
@@ -88,7 +80,7 @@ class Solver:
         if name is None:
             return self._best or self._found()
         if isinstance(name, str) and name == "numpy":
-            warnings.warn(NUMPY_IS_PYTHON, DeprecationWarning, stacklevel=depth_of_hopform())
+            warnings.warn(NUMPY_IS_PYTHON, DeprecationWarning, stacklevel=_up_to_caller())
         if isinstance(name, str) and name in ("c", "python", "numpy"):
             return self.compiled() if name == "c" else self.python
         raise HopformError(f"backend must be 'c' or 'python', got {shown(name)}")
@@ -104,8 +96,16 @@ class Solver:
             self._best = self.compiled()
         except BackendError as error:
             self._best = self.python
-            warnings.warn(f"hopform uses its Python back end: {error}", RuntimeWarning, stacklevel=depth_of_hopform())
+            warnings.warn(f"hopform uses its Python back end: {error}", RuntimeWarning, stacklevel=_up_to_caller())
         return self._best
+
+
+def _up_to_caller() -> int:
+    """How many frames above the function that asks stands the first that is not hopform's, as `warn` counts them."""
+    frame, level = sys._getframe(1), 1  # pyright: ignore[reportPrivateUsage]
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_HOPFORM):
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 DEFAULT = Solver(OURS, c.library)
