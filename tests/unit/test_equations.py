@@ -237,6 +237,18 @@ def test_24_is_right_with_minus_signs_and_m_s_and_the_length_of_the_path():
     assert is_zero(derived(24) - (spring - Q.b2 * Q.v2**2 - Q.m_s * Q.f2 * Q.side_2 * Q.v2))
 
 
+def test_the_foot_of_25_costs_as_much_at_lift_off_as_at_touchdown():
+    """Momentum alone: the foot stops at once, the body goes on; later the body pulls it up, both at one velocity."""
+    foot, body, v = sp.symbols("m_f m_b v", positive=True)
+    common = body * v / (body + foot)  # after lift-off of the foot at rest, the body at v
+    touchdown = foot * v**2 / ((body + foot) * v**2)
+    lift_off = 1 - (body + foot) * common**2 / (body * v**2)
+    assert is_zero(touchdown - lift_off)
+    share = sp.Rational(1, 20)
+    lost, left = (part.subs(foot, share * body) for part in (touchdown, (common / v) ** 2))
+    assert (round(100 * float(lost), 1), round(float(left), 3)) == (4.8, 0.907)
+
+
 def test_25_is_right_behind_the_impact():
     before = printed(25)
     assert is_zero(derived(25) - before * (1 - Q.impact_loss))
