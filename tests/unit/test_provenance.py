@@ -59,7 +59,7 @@ def test_the_covariance_is_that_of_the_intervals_and_the_correlations(fit):
 
 def test_residuals_with_a_memory_widen_the_covariance_and_leave_no_interval():
     """Noise of which each sample keeps 0.8 of the one before: the variance of a mean of it is 9 times that of white
-    noise of the same size, and robots that are drawn must scatter as much.
+    noise of the same size. No robots are drawn from what is not explained.
     """
     clean, own = record(HOPPER, "decay", noise=0.0, quantum=0.0, seed=1), np.random.default_rng(2)
     noise = 2e-4 * lfilter([0.6], [1.0, -0.8], own.standard_normal(clean.time.size))
@@ -72,8 +72,8 @@ def test_residuals_with_a_memory_widen_the_covariance_and_leave_no_interval():
     for name in ("k", "b2"):
         assert fit[name].method == "not explained"
         assert 2.0 * white[name].stderr < fit[name].stderr < 3.6 * white[name].stderr  # 3 times, known to a fifth
-        drawn = [getattr(each, name) for each in fit.sample(4000, 1)]
-        assert np.std(drawn) == pytest.approx(fit[name].stderr, rel=0.05)
+    with pytest.raises(hopform.HopformError, match="has no interval to draw from"):
+        fit.sample(4, 1)
     robot = robot_from_toml(fit.robot(HOPPER).to_toml(), "mine.toml")
     assert set(robot.fit.low) == {-math.inf} and set(robot.fit.high) == {math.inf}
     assert not robot.fit.white
@@ -194,3 +194,19 @@ def test_a_sample_is_bounded_and_its_seed_checked(name, value):
     )
     with pytest.raises(hopform.HopformError, match=f"^{name} must be"):
         robot.sample(**{"count": 3, "seed": 1, name: value})
+
+
+def test_a_fit_that_is_not_explained_gives_no_robots_to_draw(fit):
+    """Numbers stay, in TOML too; what is not explained has no interval, and whoever draws from it is told so."""
+    robot = fit.robot(HOPPER)
+    wide = dataclasses.replace(robot, fit=robot.fit._replace(**{
+        end: tuple(sign * math.inf for _ in robot.fit.names) for end, sign in (("low", -1.0), ("high", 1.0))
+    }))  # fmt: skip
+    again = robot_from_toml(wide.to_toml())
+    assert again == wide and "; fitted, no interval" in wide.to_toml()
+    with pytest.raises(hopform.HopformError, match="has no interval to draw from: its fit is not explained"):
+        again.sample(2, 1)
+    first = robot.fit.names[0]
+    one = robot.fit._replace(low=(-math.inf, *robot.fit.low[1:]))
+    drawn = dataclasses.replace(robot, fit=one).sample(3, 1)
+    assert {getattr(each, first) for each in drawn} == {getattr(robot, first)}

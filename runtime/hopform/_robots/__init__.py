@@ -59,10 +59,17 @@ class Provenance(NamedTuple):
         """Where the value of a field comes from; a fitted one only as long as it is that of the fit."""
         if name in self.names:
             at = self.names.index(name)
+            if self.values[at] == value and name not in self.with_interval():
+                return "fitted, no interval"
             if self.values[at] == value:
                 return f"fitted, 95 % {self.low[at]:.6g} .. {self.high[at]:.6g}"
             return f"changed after the fit, which gave {self.values[at]:.6g}"
         return "known" if name in self.known else f"from {self.base}, NOT IDENTIFIED"
+
+    def with_interval(self) -> tuple[str, ...]:
+        """The fitted fields that have an interval: those of a fit that left nothing unexplained."""
+        ends = zip(self.names, self.low, self.high, strict=True)
+        return tuple(name for name, low, high in ends if math.isfinite(low) and math.isfinite(high))
 
     def draw(
         self, count: int, draw: "np.random.Generator", fields: "tuple[records.Field, ...]"
@@ -238,14 +245,19 @@ class BaseRobot:
     def sample(self, count: int, seed: int | None = None) -> "tuple[Any, ...]":
         """Robots drawn from the distribution of an identified robot's parameters; the same seed draws the same ones.
 
-        A parameter that was changed after the fit keeps its value. count: at most `MOST_SAMPLES`. Raises HopformError
-        for a robot that was not identified, or none of whose parameters were.
+        A parameter that was changed after the fit keeps its value, as one without an interval does. count: at most
+        `MOST_SAMPLES`. Raises HopformError for a robot that was not identified, or none of whose parameters has an
+        interval.
         """
         if self.fit is None or not self.fit.names:
             raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
+        drawn_from = self.fit.with_interval()
+        if not drawn_from:
+            raise HopformError(f"robot {self.name or 'given'} has no interval to draw from: its fit is not explained")
         number = whole("count", count, 1, MOST_SAMPLES)
         draw = np.random.default_rng() if seed is None else stream(Role.ROBOTS, seed)
-        kept = {name for name, own in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == own}
+        values = zip(self.fit.names, self.fit.values, strict=True)
+        kept = {name for name, own in values if name in drawn_from and getattr(self, name) == own}
         drawn = [{name: each[name] for name in kept} for each in self.fit.draw(number, draw, self.fields())]
         return tuple(replace(cast(Any, self), **each, fit=None) for each in drawn)
 
