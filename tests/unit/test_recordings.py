@@ -197,6 +197,9 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
     known = "gamma2=-65" if kind == "force" else "m_eff=25"
     command, role = ("all", "step:") if kind == "all" else ("step" if kind == "step" else "air", "")
     said = refused(path, command, *more, "--known", known, capsys=capsys, role=role)
+    if other == "of another run" and command in ("step", "all"):  # a delay explains just enough of it
+        assert "mixed.csv: the fit misses the recording by 13 % of its motion: it is of another rig" in said
+        return
     assert "mixed.csv, line " in said
     assert f"column '{'current_A' if kind == 'force' else 'x1_m'}': the fit explains" in said
     assert "x1_m and current_A of one run, each in its column" in said
@@ -235,8 +238,9 @@ def test_velocities_in_place_of_positions_are_refused(tmp_path, capsys):
 def test_no_robot_is_written_of_a_fit_that_is_off(tmp_path, capsys):
     """A tenth to a fifth of the motion is missed: it is shown, with a warning."""
     made = record(HOPPER, "step", seed=2)
-    path, out = tmp_path / "late.csv", tmp_path / "mine.toml"
-    path.write_text(with_column(made, "current", np.roll(made.current(), 40)))
+    path, out = tmp_path / "bent.csv", tmp_path / "mine.toml"
+    x1 = made.position("x1")
+    path.write_text(with_column(made, "x1", x1 + 0.07 * np.ptp(x1) * np.sin(10.0 * made.time)))
     known = ["--known", "m_eff=25"]
     assert main(["identify", "step", str(path), *known]) == 0
     assert "misses the recording" in capsys.readouterr().err

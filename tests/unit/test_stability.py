@@ -214,6 +214,6 @@ def test_no_legal_robot_is_refused(package, library, dtype):
     statuses = np.array(
         [function(ctypes.byref(plan), ctypes.c_void_p(rows.ctypes.data + n * width)) for n in range(count)]
     )
-    assert set(statuses) <= {0, -8}  # -8: the numbers left the range of the type
+    assert set(statuses) <= {0, 4, -8}  # 4: too stiff for the type, -8: the numbers left its range
     assert np.sum(statuses == 0) > count // 2
     assert np.sum((d == b1) & (b1 > 0) & (statuses == 0)) > count // 20

@@ -330,7 +330,7 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
         found = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
     variance = float((residual**2).sum()) / max(b.size - found.size, 1) * estimation.tests_of(residual).inflation
-    inverse = np.asarray(np.linalg.inv(scaled.T @ scaled), dtype=np.float64)
+    inverse = np.asarray(np.linalg.pinv(scaled.T @ scaled, hermitian=True), dtype=np.float64)
     covariance = inverse * variance / np.outer(size, size)
     return (found / size).tolist(), covariance, residual
 
