@@ -265,7 +265,7 @@ EXAMPLES = {
     "equations": ("equations 14", "equations 14 --as numpy"),
     "stance": ("stance --height 0.20 --u 3", "stance --v2 -1.9 --u-steps 0:0,0.05:2.0 --csv stance.csv"),
     "hop": ("hop --height 0.20 --u 3", "hop --height 0.20 --terrain uniform --controller exact --h-des 0.20"),
-    "record": ("record drop --seed 1 --csv drop.csv", "record step --plan"),
+    "record": ("record drop --seed 1 --csv drop.csv", "record step --seed 1 --plan"),
     "identify": ("identify check drop.csv --known m_s=3", "identify drop drop.csv --known m_s=3 --out mine.toml"),
     "control": ("control --height 0.20 --h-des 0.20", "control --v2 -1.9 --h-des 0.15 --printed"),
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),
