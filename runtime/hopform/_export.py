@@ -224,7 +224,7 @@ def amalgamated(library: dict[Path, str], prefix: str) -> dict[str, str]:
     """The whole library as one header and one source: its files one behind the other, without the lines that include
     them.
     """
-    texts = {path.name: text for path, text in library.items() if path.suffix in (".h", ".inc", ".c")}
+    texts = {path.name: text for path, text in library.items() if path.suffix in (".h", ".c")}
     public = [f"{prefix}.h", *sorted(path.name for path in library if path.parts[0] == "include")]
     private = sorted(path.name for path in library if path.parts[0] == "src")
     in_order = dict.fromkeys(each for name in private for each in with_included(name, texts) if each not in public)

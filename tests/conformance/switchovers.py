@@ -290,7 +290,7 @@ def in_c(columns: Any, precision: str) -> Any:
 
 
 def in_numpy(columns: Any, precision: str) -> Any:
-    """The same by the NumPy back end."""
+    """The same by the printed engine."""
     s_1, s_2, s_3, t = columns
     values = np.zeros((t.size, 5), columns.dtype)
     for held in (False, True):

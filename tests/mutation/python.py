@@ -87,11 +87,11 @@ NEAREST = {
     "hopform_solver/phases.py": ("tests/conformance/test_closed_form.py",),
     "hopform_solver/stance.py": ("tests/unit/test_equations.py", "tests/conformance/test_printed.py"),
 }
-"""Modules that are changed, in runtime/hopform or the NumPy back end, with the tests that are about them."""
+"""Modules that are changed, in runtime/hopform or the generated package, with the tests that are about them."""
 QUICK = tuple(
     module for module, files in NEAREST.items() if files is not RECORDED and not module.startswith("hopform_solver/")
 )
-"""Modules whose tests take seconds; a mutant of identification or of the NumPy back end that survives takes a minute.
+"""Modules whose tests take seconds; a mutant of identification that survives takes a minute.
 """
 
 

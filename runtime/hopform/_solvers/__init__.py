@@ -18,7 +18,7 @@ from hopform._solver.library import Backend
 from hopform._solver.loading import loaded
 from hopform._solver.package import Equation, not_loaded
 
-IDENTIFY = ("fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "friction_threshold")
+IDENTIFY = ("fit_drop_test", "fit_force", "fit_robot", "fit_step_response")
 """Functions of recordings, whose robots are of the paper's equations."""
 
 

@@ -1,4 +1,4 @@
-"""Stances and flights of the 50-digit reference, commands of the NumPy back end:
+"""Stances and flights of the 50-digit reference, commands of the printed engine:
 `python -m tests.conformance.firmware.vectors` writes them.
 
 A row of numbers each, one behind the other, as answers.c reads them: what goes in, what must come out, and the

@@ -72,7 +72,7 @@ def stances_of_c(library: Any, p: Any, dtype: Any) -> dict[str, Any]:
 
 
 def stances_of_numpy(p: Any) -> dict[str, Any]:
-    """The results of the NumPy back end through the public batch, events included."""
+    """The results of the printed engine through the public batch, events included."""
     parameters = {field.name: p[field.name] for field in ROBOT_FIELDS}
     batch = hopform.solve_stances(
         hopform.load_robot("hopper_c"), v2=p["v2"], x1=p["x1"], v1=p["v1"], u=p["u"], horizon=2.0, max_phases=100,
