@@ -227,7 +227,7 @@ def solve_stances(
     given = {name: _column(name, plain[name], UNITS[name]) for name in states}
     robots = robot_columns(robot, {name: plain[name] for name in fields})
     shape = _shape_of(given | robots, EACH_DIFFERENTIATED if wanted["sensitivities"] else EACH)
-    _check_states(given, robots)
+    _check_states(robot, given, robots)
     given["y"] = _compression(robot, given, robots) if leg else 0.0
     columns = (*(given[name] for name in STATES), *robots.values())
     size = math.prod(shape)
@@ -351,11 +351,14 @@ def _shape_of(inputs: dict[str, Column], each: int) -> tuple[int, ...]:
     return shape
 
 
-def _check_states(given: dict[str, Column], robots: dict[str, Column]) -> None:
+def _check_states(robot: Robot, given: dict[str, Column], robots: dict[str, Column]) -> None:
     horizon, x1 = given["horizon"], given["x1"]
     refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
-    low, high = robots["x1_min"], robots["x1_max"]
-    refuse_any("x1_min", low, low <= high, lambda bad: f"must be <= x1_max m, got {bad!r}")
+    package = robot.solver.package
+    values = type(robot.parameters)(**robots)
+    low, high = package.formulas.lower_stop(values), package.formulas.upper_stop(values)
+    lower, upper, unit = package.records.ENDS
+    refuse_any(lower, low, low <= high, lambda bad: f"must be <= {upper} {unit}, got {bad!r}")
 
     def reason(bad: float) -> str:
         return f"must be within its stroke {float(np.min(low)):g} .. {float(np.max(high)):g} m, got {bad!r}"
@@ -367,8 +370,9 @@ def _compression(robot: Robot, given: dict[str, Column], robots: dict[str, Colum
     """The compression at touchdown from x1 and from x2 or itself, exactly 0 where these say so within rounding."""
     x1, x2 = given["x1"], given.get("x2")
     values = {name: np.asarray(each, float) for name, each in robots.items()}  # in double precision, as for one stance
-    place, L0, c = np.asarray(x1, float), values["L0"], values["c"]
-    rest = robot.solver.package.formulas.compression_at_rest(type(robot.parameters)(**values))
+    formulas, parameters = robot.solver.package.formulas, type(robot.parameters)(**values)
+    letters, rest = formulas.letters_of(parameters), formulas.compression_at_rest(parameters)
+    place, L0, c = np.asarray(x1, float), letters.L0, letters.c
     height = None if x2 is None else np.asarray(x2, float)
     y = np.asarray(given["compression"], float) if height is None else (place - height + L0) + c - rest
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)

@@ -20,7 +20,7 @@ from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
 from hopform._solver.choice import SolvedStance
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps, records
+from hopform._solver.package import ENDINGS, AnyEvent, Precision, Steps, records
 from hopform._warnings import WARNINGS, said
 
 if TYPE_CHECKING:
@@ -119,7 +119,8 @@ class Stance(Motion):
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """The events in their order."""
-        return tuple(Event(t, EVENTS[event]) for t, _, _, event, _ in self._solved.phase_rows() if event)
+        words = self.robot.solver.package.records.EVENTS
+        return tuple(Event(t, words[event]) for t, _, _, event, _ in self._solved.phase_rows() if event)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
@@ -150,7 +151,7 @@ class Stance(Motion):
         readings: dict[str, Callable[[], Any]] = {
             **{name: partial(getattr, start, name) for name in start._fields},
             "u": lambda: flows[0],
-            "force": lambda: -robot.gamma2 * flows[0],
+            "force": lambda: -robot.letters.gamma2 * flows[0],
             "u_largest": lambda: max(flows, key=abs),
             "u_size": lambda: max(map(abs, flows)),
             "spring": lambda: self.compression_max + rest_of(robot),
@@ -160,7 +161,8 @@ class Stance(Motion):
                 records.STATUSES.get(self._solved.plan_status(robot.parameters)) == "ill_conditioned"
             ),
         }
-        return tuple(said(WARNINGS, lambda name: readings[name]() if name in readings else getattr(robot, name)))
+        letters = {**robot.letters._asdict(), "travel": robot.travel}
+        return tuple(said(WARNINGS, lambda name: readings[name]() if name in readings else letters[name]))
 
     def _lowest(self) -> float:
         """The lowest height of the body; inf where no ground is below it."""
@@ -478,7 +480,7 @@ def _stance(
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
     end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
     stance: Stance = object.__new__(Stance)
-    apex = apex if lifts and robot.g > 0.0 else math.nan
+    apex = apex if lifts and robot.letters.g > 0.0 else math.nan
     held: dict[str, Any] = {
         "robot": robot, "u": u, "backend": backend, "dtype": dtype, "status": status, "duration": duration, "end": end,
         "takeoff": end if lifts else None, "apex": apex, "aed": aed, "_solved": solved, "_x2_is_given": given,
@@ -517,8 +519,9 @@ def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, fl
         x_1, v_1, v_2 = x1, v1, v2
     else:
         x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
-    if not robot.x1_min <= x_1 <= robot.x1_max:
-        raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
+    low, high = robot.letters.x1_min, robot.letters.x1_max
+    if not low <= x_1 <= high:
+        raise HopformError(f"x1 must be within its stroke {low!r} .. {high!r} m, got {x_1!r}")
     return x_1, v_1, v_2
 
 
@@ -527,6 +530,9 @@ def start_of(
 ) -> records.LegState:
     """The state at touchdown with the compression as a coordinate of its own; 0 where it and x2 are left out."""
     x_1, v_1, v_2 = placed(robot, act, x1, v1, v2)
+    if x2 is None and "stance" not in robot.solver.can and len(robot.solver.facts.coordinates) == 2:
+        x2 = 0.0  # one mass on a spring to the ground
+        compression = None
     if x2 is None and compression is None:
         start: records.LegState = tuple_of(records.LegState, (x_1, v_1, v_2, 0.0))
         return start
@@ -534,11 +540,12 @@ def start_of(
         raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
     height = None if x2 is None else finite("x2", x2, "m")
     rest = rest_of(robot)
-    y = finite("compression", compression, "m") if height is None else x_1 - height + robot.L0 + robot.c - rest
-    if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0):
+    L0, c = robot.letters.L0, robot.letters.c
+    y = finite("compression", compression, "m") if height is None else x_1 - height + L0 + c - rest
+    if abs(y) <= TOUCHING_ULP * math.ulp(L0) and "stance" in robot.solver.can:
         y = 0.0
     if y < 0.0 and "stance" in robot.solver.can:  # without a contact the leg pulls
-        highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + robot.L0 + robot.c - rest!r} m"
+        highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + L0 + c - rest!r} m"
         what = "compression must be >= 0 m" if height is None else f"x2 must be <= {highest}"
         raise HopformError(f"{what}, or the spring pulls, got {y if height is None else height!r}")
     return records.LegState(x_1, v_1, v_2, y)

@@ -21,9 +21,9 @@ def name_of(robot: Robot) -> str:
 
 def mode_of_actuator(phase: Phase, robot: Robot) -> str:
     """The mode of the actuator in a phase, in words."""
-    if phase.mode_1 == 0 and robot.x1_min == robot.x1_max:
+    if phase.mode_1 == 0 and robot.letters.x1_min == robot.letters.x1_max:
         return "locked"
-    if phase.mode_1 == 0 and phase.state.x1 in (robot.x1_min, robot.x1_max):
+    if phase.mode_1 == 0 and phase.state.x1 in (robot.letters.x1_min, robot.letters.x1_max):
         return "at stop"
     return _mode(phase.mode_1, robot, 0)
 
@@ -34,7 +34,7 @@ def mode_of_body(phase: Phase, robot: Robot) -> str:
 
 
 def _mode(mode: int, robot: Robot, mass: int) -> str:
-    forward, backward = robot.solver.facts.directions[mass]
+    forward, backward = robot.solver.facts.directions[min(mass, len(robot.solver.facts.directions) - 1)]
     return {1: forward, 0: "held", -1: backward}[mode]
 
 

@@ -133,6 +133,12 @@ static robot_change_f32 robot_change_of_column_f32(int column) {
     return change.named;
 }
 
+/* How a stop moves with what a column stands for. */
+static float stop_change_f32(const hopform_plan_f32 *plan, int column, bool upper) {
+    const robot_change_f32 by = robot_change_of_column_f32(column);
+    return upper ? upper_stop_change_f32(&plan->robot, &by) : lower_stop_change_f32(&plan->robot, &by);
+}
+
 /* Follow the changes within a phase, up to a time of the stance. */
 static void travel_f32(variation_f32 *variation, float t) {
     const hopform_plan_f32 *plan = variation->plan;
@@ -174,7 +180,6 @@ static void travel_f32(variation_f32 *variation, float t) {
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
  * belongs to it; nothing jumps where a mass slips or the current steps. */
 static void cross_f32(variation_f32 *variation) {
-    static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_f32 *old = &variation->phases[variation->index];
     const hopform_phase_f32 *now = old + 1;
     const mode_f32 left = mode_of_f32(variation->plan, old, current_f32(variation, old));
@@ -182,7 +187,7 @@ static void cross_f32(variation_f32 *variation) {
     const int axis = axis_of_event_f32(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_f32;
+    const bool upper = left.side[HOPFORM_STOPPED_ELEMENT] > 0;
     state_by_axis_f32 arrives;
     arrives.named = start_of_phase_f32(now);
     const state_by_axis_f32 after = speeds_in_mode_f32(variation->plan, &entered, &arrives.named);
@@ -197,7 +202,7 @@ static void cross_f32(variation_f32 *variation) {
     variation->exists = variation->exists && fabs_f32(before.of[axis]) > 0.0f;
     for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
         float *change = variation->change[column].of;
-        const float wanted = column == bound ? 1.0f : 0.0f;
+        const float wanted = stops ? stop_change_f32(variation->plan, column, upper) : 0.0f;
         const float late = (wanted - change[axis]) / before.of[axis];
         pass_event_at_axis_f32(change, before.of, after.of, axis, wanted, late);
     }

@@ -133,6 +133,12 @@ static robot_change_f64 robot_change_of_column_f64(int column) {
     return change.named;
 }
 
+/* How a stop moves with what a column stands for. */
+static double stop_change_f64(const hopform_plan_f64 *plan, int column, bool upper) {
+    const robot_change_f64 by = robot_change_of_column_f64(column);
+    return upper ? upper_stop_change_f64(&plan->robot, &by) : lower_stop_change_f64(&plan->robot, &by);
+}
+
 /* Follow the changes within a phase, up to a time of the stance. */
 static void travel_f64(variation_f64 *variation, double t) {
     const hopform_plan_f64 *plan = variation->plan;
@@ -174,7 +180,6 @@ static void travel_f64(variation_f64 *variation, double t) {
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
  * belongs to it; nothing jumps where a mass slips or the current steps. */
 static void cross_f64(variation_f64 *variation) {
-    static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_f64 *old = &variation->phases[variation->index];
     const hopform_phase_f64 *now = old + 1;
     const mode_f64 left = mode_of_f64(variation->plan, old, current_f64(variation, old));
@@ -182,7 +187,7 @@ static void cross_f64(variation_f64 *variation) {
     const int axis = axis_of_event_f64(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_f64;
+    const bool upper = left.side[HOPFORM_STOPPED_ELEMENT] > 0;
     state_by_axis_f64 arrives;
     arrives.named = start_of_phase_f64(now);
     const state_by_axis_f64 after = speeds_in_mode_f64(variation->plan, &entered, &arrives.named);
@@ -197,7 +202,7 @@ static void cross_f64(variation_f64 *variation) {
     variation->exists = variation->exists && fabs_f64(before.of[axis]) > 0.0;
     for (int column = 0; column < COLUMNS_f64 && variation->exists; column++) {
         double *change = variation->change[column].of;
-        const double wanted = column == bound ? 1.0 : 0.0;
+        const double wanted = stops ? stop_change_f64(variation->plan, column, upper) : 0.0;
         const double late = (wanted - change[axis]) / before.of[axis];
         pass_event_at_axis_f64(change, before.of, after.of, axis, wanted, late);
     }

@@ -133,6 +133,12 @@ static robot_change_real robot_change_of_column_real(int column) {
     return change.named;
 }
 
+/* How a stop moves with what a column stands for. */
+static real stop_change_real(const hopform_plan_real *plan, int column, bool upper) {
+    const robot_change_real by = robot_change_of_column_real(column);
+    return upper ? upper_stop_change_real(&plan->robot, &by) : lower_stop_change_real(&plan->robot, &by);
+}
+
 /* Follow the changes within a phase, up to a time of the stance. */
 static void travel_real(variation_real *variation, real t) {
     const hopform_plan_real *plan = variation->plan;
@@ -174,7 +180,6 @@ static void travel_real(variation_real *variation, real t) {
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
  * belongs to it; nothing jumps where a mass slips or the current steps. */
 static void cross_real(variation_real *variation) {
-    static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_real *old = &variation->phases[variation->index];
     const hopform_phase_real *now = old + 1;
     const mode_real left = mode_of_real(variation->plan, old, current_real(variation, old));
@@ -182,7 +187,7 @@ static void cross_real(variation_real *variation) {
     const int axis = axis_of_event_real(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_real;
+    const bool upper = left.side[HOPFORM_STOPPED_ELEMENT] > 0;
     state_by_axis_real arrives;
     arrives.named = start_of_phase_real(now);
     const state_by_axis_real after = speeds_in_mode_real(variation->plan, &entered, &arrives.named);
@@ -197,7 +202,7 @@ static void cross_real(variation_real *variation) {
     variation->exists = variation->exists && fabs_real(before.of[axis]) > 0.0;
     for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
         real *change = variation->change[column].of;
-        const real wanted = column == bound ? 1.0 : 0.0;
+        const real wanted = stops ? stop_change_real(variation->plan, column, upper) : 0.0;
         const real late = (wanted - change[axis]) / before.of[axis];
         pass_event_at_axis_real(change, before.of, after.of, axis, wanted, late);
     }

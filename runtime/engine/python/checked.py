@@ -6,8 +6,8 @@ from functools import cached_property
 from numbers import Real as Number
 from typing import Any
 
-from .elements import STOPS
-from .records import DOMAINS, ROBOT_FIELDS, Field
+from .formulas import lower_stop, upper_stop
+from .records import DOMAINS, ENDS, ROBOT_FIELDS, Field
 from .records import Robot as Parameters
 
 _LONGEST = 60
@@ -62,10 +62,10 @@ class Checked:
             if (reason := refusal(field, value)) is not None:
                 raise ValueError(reason)
             object.__setattr__(self, field.name, float(value))
-        low, high = (ROBOT_FIELDS[stop] for stop in STOPS)
-        below, above = getattr(self, low.name), getattr(self, high.name)
+        below, above = lower_stop(self.parameters), upper_stop(self.parameters)
         if not below <= above:
-            raise ValueError(f"{low.name} must be <= {high.name} {high.unit}, got {below!r} > {above!r}")
+            low, high, unit = ENDS
+            raise ValueError(f"{low} must be <= {high} {unit}, got {below!r} > {above!r}")
 
     @cached_property
     def parameters(self) -> Parameters:
