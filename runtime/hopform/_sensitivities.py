@@ -1,6 +1,4 @@
-"""Derivatives of the take-off of a stance by its inputs: those of the back ends, in the coordinates that people
-give.
-"""
+"""Derivatives of the ending of a stance by its inputs: those of the back ends, in the coordinates that people give."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -66,10 +64,10 @@ class _Derivatives(Shown):
 
 
 class Sensitivities(_Derivatives):
-    """Derivatives of the take-off through the events of a stance, in the units of row over column; NaN without
-    take-off.
+    """Derivatives of the ending through the events of a stance, in the units of row over column; NaN where there are
+    none.
 
-    rows: T [s], the state x1, v1, x2, v2 at take-off, apex, aed. columns: the initial state x1, v1, x2, v2, the current
+    rows: the duration T [s], the state x1, v1, x2, v2 at the ending, apex, aed. columns: the initial state x1, v1, x2, v2, the current
     u (all steps alike), the robot's fields. matrix: rows times columns; `[row, column]` is one entry by name.
     """
 

@@ -20,7 +20,7 @@ from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
 from hopform._solver.choice import SolvedStance
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps, records
+from hopform._solver.package import ENDINGS, EVENTS, TAKEOFF, AnyEvent, Precision, Steps, records
 from hopform._warnings import WARNINGS, said
 
 if TYPE_CHECKING:
@@ -50,7 +50,6 @@ _SPELT: dict[Any, Precision] = {
     **dict.fromkeys(("float32", "single", "f4", "f", np.float32, np.dtype(np.float32)), np.dtype(np.float32)),
 }
 """The precisions, as people may write them."""
-_TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
 
 
 class State(NamedTuple, Generic[Value]):
@@ -286,14 +285,15 @@ class Stance(Motion):
 
     @property
     def sensitivities(self) -> Sensitivities:
-        """Derivatives of take-off time T, take-off state, apex and AED by initial state, current and robot, through
-        every event.
+        """Derivatives of the duration T, the state at the ending, apex and AED by initial state, current and robot,
+        through every event.
 
-        They are those of the events as they are: none appears or goes. With x2 left out it follows x1 and the leg's
+        They are those of the events as they are: none appears or goes. At take-off T moves with the contact force, at
+        rest with the event that stops the last mass; at the horizon it stays. With x2 left out it follows x1 and the leg's
         length without load, L0 + c, and its own column is 0. A mass that is held at the start keeps its velocity 0. An
         actuator that starts on a stop and is held there stays where it starts (column x1); x1_min, x1_max count where a
-        stop is met later. With a list of steps u moves all currents alike. NaN without take-off and where an event
-        grazes; the apex' row without gravity.
+        stop is met later. With a list of steps u moves all currents alike. NaN where an event grazes, where a rest
+        ends at a small change, and where the search has ended; the apex' row without take-off or gravity.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=3.0)
@@ -475,7 +475,7 @@ def _stance(
 ) -> Stance:
     """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
-    status, lifts = ENDINGS[ending], ending == _TAKEOFF
+    status, lifts = ENDINGS[ending], ending == TAKEOFF
     end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
     stance: Stance = object.__new__(Stance)
     apex = apex if lifts and robot.g > 0.0 else math.nan
