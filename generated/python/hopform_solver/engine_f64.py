@@ -1279,6 +1279,44 @@ class Friction:
         self.level_2 = other.level_2
 
 
+class Resisted:
+    """What friction takes of the acceleration of a mass: its level with the sign of v_i."""
+    __slots__ = ("resisted_1", "resisted_2",)
+    SIZE = 16
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, resisted_1: Real = 0.0, resisted_2: Real = 0.0) -> None:
+        self.resisted_1 = resisted_1  # [m/s^2] of the actuator; held, as much of the free acceleration as it can
+        self.resisted_2 = resisted_2  # [m/s^2] of the body; held, as much of the free acceleration as it can
+
+    def copy(self) -> "Resisted":
+        return Resisted(self.resisted_1, self.resisted_2)
+
+    def put(self, other: "Resisted") -> None:
+        self.resisted_1 = other.resisted_1
+        self.resisted_2 = other.resisted_2
+
+
+class Forces:
+    """Forces of friction and of a stop."""
+    __slots__ = ("friction_1", "friction_2", "stop_1",)
+    SIZE = 24
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, friction_1: Real = 0.0, friction_2: Real = 0.0, stop_1: Real = 0.0) -> None:
+        self.friction_1 = friction_1  # [N] force of Coulomb friction on the actuator
+        self.friction_2 = friction_2  # [N] force of Coulomb friction on the body
+        self.stop_1 = stop_1  # [N] force of the stop on the actuator that it holds
+
+    def copy(self) -> "Forces":
+        return Forces(self.friction_1, self.friction_2, self.stop_1)
+
+    def put(self, other: "Forces") -> None:
+        self.friction_1 = other.friction_1
+        self.friction_2 = other.friction_2
+        self.stop_1 = other.stop_1
+
+
 class PairCore:
     """R, its derivative and what is left of the initial 1."""
     __slots__ = ("Rd", "R", "turned",)
@@ -1851,6 +1889,17 @@ def free_terms(rates: Rates, state: State, u: Real) -> Free:
     free_1 = abs(a1_0) + abs(a1_u*u) + abs(a1_y*y)  # (3) at v_i = 0, by magnitude
     free_2 = abs(a2_0) + abs(a2_y*y)  # (4) at v_i = 0, by magnitude
     return Free(free_1, free_2)
+
+
+def forces_of(robot: Robot, free: Free, resisted: Resisted) -> Forces:
+    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration."""
+    m_eff, m_s = robot.m_eff, robot.m_s
+    free_1 = free.free_1
+    resisted_1, resisted_2 = resisted.resisted_1, resisted.resisted_2
+    friction_1 = -m_eff*resisted_1  # (3), (4)
+    friction_2 = -m_s*resisted_2  # (3), (4)
+    stop_1 = m_eff*(resisted_1 - free_1)  # (3) at v_1' = 0
+    return Forces(friction_1, friction_2, stop_1)
 
 
 def free_numerator_1(rates: Rates, motion: Any) -> Numerator:
