@@ -27,6 +27,15 @@ EXCESS = Record("Excess", "Friction of a mass at rest less that of one that slip
     Quantity("up_2", "f_{2,e}", "m/s^2", "of the body, to v_2 > 0", "nonnegative"),
     Quantity("down_2", "f_{2,e}", "m/s^2", "of the body, to v_2 < 0", "nonnegative"),
 )
+RESISTED = Record("Resisted", "What friction takes of the acceleration of a mass: its level with the sign of v_i.").of(
+    Quantity("resisted_1", r"a_{1,r}", "m/s^2", "of the actuator; held, as much of the free acceleration as it can"),
+    Quantity("resisted_2", r"a_{2,r}", "m/s^2", "of the body; held, as much of the free acceleration as it can"),
+)
+FORCES = Record("Forces", "Forces of friction and of a stop.").of(
+    Quantity("friction_1", r"F_{f,1}", "N", "force of Coulomb friction on the actuator"),
+    Quantity("friction_2", r"F_{f,2}", "N", "force of Coulomb friction on the body"),
+    Quantity("stop_1", r"F_{s,1}", "N", "force of the stop on the actuator that it holds"),
+)
 
 
 def is_coupled(model: Model) -> bool:
@@ -76,6 +85,17 @@ def free_terms() -> Steps:
     """Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them."""
     for name, terms, equation in _FREE:
         yield Step(name, sp.Add(*map(sp.Abs, terms)), f"{equation} at v_i = 0, by magnitude")
+
+
+@function(takes=(ROBOT, FREE, RESISTED), returns=FORCES)
+def forces_of(model: Model) -> Steps:
+    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration."""
+    masses = (m_eff, m_s)
+    for name, friction, mass, side, resisted in zip(
+        FORCES.symbols, model.friction, masses, (side_1, side_2), RESISTED.symbols, strict=False
+    ):
+        yield Step(name, sp.expand(friction.subs(side, 0) - mass * resisted), "(3), (4)")
+    yield Step(FORCES.symbols[2], m_eff * (RESISTED.symbols[0] - free_1), "(3) at v_1' = 0")
 
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)

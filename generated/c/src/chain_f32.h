@@ -46,18 +46,6 @@ static inline float current_of_chain_f32(const stance_chain_f32 *chain) {
 
 /* ---- the hold rule ---- */
 
-/* Level of friction of an element that slips. */
-static inline float level_of_f32(const hopform_robot_f32 *robot, int element) {
-    friction_by_element_f32 levels;
-    levels.named = friction_of_f32(robot);
-    return levels.of[element];
-}
-
-/* Level of friction of an element at rest that would slip to a side. */
-static inline float level_at_rest_f32(const hopform_robot_f32 *robot, int element, int side) {
-    return level_of_f32(robot, element) + excess_to_side_f32(robot, element, side);
-}
-
 /* Numerator of the free acceleration of an element that is held. */
 static inline numerator_f32 free_numerator_f32(const hopform_rates_f32 *rates, int element,
                                                  const motion_f32 *motion) {

@@ -46,18 +46,6 @@ static inline double current_of_chain_f64(const stance_chain_f64 *chain) {
 
 /* ---- the hold rule ---- */
 
-/* Level of friction of an element that slips. */
-static inline double level_of_f64(const hopform_robot_f64 *robot, int element) {
-    friction_by_element_f64 levels;
-    levels.named = friction_of_f64(robot);
-    return levels.of[element];
-}
-
-/* Level of friction of an element at rest that would slip to a side. */
-static inline double level_at_rest_f64(const hopform_robot_f64 *robot, int element, int side) {
-    return level_of_f64(robot, element) + excess_to_side_f64(robot, element, side);
-}
-
 /* Numerator of the free acceleration of an element that is held. */
 static inline numerator_f64 free_numerator_f64(const hopform_rates_f64 *rates, int element,
                                                  const motion_f64 *motion) {

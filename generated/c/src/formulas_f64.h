@@ -160,6 +160,19 @@ typedef struct {
     double down_2;  /* [m/s^2] of the body, to v_2 < 0 */
 } excess_f64;
 
+/* What friction takes of the acceleration of a mass: its level with the sign of v_i. */
+typedef struct {
+    double resisted_1;  /* [m/s^2] of the actuator; held, as much of the free acceleration as it can */
+    double resisted_2;  /* [m/s^2] of the body; held, as much of the free acceleration as it can */
+} resisted_f64;
+
+/* Forces of friction and of a stop. */
+typedef struct {
+    double friction_1;  /* [N] force of Coulomb friction on the actuator */
+    double friction_2;  /* [N] force of Coulomb friction on the body */
+    double stop_1;      /* [N] force of the stop on the actuator that it holds */
+} forces_f64;
+
 /* R, its derivative and what is left of the initial 1. */
 typedef struct {
     double Rd;      /* [1] derivative of R */
@@ -543,6 +556,21 @@ static inline free_f64 free_terms_f64(const hopform_rates_f64 *rates, const hopf
     const double free_1 = fabs_f64(a1_0) + fabs_f64(a1_u*u) + fabs_f64(a1_y*y);  /* (3) at v_i = 0, by magnitude */
     const double free_2 = fabs_f64(a2_0) + fabs_f64(a2_y*y);                      /* (4) at v_i = 0, by magnitude */
     const free_f64 result = {free_1, free_2};
+    return result;
+}
+
+/* Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration. */
+static inline forces_f64 forces_of_f64(const hopform_robot_f64 *robot,
+    const free_f64 *free,
+    const resisted_f64 *resisted)
+{
+    const double m_eff = robot->m_eff, m_s = robot->m_s;
+    const double free_1 = free->free_1;
+    const double resisted_1 = resisted->resisted_1, resisted_2 = resisted->resisted_2;
+    const double friction_1 = -m_eff*resisted_1;        /* (3), (4) */
+    const double friction_2 = -m_s*resisted_2;          /* (3), (4) */
+    const double stop_1 = m_eff*(resisted_1 - free_1);  /* (3) at v_1' = 0 */
+    const forces_f64 result = {friction_1, friction_2, stop_1};
     return result;
 }
 

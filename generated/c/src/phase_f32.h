@@ -66,6 +66,18 @@ static inline float excess_to_side_f32(const hopform_robot_f32 *robot, int eleme
     return excess.of[side_index_f32(element, side)];
 }
 
+/* Level of friction of an element that slips. */
+static inline float level_of_f32(const hopform_robot_f32 *robot, int element) {
+    friction_by_element_f32 levels;
+    levels.named = friction_of_f32(robot);
+    return levels.of[element];
+}
+
+/* Level of friction of an element at rest that would slip to a side. */
+static inline float level_at_rest_f32(const hopform_robot_f32 *robot, int element, int side) {
+    return level_of_f32(robot, element) + excess_to_side_f32(robot, element, side);
+}
+
 /* Where an element at rest goes, held while |a_i| <= f_s,i: 1 or -1, 0 if it stays. */
 static inline float goes_f32(float acceleration, float friction) {
     const float down = acceleration < -friction ? -1.0f : 0.0f;

@@ -66,6 +66,18 @@ static inline double excess_to_side_f64(const hopform_robot_f64 *robot, int elem
     return excess.of[side_index_f64(element, side)];
 }
 
+/* Level of friction of an element that slips. */
+static inline double level_of_f64(const hopform_robot_f64 *robot, int element) {
+    friction_by_element_f64 levels;
+    levels.named = friction_of_f64(robot);
+    return levels.of[element];
+}
+
+/* Level of friction of an element at rest that would slip to a side. */
+static inline double level_at_rest_f64(const hopform_robot_f64 *robot, int element, int side) {
+    return level_of_f64(robot, element) + excess_to_side_f64(robot, element, side);
+}
+
 /* Where an element at rest goes, held while |a_i| <= f_s,i: 1 or -1, 0 if it stays. */
 static inline double goes_f64(double acceleration, double friction) {
     const double down = acceleration < -friction ? -1.0 : 0.0;

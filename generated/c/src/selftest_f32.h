@@ -96,16 +96,21 @@ static void mix_motion_f32(uint32_t *hash, const hopform_plan_f32 *plan, const h
     }
 }
 
-/* Derivatives at take-off, and the state in between with those there. */
+/* Derivatives at take-off, and the state in between with those there. Digests are as old as these, and older than the
+ * derivatives at other endings: zeros stand in for them. */
 static void mix_derivatives_f32(uint32_t *hash, const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance) {
-    float matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    float matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS] = {0.0f};
     float tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     hopform_state_f32 state;
     float again[HOPFORM_AXES];
     float *columns[HOPFORM_AXES];
     const float half = 0.5f * stance->duration;
-    mix_int_f32(hash, hopform_stance_sensitivities_f32(plan, steps, phases, stance, matrix));
+    int32_t status = HOPFORM_NO_DERIVATIVE;
+    if (stance->ending == HOPFORM_ENDING_TAKEOFF) {
+        status = hopform_stance_sensitivities_f32(plan, steps, phases, stance, matrix);
+    }
+    mix_int_f32(hash, status);
     mix_rows_f32(hash, matrix, sizeof matrix, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_f32);
     mix_int_f32(hash, hopform_stance_tangents_f32(plan, steps, phases, stance, &half, 1, &state, tangents));
     mix_rows_f32(hash, tangents, sizeof tangents, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_f32);

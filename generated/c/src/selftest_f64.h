@@ -96,16 +96,21 @@ static void mix_motion_f64(uint32_t *hash, const hopform_plan_f64 *plan, const h
     }
 }
 
-/* Derivatives at take-off, and the state in between with those there. */
+/* Derivatives at take-off, and the state in between with those there. Digests are as old as these, and older than the
+ * derivatives at other endings: zeros stand in for them. */
 static void mix_derivatives_f64(uint32_t *hash, const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance) {
-    double matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    double matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS] = {0.0};
     double tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     hopform_state_f64 state;
     double again[HOPFORM_AXES];
     double *columns[HOPFORM_AXES];
     const double half = 0.5 * stance->duration;
-    mix_int_f64(hash, hopform_stance_sensitivities_f64(plan, steps, phases, stance, matrix));
+    int32_t status = HOPFORM_NO_DERIVATIVE;
+    if (stance->ending == HOPFORM_ENDING_TAKEOFF) {
+        status = hopform_stance_sensitivities_f64(plan, steps, phases, stance, matrix);
+    }
+    mix_int_f64(hash, status);
     mix_rows_f64(hash, matrix, sizeof matrix, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_f64);
     mix_int_f64(hash, hopform_stance_tangents_f64(plan, steps, phases, stance, &half, 1, &state, tangents));
     mix_rows_f64(hash, tangents, sizeof tangents, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_f64);

@@ -1308,6 +1308,44 @@ class Excess:
         self.down_2 = other.down_2
 
 
+class Resisted:
+    """What friction takes of the acceleration of a mass: its level with the sign of v_i."""
+    __slots__ = ("resisted_1", "resisted_2",)
+    SIZE = 8
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, resisted_1: Real = ZERO, resisted_2: Real = ZERO) -> None:
+        self.resisted_1 = resisted_1  # [m/s^2] of the actuator; held, as much of the free acceleration as it can
+        self.resisted_2 = resisted_2  # [m/s^2] of the body; held, as much of the free acceleration as it can
+
+    def copy(self) -> "Resisted":
+        return Resisted(self.resisted_1, self.resisted_2)
+
+    def put(self, other: "Resisted") -> None:
+        self.resisted_1 = other.resisted_1
+        self.resisted_2 = other.resisted_2
+
+
+class Forces:
+    """Forces of friction and of a stop."""
+    __slots__ = ("friction_1", "friction_2", "stop_1",)
+    SIZE = 12
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, friction_1: Real = ZERO, friction_2: Real = ZERO, stop_1: Real = ZERO) -> None:
+        self.friction_1 = friction_1  # [N] force of Coulomb friction on the actuator
+        self.friction_2 = friction_2  # [N] force of Coulomb friction on the body
+        self.stop_1 = stop_1  # [N] force of the stop on the actuator that it holds
+
+    def copy(self) -> "Forces":
+        return Forces(self.friction_1, self.friction_2, self.stop_1)
+
+    def put(self, other: "Forces") -> None:
+        self.friction_1 = other.friction_1
+        self.friction_2 = other.friction_2
+        self.stop_1 = other.stop_1
+
+
 class PairCore:
     """R, its derivative and what is left of the initial 1."""
     __slots__ = ("Rd", "R", "turned",)
@@ -1895,6 +1933,17 @@ def free_terms(rates: Rates, state: State, u: Real) -> Free:
     free_1 = abs(a1_0) + abs(a1_u*u) + abs(a1_y*y)  # (3) at v_i = 0, by magnitude
     free_2 = abs(a2_0) + abs(a2_y*y)  # (4) at v_i = 0, by magnitude
     return Free(free_1, free_2)
+
+
+def forces_of(robot: Robot, free: Free, resisted: Resisted) -> Forces:
+    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration."""
+    m_eff, m_s = robot.m_eff, robot.m_s
+    free_1 = free.free_1
+    resisted_1, resisted_2 = resisted.resisted_1, resisted.resisted_2
+    friction_1 = -m_eff*resisted_1  # (3), (4)
+    friction_2 = -m_s*resisted_2  # (3), (4)
+    stop_1 = m_eff*(resisted_1 - free_1)  # (3) at v_1' = 0
+    return Forces(friction_1, friction_2, stop_1)
 
 
 def free_numerator_1(rates: Rates, motion: Any) -> Numerator:
@@ -3358,6 +3407,18 @@ def excess_to_side(robot: Robot, element: int, side: int) -> Real:
     excess = ExcessBySide()
     excess.put(excess_of(robot))
     return excess[side_index(element, side)]
+
+
+def level_of(robot: Robot, element: int) -> Real:
+    """Level of friction of an element that slips."""
+    levels = FrictionByElement()
+    levels.put(friction_of(robot))
+    return levels[element]
+
+
+def level_at_rest(robot: Robot, element: int, side: int) -> Real:
+    """Level of friction of an element at rest that would slip to a side."""
+    return level_of(robot, element) + excess_to_side(robot, element, side)
 
 
 def goes(acceleration: Real, friction: Real) -> Real:
@@ -5550,18 +5611,6 @@ def current_of_chain(chain: StanceChain) -> Real:
     return chain.steps[chain.step].u
 
 
-def level_of(robot: Robot, element: int) -> Real:
-    """Level of friction of an element that slips."""
-    levels = FrictionByElement()
-    levels.put(friction_of(robot))
-    return levels[element]
-
-
-def level_at_rest(robot: Robot, element: int, side: int) -> Real:
-    """Level of friction of an element at rest that would slip to a side."""
-    return level_of(robot, element) + excess_to_side(robot, element, side)
-
-
 def free_numerator(rates: Rates, element: int, motion: Any) -> Numerator:
     """Numerator of the free acceleration of an element that is held."""
     return free_numerator_1(rates, motion) if element == 0 else free_numerator_2(rates, motion)
@@ -6109,7 +6158,7 @@ def stance_report(chain: StanceChain, start: State, ending: int, stance: Stance)
     robot = chain.plan.robot
     end = chain.at
     stance.duration = chain.t
-    stance.end = end.copy()
+    stance.end.put(end)
     stance.aed = chain.aed if chain.adds_up else body_energy_gain(robot, start, chain.at)
     stance.start_loss = chain.start_loss
     stance.ending = ending
@@ -7891,14 +7940,19 @@ def mix_motion(hash: Any, plan: Plan, steps: Any, phases: Any, stance: Stance) -
 
 
 def mix_derivatives(hash: Any, plan: Plan, steps: Any, phases: Any, stance: Stance) -> None:
-    """Derivatives at take-off, and the state in between with those there."""
+    """Derivatives at take-off, and the state in between with those there. Digests are as old as these, and older than
+    the derivatives at other endings: zeros stand in for them.
+    """
     matrix = [ZERO] * 154
     tangents = [ZERO] * 88
     state = State()
     again = [ZERO] * 4
     columns: Any = [None] * 4
     half = 0.5 * stance.duration
-    mix_int(hash, stance_sensitivities(plan, steps, phases, stance, matrix))
+    status = NO_DERIVATIVE
+    if stance.ending == ENDING_TAKEOFF:
+        status = stance_sensitivities(plan, steps, phases, stance, matrix)
+    mix_int(hash, status)
     mix_rows(hash, matrix, 154 * REAL_SIZE, 22, COLUMN_OF_EXCESS)
     mix_int(hash, stance_tangents(plan, steps, phases, stance, [half], 1, [state], tangents))
     mix_rows(hash, tangents, 88 * REAL_SIZE, 22, COLUMN_OF_EXCESS)
@@ -8014,12 +8068,13 @@ COLUMN_OF_AXIS = (0, 1, 3, 2)
 
 class Variation:
     """How far a stance has been followed: where it is, and the change of that by the one of each input."""
-    __slots__ = ("plan", "steps", "phases", "index", "t", "at", "change", "exists",)
-    SIZE = 408
-    PARTS: tuple[str, ...] = ("at", "change",)
+    __slots__ = ("plan", "steps", "phases", "index", "t", "at", "change", "late", "is_timed", "exists",)
+    SIZE = 496
+    PARTS: tuple[str, ...] = ("at", "change", "late",)
 
     def __init__(self, plan: Any = None, steps: Any = None, phases: Any = None, index: int = 0, t: Real = ZERO,
-            at: "StateByAxis | None" = None, change: Any = None, exists: bool = False) -> None:
+            at: "StateByAxis | None" = None, change: Any = None, late: Any = None, is_timed: bool = False,
+        exists: bool = False) -> None:
         self.plan = plan
         self.steps = steps
         self.phases = phases
@@ -8027,11 +8082,14 @@ class Variation:
         self.t = t  # since touchdown
         self.at = StateByAxis() if at is None else at
         self.change: Any = [StateByAxis() for _ in range(22)] if change is None else change
+        # how much later the event came that began the phase; 0 where its time is fixed
+        self.late: Any = [ZERO] * 22 if late is None else late
+        self.is_timed = is_timed  # these are known: a velocity that fades to nothing has no time in proportion
         self.exists = exists  # the time of each event so far moves in proportion
 
     def copy(self) -> "Variation":
         return Variation(self.plan, self.steps, self.phases, self.index, self.t, self.at.copy(),
-            [each.copy() for each in self.change], self.exists)
+            [each.copy() for each in self.change], self.late[:], self.is_timed, self.exists)
 
     def put(self, other: "Variation") -> None:
         self.plan = other.plan
@@ -8042,6 +8100,8 @@ class Variation:
         self.at.put(other.at)
         for mine, its in zip(self.change, other.change, strict=True):
             mine.put(its)
+        self.late[:] = other.late[:]
+        self.is_timed = other.is_timed
         self.exists = other.exists
 
 
@@ -8154,6 +8214,11 @@ def travel(variation: Variation, t: Real) -> None:
     variation.at.put(state_in_phase(plan, phase, u, t - phase.t))
 
 
+def not_late(variation: Variation) -> None:
+    for column in range(22):
+        variation.late[column] = ZERO
+
+
 def direct_slope(variation: Variation, mode: Mode, element: int, column: int) -> Real:
     """Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what
     the sides of a mode give.
@@ -8193,7 +8258,9 @@ def cross_slip(variation: Variation, element: int, entered: Mode, before: StateB
         at_rest = real(side) * excess[side_index(element, side)]
         early = free_slope(plan.rates, element, variation.change[column]) + direct_slope(variation, entered, element,
             column) - at_rest
-        pass_slip(variation.change[column], element, acceleration, -early / rate)
+        late = -early / rate
+        pass_slip(variation.change[column], element, acceleration, late)
+        variation.late[column] = late
 
 
 def cross(variation: Variation) -> None:
@@ -8217,7 +8284,9 @@ def cross(variation: Variation) -> None:
     before = speeds_in_mode(variation.plan, left, arrives)
     variation.index += 1
     variation.t = now.t
-    variation.at = start.copy()
+    variation.at.put(start)
+    variation.is_timed = axis < 0
+    not_late(variation)
     slips = slips_at_event(now.event)
     if slips >= 0:
         cross_slip(variation, slips, entered, before)
@@ -8225,6 +8294,7 @@ def cross(variation: Variation) -> None:
     if axis < 0 or not stops and not abs(before[axis] - after[axis]) > 0.0:
         return
     variation.exists = variation.exists and abs(before[axis]) > 0.0
+    variation.is_timed = variation.exists
     for column in range(22):
         if not variation.exists:
             break
@@ -8232,11 +8302,13 @@ def cross(variation: Variation) -> None:
         wanted = real(1.0 if column == bound else 0.0)
         late = (wanted - change[axis]) / before[axis]
         pass_event_at_axis(change, before, after, axis, wanted, late)
+        variation.late[column] = late
 
 
 def variation_of(plan: Plan, steps: Any, phases: Any, stance: Stance) -> Variation:
     """A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once."""
-    variation = Variation(plan, steps, phases, 0, ZERO, StateByAxis(), [StateByAxis() for _ in range(22)], True)
+    variation = Variation(plan, steps, phases, 0, ZERO, StateByAxis(), [StateByAxis() for _ in range(22)], [ZERO] * 22,
+        True, True)
     mode = mode_of(plan, phases[0], current(variation, phases[0]))
     variation.at.put(start_of_phase(phases[0]))
     for i in range(4):
@@ -8256,27 +8328,67 @@ def follow_to(variation: Variation, last: int, t: Real) -> None:
     travel(variation, t)
 
 
-def finish(variation: Variation, end: State, matrix: Any) -> bool:
-    """The rows of the matrix from the changes at take-off, F = 0."""
+def stays_held(variation: Variation, element: int) -> bool:
+    """Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is
+    within its friction at rest, or a stop or a bolt carries it.
+    """
+    robot = variation.plan.robot
+    phase = variation.phases[variation.index]
+    at = variation.at
+    free = FreeByElement()
+    free.put(free_accelerations(variation.plan.rates, at, current(variation, phase)))
+    downwards = -level_at_rest(robot, element, -1)
+    upwards = level_at_rest(robot, element, 1)
+    is_fixed = False
+    has_stops = element == 0
+    below = is_fixed or has_stops and at.x1 <= robot.x1_min
+    above = is_fixed or has_stops and at.x1 >= robot.x1_max
+    return (below or free[element] > downwards) and (above or free[element] < upwards)
+
+
+def ends_later(variation: Variation, stance: Stance, speed: State) -> bool:
+    """How much later the ending comes, from what changes there and its speed; false where it is not in proportion. A
+    rest comes as the event that began it, the horizon at its time. Where a search ended there is nothing to follow.
+    """
+    robot = variation.plan.robot
+    if stance.ending == ENDING_REST:
+        return variation.is_timed and stays_held(variation, 0) and stays_held(variation, 1)
+    if stance.ending == ENDING_HORIZON:
+        not_late(variation)
+        return True
+    contact_rate = contact_slope(robot, speed)
+    if stance.ending != ENDING_TAKEOFF or not abs(contact_rate) > 0.0:
+        return False
+    for column in range(22):
+        by = robot_change_of_column(column)
+        end = stance.end
+        variation.late[column] = -contact_change(robot, end, by, variation.change[column]) / contact_rate
+    return True
+
+
+def finish(variation: Variation, stance: Stance, matrix: Any) -> bool:
+    """The rows of the matrix from the changes at the ending; an apex is what a take-off has."""
     robot = variation.plan.robot
     phase = variation.phases[variation.index]
     mode = mode_of(variation.plan, phase, current(variation, phase))
     start = start_of_phase(variation.phases[0])
+    end = stance.end
     speed = speeds_in_mode(variation.plan, mode, end)
-    contact_rate = contact_slope(robot, speed)
-    fall = fall_of(robot)
+    lifts = stance.ending == ENDING_TAKEOFF
+    fall = fall_of(robot) if lifts else ZERO
     underflows = fall > 0.0 and not fall * fall > 0.0  # by which the apex's derivative divides
-    if not abs(contact_rate) > 0.0 or underflows:
+    if underflows or not ends_later(variation, stance, speed):
         return False
     for column in range(22):
         change = variation.change[column]
         unit = StateByAxis()
         by = robot_change_of_column(column)
-        late = -contact_change(robot, end, by, change) / contact_rate
+        late = variation.late[column]
         for i in range(4):
             unit[i] = real(1.0 if column == COLUMN_OF_AXIS[i] else 0.0)
             change[i] += speed[i] * late
-        change.y = ZERO  # at take-off
+        if lifts:
+            change.y = ZERO
         rows = (late, change.x1, change.v1, height_change(robot, by, change), change.v2,
             apex_change(robot, end, by, change) if fall > 0.0 else ZERO, body_energy_change(robot, end, by, change)
             - body_energy_change(robot, start, by, unit))
@@ -8286,8 +8398,10 @@ def finish(variation: Variation, end: State, matrix: Any) -> bool:
 
 
 def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, matrix: Any) -> int:
-    """Derivatives of a solved stance through its events: SENSITIVITY_ROWS times SENSITIVITY_COLUMNS numbers, row by
-    row; zeros if there are none (positive status).
+    """Derivatives of a solved stance at its ending, through its events: SENSITIVITY_ROWS times SENSITIVITY_COLUMNS
+    numbers, row by row; zeros if there are none (positive status), as where an event grazes, or a search has ended.
+    Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. The row of the apex is 0
+    without take-off.
 
     Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
     and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
@@ -8298,11 +8412,9 @@ def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, ma
     status = reading_status(plan, steps, phases, stance, None, [array_], 1)
     if status < 0:
         return status
-    exists = stance.ending == ENDING_TAKEOFF
-    if exists:
-        variation = variation_of(plan, steps, phases, stance)
-        follow_to(variation, stance.phases_kept - 1, stance.duration)
-        exists = variation.exists and finish(variation, stance.end, matrix)
+    variation = variation_of(plan, steps, phases, stance)
+    follow_to(variation, stance.phases_kept - 1, stance.duration)
+    exists = variation.exists and finish(variation, stance, matrix)
     for n in range(count):
         if not exists:
             break

@@ -17,6 +17,7 @@ from .records import (
     FlightIntegrals,
     FlightRates,
     FlightWork,
+    Forces,
     Free,
     Friction,
     Gains,
@@ -36,6 +37,7 @@ from .records import (
     Propagated,
     Rates,
     Real,
+    Resisted,
     Response,
     Robot,
     RobotChange,
@@ -287,6 +289,19 @@ def free_terms(rates: Rates, state: LegState, u: Real) -> Free:
     free_1 = fabs(a1_0) + fabs(a1_u*u) + fabs(a1_y*y)  # (3) at v_i = 0, by magnitude
     free_2 = fabs(a2_0) + fabs(a2_y*y)                 # (4) at v_i = 0, by magnitude
     return Free(free_1, free_2)
+
+
+def forces_of(robot: Robot, free: Free, resisted: Resisted) -> Forces:
+    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration.
+
+    """
+    m_eff, m_s = robot.m_eff, robot.m_s
+    free_1 = free.free_1
+    resisted_1, resisted_2 = resisted.resisted_1, resisted.resisted_2
+    friction_1 = -m_eff*resisted_1        # (3), (4)
+    friction_2 = -m_s*resisted_2          # (3), (4)
+    stop_1 = m_eff*(resisted_1 - free_1)  # (3) at v_1' = 0
+    return Forces(friction_1, friction_2, stop_1)
 
 
 def free_numerator_1(rates: Rates, motion: Motion) -> Numerator:

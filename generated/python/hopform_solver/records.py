@@ -635,6 +635,26 @@ class Excess(NamedTuple):
     """[m/s^2] of the body, to v_2 < 0"""
 
 
+class Resisted(NamedTuple):
+    """What friction takes of the acceleration of a mass: its level with the sign of v_i."""
+
+    resisted_1: Real
+    """[m/s^2] of the actuator; held, as much of the free acceleration as it can"""
+    resisted_2: Real
+    """[m/s^2] of the body; held, as much of the free acceleration as it can"""
+
+
+class Forces(NamedTuple):
+    """Forces of friction and of a stop."""
+
+    friction_1: Real
+    """[N] force of Coulomb friction on the actuator"""
+    friction_2: Real
+    """[N] force of Coulomb friction on the body"""
+    stop_1: Real
+    """[N] force of the stop on the actuator that it holds"""
+
+
 class PairCore(NamedTuple):
     """R, its derivative and what is left of the initial 1."""
 

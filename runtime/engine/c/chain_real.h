@@ -46,18 +46,6 @@ static inline real current_of_chain_real(const stance_chain_real *chain) {
 
 /* ---- the hold rule ---- */
 
-/* Level of friction of an element that slips. */
-static inline real level_of_real(const hopform_robot_real *robot, int element) {
-    friction_by_element_real levels;
-    levels.named = friction_of_real(robot);
-    return levels.of[element];
-}
-
-/* Level of friction of an element at rest that would slip to a side. */
-static inline real level_at_rest_real(const hopform_robot_real *robot, int element, int side) {
-    return level_of_real(robot, element) + excess_to_side_real(robot, element, side);
-}
-
 /* Numerator of the free acceleration of an element that is held. */
 static inline numerator_real free_numerator_real(const hopform_rates_real *rates, int element,
                                                  const motion_real *motion) {

@@ -66,6 +66,18 @@ static inline real excess_to_side_real(const hopform_robot_real *robot, int elem
     return excess.of[side_index_real(element, side)];
 }
 
+/* Level of friction of an element that slips. */
+static inline real level_of_real(const hopform_robot_real *robot, int element) {
+    friction_by_element_real levels;
+    levels.named = friction_of_real(robot);
+    return levels.of[element];
+}
+
+/* Level of friction of an element at rest that would slip to a side. */
+static inline real level_at_rest_real(const hopform_robot_real *robot, int element, int side) {
+    return level_of_real(robot, element) + excess_to_side_real(robot, element, side);
+}
+
 /* Where an element at rest goes, held while |a_i| <= f_s,i: 1 or -1, 0 if it stays. */
 static inline real goes_real(real acceleration, real friction) {
     const real down = acceleration < -friction ? -1.0 : 0.0;

@@ -96,16 +96,21 @@ static void mix_motion_real(uint32_t *hash, const hopform_plan_real *plan, const
     }
 }
 
-/* Derivatives at take-off, and the state in between with those there. */
+/* Derivatives at take-off, and the state in between with those there. Digests are as old as these, and older than the
+ * derivatives at other endings: zeros stand in for them. */
 static void mix_derivatives_real(uint32_t *hash, const hopform_plan_real *plan, const hopform_step_real *steps,
                                  const hopform_phase_real *phases, const hopform_stance_real *stance) {
-    real matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    real matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS] = {0.0};
     real tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     hopform_state_real state;
     real again[HOPFORM_AXES];
     real *columns[HOPFORM_AXES];
     const real half = 0.5 * stance->duration;
-    mix_int_real(hash, hopform_stance_sensitivities_real(plan, steps, phases, stance, matrix));
+    int32_t status = HOPFORM_NO_DERIVATIVE;
+    if (stance->ending == HOPFORM_ENDING_TAKEOFF) {
+        status = hopform_stance_sensitivities_real(plan, steps, phases, stance, matrix);
+    }
+    mix_int_real(hash, status);
     mix_rows_real(hash, matrix, sizeof matrix, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_real);
     mix_int_real(hash, hopform_stance_tangents_real(plan, steps, phases, stance, &half, 1, &state, tangents));
     mix_rows_real(hash, tangents, sizeof tangents, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_real);

@@ -98,7 +98,7 @@ extern "C" {
 #define HOPFORM_PLAN_MADE 0x686f7066u /**< marks memory that is a plan */
 #define HOPFORM_SELFTEST_PHASES 32   /**< phases that hopform_selftest works in */
 
-/** Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
+/** Sensitivities: rows T, x1, v1, x2, v2 (time and state of the ending), apex, aed; columns x1, v1, y, v2, u, then the
  * parameters of the robot in the order of hopform_robot. */
 #define HOPFORM_SENSITIVITY_ROWS 7
 #define HOPFORM_SENSITIVITY_COLUMNS (5 + 17)
