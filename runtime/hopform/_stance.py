@@ -26,8 +26,10 @@ from hopform._motion import (
     body_height,
     events_in_short,
     free_start,
+    layout_of,
     named_start,
     precision_of,
+    shown_of,
 )
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
@@ -44,6 +46,8 @@ if TYPE_CHECKING:
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
 TOUCHING_ULP = 4.0
+LAYOUT = Layout(State, State._fields, State._fields, ("m", "m/s", "m", "m/s"))
+"""How the states of a stance are shown."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -60,7 +64,10 @@ class Stance(Motion):
     apex: float
     aed: float
     _said_of: ClassVar[tuple[Warning, ...]] = WARNINGS
-    _layout: ClassVar[Layout] = Layout(State, State._fields, State._fields, ("m", "m/s", "m", "m/s"))
+
+    @property
+    def _layout(self) -> Layout:
+        return LAYOUT
 
     @cached_property
     def compression_max(self) -> float:
@@ -104,6 +111,12 @@ class Stance(Motion):
         if type(t) is float and self.dtype is DOUBLE and 0.0 <= t <= self.duration:
             return with_height(self.robot, self.dtype, self._solved.state(t))
         return State(*(shaped(value, t) for value in with_height(self.robot, self.dtype, self._solver_state(t))))
+
+    def grid(
+        self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
+    ) -> tuple[NDArray[np.floating], State[NDArray[np.floating]]]:
+        """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; as `Motion.grid`."""
+        return super().grid(count, dt=dt, out=out)
 
     def fly(
         self, step: SupportsFloat = 0.0, *, gains: Sequence[SupportsFloat] | None = None, horizon: SupportsFloat = 10.0
@@ -190,7 +203,8 @@ class Stance(Motion):
         return OverTime._curve(self)
 
     def _arrays(self) -> Arrays:
-        return super()._arrays() | {name: ((), getattr(self, name)) for name in ("apex", "aed", "compression_max")}
+        figures = {name: ((), getattr(self, name)) for name in ("apex", "aed", "compression_max")}
+        return {**super()._arrays(), **figures}
 
     @property
     def end_compression(self) -> float:
@@ -225,7 +239,8 @@ def solve_stance(
     ('takeoff', 0.1841, ['x2_reverses'])
     """
     start = start_of(robot, x1, v1, x2, v2, compression)
-    return _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+    solved: Stance = _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+    return solved
 
 
 def solve_motion(
@@ -260,7 +275,8 @@ def solve_motion(
         begin, x2_is_given = free_start(robot, start)
     if not facts.inputs and any(current for _, current in steps_of(u)):
         raise HopformError(f"u must be 0: the model {facts.name} has no input, got {shown(u)}")
-    return _solve(robot, begin, x2_is_given, u, horizon, max_phases, backend, dtype)
+    solved: Motion = _solve(robot, begin, x2_is_given, u, horizon, max_phases, backend, dtype)
+    return solved
 
 
 def _solve(
@@ -315,7 +331,8 @@ def _stance(
         held |= {"end": end, "takeoff": end if lifts else None, "apex": apex, "aed": aed}
     object.__setattr__(made, "__dict__", held)
     if not stands:
-        held["end"] = made._layout.state(*map(float, made._shown(records.LegState(x1, v1, v2, y))))
+        layout = layout_of(solver)
+        held["end"] = layout.state(*map(float, shown_of(robot, dtype, layout, records.LegState(x1, v1, v2, y))))
     return made
 
 
