@@ -14,7 +14,7 @@ from ..ir import Own, Quantity
 from ..maths import elements, energy
 from ..model import quantities as Q
 from ..model.declare import glyph_of
-from ..model.equations import MASSES, Model
+from ..model.equations import EXCESSES, MASSES, Model
 
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
@@ -88,7 +88,7 @@ def _lacks(model: Model) -> Iterator[tuple[str, str]]:
 
 def is_the_papers(model: Model) -> bool:
     """Whether every letter is a parameter of its own name, and no force is further."""
-    letters = {letter for letter in Q.LETTERS if letter not in (Q.f1_minus, Q.f2_minus)}
+    letters = {letter for letter in Q.LETTERS if letter not in Q.LETTERS[17:]}
     return (
         not model.further
         and not any(model.by_sign)
@@ -114,8 +114,8 @@ def _letters_of(model: Model) -> Iterator[tuple[sp.Symbol, str]]:
     first, second = (each.thing if each else "" for each in model.names)
     motor = model.input.thing if model.input else ""
     of = {
-        first: (Q.m_eff, Q.b1, Q.f1, Q.f1_minus, Q.x1_min, Q.x1_max), motor: (Q.gamma2, Q.u_max),
-        second: (Q.m_s, Q.b2, Q.f2, Q.f2_minus), "spring": (Q.k, Q.L0, Q.c), "gravity": (Q.g,),
+        first: (Q.m_eff, Q.b1, Q.f1, Q.f1_minus, *EXCESSES[0], Q.x1_min, Q.x1_max), motor: (Q.gamma2, Q.u_max),
+        second: (Q.m_s, Q.b2, Q.f2, Q.f2_minus, *EXCESSES[1]), "spring": (Q.k, Q.L0, Q.c), "gravity": (Q.g,),
         "contact": (Q.impact_loss,),
     }  # fmt: skip
     for thing, letters in of.items():
@@ -178,6 +178,7 @@ def _masses(model: Model) -> Iterator[dict[str, Any]]:
             continue
         mass, forward, backward, _ = MASSES[each.name]
         levels = [forward, *([backward] if model.by_sign[each.number - 1] else [])]
+        excess = EXCESSES[each.number - 1][: len(levels)]
         stops = [Q.x1_min, Q.x1_max] if each.position is not None else []
         yield {
             "name": own.thing,
@@ -186,6 +187,7 @@ def _masses(model: Model) -> Iterator[dict[str, Any]]:
             "fixed": False,
             "directions": list(own.directions),
             "friction": [str(model.constants[level]) for level in levels if model.constants[level] != 0],
+            "excess": [str(model.constants[level]) for level in excess if model.constants[level] != 0],
             "stops": [str(model.constants[stop]) for stop in stops if abs(model.constants[stop]) != NO_STOP],
             "events": dict(_events(model, each)),
             "ledger": {

@@ -59,7 +59,7 @@ WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Motion", "Basis")
 
 # Records that the engine goes through as arrays, and what counts them; further ones of the axes of a state.
 BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction"), "Element") | {
-    "State": "Axis", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
+    "State": "Axis", "Excess": "Side", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
 }  # fmt: skip
 BY_AXIS = ir.Member("later", "At"), ir.Member("rates", "Speeds"), ir.Member("change", "StateChange")
 
@@ -319,6 +319,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "leg_has_damper": int(contact.has_damper(options.model)),
         "has_contact": int(options.model.has_contact),
         "moves_alone": int(options.model.moves_alone),
+        "rest_may_lack": int(options.model.rest_may_lack),
         "public_structs": [*public, *structs.structs(options.model.robot)],
         "internal_structs": [structs.struct_of(record) for record in made.records if record.name not in c.PUBLIC],
         "python_records": (*made.records, *ledgers),

@@ -13,7 +13,7 @@ import sympy as sp
 from ..ir import Parameter, Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
-from . import control, elements, energy, laplace
+from . import control, elements, energy, laplace, modes
 
 
 def _changed(quantity: Quantity) -> Quantity:
@@ -83,6 +83,22 @@ def upper_stop_change(model: Model) -> Steps:
     """Change of the upper end of the stroke with the robot."""
     steps = model.in_parameters(elements.upper_stop())
     return changed_steps(steps, model.robot.symbols, HIGHEST_CHANGE.symbols)
+
+
+@function(takes=(RATES, STATE_CHANGE), returns=FREE)
+def free_slopes() -> Steps:
+    """Change of the free accelerations with the state."""
+    for step in modes.free_accelerations():
+        yield replace(step, value=changed(step.value, (v1, v2, y)))
+
+
+@function(takes=(ROBOT, ROBOT_CHANGE), returns=modes.EXCESS)
+def excess_change(model: Model) -> Steps:
+    """Change of the friction at rest, less that of the friction in motion, with the robot."""
+    steps = model.in_parameters(modes.excess_of(model))
+    wanted = {change_of(symbol): symbol for symbol in modes.EXCESS.symbols}
+    for step in changed_steps(steps, model.robot.symbols, tuple(wanted)):
+        yield replace(step, symbol=wanted.get(step.symbol, step.symbol))
 
 
 @function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=scalar("d_body", "J", "change of the energy"))

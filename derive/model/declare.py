@@ -379,22 +379,29 @@ def friction(
     *,
     forward: Value = None,
     backward: Value = None,
-    at_rest: Value = None,
+    at_rest: Value | tuple[Value, Value] = None,
     name: str = "Coulomb friction",
     where: str = "both",
 ) -> None:
-    """Coulomb friction [N or N m]: one level, or one for each direction of the motion. It holds what is at rest up to its
-    level.
+    """Coulomb friction [N or N m]: one level, or one for each direction of the motion.
+
+    at_rest: the level up to which it holds what is at rest, >= that of the motion, or a pair of such levels, against a
+    motion forward and backward; by default that of the motion.
     """
     made = f"friction '{name}'"
     if (level is None) == (forward is None and backward is None):
         raise ModelError(f"{made} has either one level, or forward= and backward=")
     if level is None and (forward is None or backward is None):
         raise ModelError(f"{made} has {'backward' if forward is None else 'forward'}= alone: give both, 0 for none")
-    if at_rest is not None:
-        raise ModelError(f"{made}: at_rest= is not yet carried: friction at rest is that of the motion")
     forward, backward = (level, level) if level is not None else (forward, backward)
-    _element("friction", name, on, where, forward=forward, backward=backward)
+    pair = at_rest if isinstance(at_rest, tuple | list) else (at_rest, at_rest)
+    if len(pair) != 2:
+        raise _wrong(f"at_rest of {made}", "a level, or a pair of levels", at_rest)
+    _element(
+        "friction", name, on, where, forward=forward, backward=backward,
+        forward_at_rest=forward if pair[0] is None else pair[0],
+        backward_at_rest=backward if pair[1] is None else pair[1],
+    )  # fmt: skip
 
 
 def force(on: sp.Symbol, value: Value, name: str = "force", *, where: str = "both") -> None:

@@ -49,6 +49,8 @@ class Force:
         return (sp.sympify(self.force_1), sp.sympify(self.force_2)) if here else (sp.S.Zero, sp.S.Zero)
 
 
+EXCESSES = ((f1_excess, f1_excess_minus), (f2_excess, f2_excess_minus))
+"""Of each mass friction at rest less that in motion, to v_i > 0 and to v_i < 0."""
 MASSES = {"actuator": (m_eff, f1, f1_minus, side_1), "body": (m_s, f2, f2_minus, side_2)}
 """Of each mass the inertia, Coulomb friction over it where the velocity is above 0 and below 0, the velocity's sign."""
 
@@ -93,7 +95,8 @@ class Model:
     constant comes from. further: forces that no letter stands for. has_contact: whether a leg stands on the ground,
     which it pushes and cannot pull. moves_alone: whether mass 1 alone moves, so that x_2 = 0 for ever. by_sign:
     whether the Coulomb friction of each mass differs by the sign of its velocity. It is the mean of its two levels with
-    that sign, and half their difference as a constant force.
+    that sign, and half their difference as a constant force. Friction at rest differs by sign, too. rest_may_lack:
+    whether a robot may give friction at rest a level below that in motion.
 
     names: of both masses, None for one that is none of the file's. name, title: what its solver is called, and is in a
     line. text: the file.
@@ -107,6 +110,7 @@ class Model:
     has_contact: bool = True
     moves_alone: bool = False
     by_sign: tuple[bool, bool] = (False, False)
+    rest_may_lack: bool = False
     sources: Mapping[sp.Symbol, str] = field(default_factory=dict, hash=False)
     listed: tuple[Listed, ...] = ()
     name: str = "hopper"
@@ -151,9 +155,18 @@ class Model:
 
     @cached_property
     def levels(self) -> tuple[sp.Expr, sp.Expr]:
-        """Half the width of the band in which each mass at rest is held, [m/s^2]."""
+        """The friction of each mass that slips, where it differs by sign its mean, [m/s^2]."""
         first, second = ((f + self._backward(n)) / 2 for n, (_, f, _, _) in enumerate(MASSES.values()))
         return first, second
+
+    @cached_property
+    def excesses(self) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
+        """Friction at rest less that in motion of each mass, where it would slip upwards and downwards, [m/s^2].
+
+        A mass at rest is held while its free acceleration lies between -(level + excess downwards) and
+        level + excess upwards; that has the constant part of `friction`.
+        """
+        return tuple((up, down if by_sign else up) for (up, down), by_sign in zip(EXCESSES, self.by_sign, strict=True))
 
     @cached_property
     def friction(self) -> tuple[sp.Expr, sp.Expr]:

@@ -15,7 +15,7 @@ from ..ir import DOMAINS, Own, Parameter
 from . import quantities as Q
 from . import units
 from .declare import Coordinate, Current, DeclaredCoordinate, Draft, Element
-from .equations import Force, Input, Listed, Model, ModelError, Named
+from .equations import EXCESSES, Force, Input, Listed, Model, ModelError, Named
 
 SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)
 """Numbers in an expression, so that single precision holds what becomes of them; and a stop that there is none."""
@@ -49,6 +49,7 @@ class _Mechanism:
         self.further: list[Force] = []
         self.by_sign = [False, False]
         self.undone: Element | None = None
+        self.rest_may_lack = False
 
     # ---- the whole ----
 
@@ -73,7 +74,7 @@ class _Mechanism:
         return Model(
             parameters, self.constants, (_named(self.first), _named(self.second)), self._input(),
             tuple(self.further), self.contact is not None, self.alone, (self.by_sign[0], self.by_sign[1]),
-            self.sources, tuple(self._listed(parameters)), name, title, text,
+            self.rest_may_lack, self.sources, tuple(self._listed(parameters)), name, title, text,
         )  # fmt: skip
 
     def _the(self, kind: str) -> Element | None:
@@ -179,7 +180,7 @@ class _Mechanism:
             raise ModelError(f"{element} acts along {element.on}, which is in rad: declare its torque, or spring(...)")
         expected = {
             "force": {"value": effort}, "torque": {"value": effort}, "gravity": {"acceleration": "m/s^2"},
-            "friction": dict.fromkeys(("forward", "backward"), effort),
+            "friction": dict.fromkeys(("forward", "backward", "forward_at_rest", "backward_at_rest"), effort),
             "stop": dict.fromkeys(("low", "high"), "rad" if turns else "m"), "contact": {"impact_loss": "1"},
         }  # fmt: skip
         for key, unit in expected.get(element.kind, {}).items():
@@ -461,7 +462,21 @@ class _Mechanism:
                 assert level is not None
                 self._refuse_sign(level, f"{each}: {key}", positive=False)
                 self._put(letter, self.constants[letter] + _cancelled(level / inertia), f"friction {each.name}")
+            for letter, key in zip(EXCESSES[number - 1], ("forward", "backward"), strict=True):
+                in_motion, at_rest = each.values[key], each.values[f"{key}_at_rest"]
+                assert in_motion is not None and at_rest is not None
+                if not (more := sp.expand(at_rest - in_motion)).free_symbols and more < 0:
+                    raise ModelError(
+                        f"{each}: {key} at rest is {_short(at_rest)}, less than {_short(in_motion)} in motion"
+                    )
+                self._put(letter, self.constants[letter] + _cancelled(more / inertia), f"friction {each.name}")
             self.by_sign[number - 1] |= each.values["forward"] != each.values["backward"]
+            self.by_sign[number - 1] |= each.values["forward_at_rest"] != each.values["backward_at_rest"]
+        self.rest_may_lack = not all(
+            self._never_negative(sp.expand(self.constants[letter] * self.constants[inertia]))
+            for pair, inertia in zip(EXCESSES, (Q.m_eff, Q.m_s), strict=True)
+            for letter in pair
+        )
 
     def _put_stops(self) -> None:
         seen = set[int]()

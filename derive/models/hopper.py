@@ -28,6 +28,10 @@ u_max = parameter("u_max", "A", "current limit", "bound", float("inf"), glyph="u
 impact_loss = parameter(
     "impact_loss", "1", "fraction of the body's kinetic energy lost at touchdown", "fraction", 0, glyph=r"\eta"
 )
+f1_excess = parameter(
+    "f1_excess", "m/s^2", "friction of the actuator at rest, less f1", "nonnegative", 0, glyph="f_{1,e}"
+)
+f2_excess = parameter("f2_excess", "m/s^2", "friction of the body at rest, less f2", "nonnegative", 0, glyph="f_{2,e}")
 
 x1 = coordinate("x1", "m", m_eff, "actuator", directions=("extends", "retracts"))
 x2 = coordinate("x2", "m", m_s, "body", directions=("slips up", "slips down"))
@@ -39,7 +43,7 @@ gravity(x2, g)
 viscous(x1, b1)
 viscous(x2, b2, where="stance")
 force(x1, -gamma2 * u, "motor")
-friction(x1, m_eff * f1)
-friction(x2, m_s * f2, where="stance")
+friction(x1, m_eff * f1, at_rest=m_eff * (f1 + f1_excess))
+friction(x2, m_s * f2, at_rest=m_s * (f2 + f2_excess), where="stance")
 stop(x1, x1_min, x1_max)
 contact(leg, impact_loss)

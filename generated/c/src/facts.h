@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "08c713fd7cf0ffe4"
+#define HOPFORM_LAYOUT "c43e33c839fea741"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -19,6 +19,8 @@
 /* Whether a leg stands on the ground, which it pushes and cannot pull; whether the first element alone ever moves. */
 #define HOPFORM_HAS_CONTACT 1
 #define HOPFORM_MOVES_ALONE 0
+/* Whether parameters may say that friction at rest is less than that in motion, which is refused. */
+#define HOPFORM_REST_MAY_LACK 0
 
 /* A state as an array: its members in their order are the axes, behind which stands 1. Axis 0 is the integral of axis
  * 1 and nothing depends on it; the others are the core of a mode. */
@@ -65,7 +67,7 @@
 
 
 /* What the mechanism is made of. */
-#define HOPFORM_ROBOT_MEMBERS(X) X(m_eff, POSITIVE) X(m_s, POSITIVE) X(k, POSITIVE) X(L0, REAL) X(c, REAL) X(b1, NONNEGATIVE) X(b2, NONNEGATIVE) X(f1, NONNEGATIVE) X(f2, NONNEGATIVE) X(gamma2, REAL) X(g, NONNEGATIVE) X(x1_min, LOWER) X(x1_max, UPPER) X(u_max, BOUND) X(impact_loss, FRACTION)
+#define HOPFORM_ROBOT_MEMBERS(X) X(m_eff, POSITIVE) X(m_s, POSITIVE) X(k, POSITIVE) X(L0, REAL) X(c, REAL) X(b1, NONNEGATIVE) X(b2, NONNEGATIVE) X(f1, NONNEGATIVE) X(f2, NONNEGATIVE) X(gamma2, REAL) X(g, NONNEGATIVE) X(x1_min, LOWER) X(x1_max, UPPER) X(u_max, BOUND) X(impact_loss, FRACTION) X(f1_excess, NONNEGATIVE) X(f2_excess, NONNEGATIVE)
 
 /* The hopper at one instant; x_2 is x_1 - y and the length without load. */
 #define HOPFORM_STATE_MEMBERS(X) X(x1, REAL) X(v1, REAL) X(v2, REAL) X(y, REAL)

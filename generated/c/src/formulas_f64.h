@@ -148,30 +148,55 @@ typedef struct {
 
 /* The letters of the derivation, by the parameters of a robot. */
 typedef struct {
-    double m_eff;        /* [SI] m_eff of the equations of motion */
-    double m_s;          /* [SI] m_s of the equations of motion */
-    double k;            /* [SI] k of the equations of motion */
-    double L0;           /* [SI] L0 of the equations of motion */
-    double c;            /* [SI] c of the equations of motion */
-    double b1;           /* [SI] b1 of the equations of motion */
-    double b2;           /* [SI] b2 of the equations of motion */
-    double f1;           /* [SI] f1 of the equations of motion */
-    double f2;           /* [SI] f2 of the equations of motion */
-    double gamma2;       /* [SI] gamma2 of the equations of motion */
-    double g;            /* [SI] g of the equations of motion */
-    double x1_min;       /* [SI] x1_min of the equations of motion */
-    double x1_max;       /* [SI] x1_max of the equations of motion */
-    double u_max;        /* [SI] u_max of the equations of motion */
-    double impact_loss;  /* [SI] impact_loss of the equations of motion */
-    double f1_minus;     /* [SI] f1_minus of the equations of motion */
-    double f2_minus;     /* [SI] f2_minus of the equations of motion */
+    double m_eff;            /* [SI] m_eff of the equations of motion */
+    double m_s;              /* [SI] m_s of the equations of motion */
+    double k;                /* [SI] k of the equations of motion */
+    double L0;               /* [SI] L0 of the equations of motion */
+    double c;                /* [SI] c of the equations of motion */
+    double b1;               /* [SI] b1 of the equations of motion */
+    double b2;               /* [SI] b2 of the equations of motion */
+    double f1;               /* [SI] f1 of the equations of motion */
+    double f2;               /* [SI] f2 of the equations of motion */
+    double gamma2;           /* [SI] gamma2 of the equations of motion */
+    double g;                /* [SI] g of the equations of motion */
+    double x1_min;           /* [SI] x1_min of the equations of motion */
+    double x1_max;           /* [SI] x1_max of the equations of motion */
+    double u_max;            /* [SI] u_max of the equations of motion */
+    double impact_loss;      /* [SI] impact_loss of the equations of motion */
+    double f1_excess;        /* [SI] f1_excess of the equations of motion */
+    double f2_excess;        /* [SI] f2_excess of the equations of motion */
+    double f1_minus;         /* [SI] f1_minus of the equations of motion */
+    double f2_minus;         /* [SI] f2_minus of the equations of motion */
+    double f1_excess_minus;  /* [SI] f1_excess_minus of the equations of motion */
+    double f2_excess_minus;  /* [SI] f2_excess_minus of the equations of motion */
 } letters_f64;
 
-/* How far the free acceleration of a mass that is held may go to either side. */
+/* Coulomb friction of a mass that slips. */
 typedef struct {
     double level_1;  /* [m/s^2] of the actuator */
     double level_2;  /* [m/s^2] of the body */
 } friction_f64;
+
+/* Friction of a mass at rest less that of one that slips, by where it would slip. */
+typedef struct {
+    double up_1;    /* [m/s^2] of the actuator, to v_1 > 0 */
+    double down_1;  /* [m/s^2] of the actuator, to v_1 < 0 */
+    double up_2;    /* [m/s^2] of the body, to v_2 > 0 */
+    double down_2;  /* [m/s^2] of the body, to v_2 < 0 */
+} excess_f64;
+
+/* What friction takes of the acceleration of a mass: its level with the sign of v_i. */
+typedef struct {
+    double resisted_1;  /* [m/s^2] of the actuator; held, as much of the free acceleration as it can */
+    double resisted_2;  /* [m/s^2] of the body; held, as much of the free acceleration as it can */
+} resisted_f64;
+
+/* Forces of friction and of a stop. */
+typedef struct {
+    double friction_1;  /* [N] force of Coulomb friction on the actuator */
+    double friction_2;  /* [N] force of Coulomb friction on the body */
+    double stop_1;      /* [N] force of the stop on the actuator that it holds */
+} forces_f64;
 
 /* R, its derivative and what is left of the initial 1. */
 typedef struct {
@@ -276,6 +301,8 @@ typedef struct {
     double d_x1_max;       /* [m] change of the upper end of the actuator's stroke */
     double d_u_max;        /* [A] change of the current limit */
     double d_impact_loss;  /* [1] change of the fraction of the body's kinetic energy lost at touchdown */
+    double d_f1_excess;    /* [m/s^2] change of the friction of the actuator at rest, less f1 */
+    double d_f2_excess;    /* [m/s^2] change of the friction of the body at rest, less f2 */
 } robot_change_f64;
 
 /* Changes: The hopper at one instant; x_2 is x_1 - y and the length without load. */
@@ -513,10 +540,13 @@ static inline letters_f64 letters_of_f64(const hopform_robot_f64 *robot)
     const double f2 = robot->f2, gamma2 = robot->gamma2;
     const double g = robot->g, x1_min = robot->x1_min;
     const double x1_max = robot->x1_max, u_max = robot->u_max;
-    const double impact_loss = robot->impact_loss;
-    const double f1_minus = f1;  /* friction Coulomb friction */
-    const double f2_minus = f2;  /* friction Coulomb friction */
-    const letters_f64 result = {m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_minus, f2_minus};
+    const double impact_loss = robot->impact_loss, f1_excess = robot->f1_excess;
+    const double f2_excess = robot->f2_excess;
+    const double f1_minus = f1;                /* friction Coulomb friction */
+    const double f2_minus = f2;                /* friction Coulomb friction */
+    const double f1_excess_minus = f1_excess;  /* friction Coulomb friction */
+    const double f2_excess_minus = f2_excess;  /* friction Coulomb friction */
+    const letters_f64 result = {m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus};
     return result;
 }
 
@@ -562,6 +592,18 @@ static inline friction_f64 friction_of_f64(const hopform_robot_f64 *robot)
     return result;
 }
 
+/* Friction at rest less that in motion: a free acceleration may go further by it before the mass slips. */
+static inline excess_f64 excess_of_f64(const hopform_robot_f64 *robot)
+{
+    const double f1_excess = robot->f1_excess, f2_excess = robot->f2_excess;
+    const double up_1 = f1_excess;    /* (5) at rest */
+    const double down_1 = f1_excess;  /* (5) at rest */
+    const double up_2 = f2_excess;    /* (5) at rest */
+    const double down_2 = f2_excess;  /* (5) at rest */
+    const excess_f64 result = {up_1, down_1, up_2, down_2};
+    return result;
+}
+
 /* Rate of the compression. */
 static inline double compression_rate_f64(const hopform_state_f64 *state)
 {
@@ -591,6 +633,21 @@ static inline free_f64 free_terms_f64(const hopform_rates_f64 *rates, const hopf
     const double free_1 = fabs_f64(a1_0) + fabs_f64(a1_u*u) + fabs_f64(a1_y*y);  /* (3) at v_i = 0, by magnitude */
     const double free_2 = fabs_f64(a2_0) + fabs_f64(a2_y*y);                      /* (4) at v_i = 0, by magnitude */
     const free_f64 result = {free_1, free_2};
+    return result;
+}
+
+/* Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration. */
+static inline forces_f64 forces_of_f64(const hopform_robot_f64 *robot,
+    const free_f64 *free,
+    const resisted_f64 *resisted)
+{
+    const double m_eff = robot->m_eff, m_s = robot->m_s;
+    const double free_1 = free->free_1;
+    const double resisted_1 = resisted->resisted_1, resisted_2 = resisted->resisted_2;
+    const double friction_1 = -m_eff*resisted_1;        /* (3), (4) */
+    const double friction_2 = -m_s*resisted_2;          /* (3), (4) */
+    const double stop_1 = m_eff*(resisted_1 - free_1);  /* (3) at v_1' = 0 */
+    const forces_f64 result = {friction_1, friction_2, stop_1};
     return result;
 }
 
@@ -1043,6 +1100,31 @@ static inline double upper_stop_change_f64(const hopform_robot_f64 *robot, const
     const double d_x1_max = robot_change->d_x1_max;
     const double d_highest = d_x1_max;  /* change of stop */
     return d_highest;
+}
+
+/* Change of the free accelerations with the state. */
+static inline free_f64 free_slopes_f64(const hopform_rates_f64 *rates, const state_change_f64 *state_change)
+{
+    const double a1_y = rates->a1_y, a2_y = rates->a2_y;
+    const double d_y = state_change->d_y;
+    const double free_1 = a1_y*d_y;  /* (3) at v_i = 0 */
+    const double free_2 = a2_y*d_y;  /* (4) at v_i = 0 */
+    const free_f64 result = {free_1, free_2};
+    return result;
+}
+
+/* Change of the friction at rest, less that of the friction in motion, with the robot. */
+static inline excess_f64 excess_change_f64(const hopform_robot_f64 *robot,
+    const robot_change_f64 *robot_change)
+{
+    (void)robot;
+    const double d_f1_excess = robot_change->d_f1_excess, d_f2_excess = robot_change->d_f2_excess;
+    const double up_1 = d_f1_excess;    /* change of (5) at rest */
+    const double down_1 = d_f1_excess;  /* change of (5) at rest */
+    const double up_2 = d_f2_excess;    /* change of (5) at rest */
+    const double down_2 = d_f2_excess;  /* change of (5) at rest */
+    const excess_f64 result = {up_1, down_1, up_2, down_2};
+    return result;
 }
 
 /* Change of the energy of the body with the robot and the state, x_2 counted from the leg without load. */

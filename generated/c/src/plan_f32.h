@@ -39,6 +39,12 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
+    if (HOPFORM_REST_MAY_LACK) {
+        const excess_f32 more = excess_of_f32(robot);
+        if (!(more.up_1 >= 0.0f && more.down_1 >= 0.0f && more.up_2 >= 0.0f && more.down_2 >= 0.0f)) {
+            return HOPFORM_ERROR_ROBOT;
+        }
+    }
     const hopform_rates_f32 rates = rates_of_f32(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
     if ((value) < 0.0f) { return HOPFORM_ERROR_UNSTABLE; }

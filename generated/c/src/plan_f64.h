@@ -39,6 +39,12 @@ static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
+    if (HOPFORM_REST_MAY_LACK) {
+        const excess_f64 more = excess_of_f64(robot);
+        if (!(more.up_1 >= 0.0 && more.down_1 >= 0.0 && more.up_2 >= 0.0 && more.down_2 >= 0.0)) {
+            return HOPFORM_ERROR_ROBOT;
+        }
+    }
     const hopform_rates_f64 rates = rates_of_f64(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
     if ((value) < 0.0) { return HOPFORM_ERROR_UNSTABLE; }

@@ -6,8 +6,8 @@ from functools import cached_property
 from numbers import Real as Number
 from typing import Any
 
-from .formulas import lower_stop, upper_stop
-from .records import DOMAINS, ENDS, ROBOT_FIELDS, Field
+from .formulas import excess_of, lower_stop, upper_stop
+from .records import DOMAINS, ENDS, REST_MAY_LACK, ROBOT_FIELDS, Field
 from .records import Robot as Parameters
 
 _LONGEST = 60
@@ -66,6 +66,9 @@ class Checked:
         if not below <= above:
             low, high, unit = ENDS
             raise ValueError(f"{low} must be <= {high} {unit}, got {below!r} > {above!r}")
+        if REST_MAY_LACK and (least := min(excess_of(self.parameters))) < 0.0:
+            what = "friction at rest must not be less than that in motion"
+            raise ValueError(f"{what}, over the inertia it is by {-least!r}")
 
     @cached_property
     def parameters(self) -> Parameters:

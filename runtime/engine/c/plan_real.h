@@ -39,6 +39,12 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
+    if (HOPFORM_REST_MAY_LACK) {
+        const excess_real more = excess_of_real(robot);
+        if (!(more.up_1 >= 0.0 && more.down_1 >= 0.0 && more.up_2 >= 0.0 && more.down_2 >= 0.0)) {
+            return HOPFORM_ERROR_ROBOT;
+        }
+    }
     const hopform_rates_real rates = rates_of_real(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
     if ((value) < 0.0) { return HOPFORM_ERROR_UNSTABLE; }

@@ -225,7 +225,7 @@ class Solved(_Motion):
         if self.call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
         fall = self.types.library.package.formulas.fall_of(self.types.Plan.from_buffer_copy(self.structs[0]).robot)
-        if not fall > 0.0:
+        if self.outcome()[0] != package.TAKEOFF or not fall > 0.0:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
