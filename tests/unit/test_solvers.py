@@ -250,10 +250,10 @@ def test_a_joint_moves_as_a_mass_on_a_spring_and_has_no_stance(store, backend):
     joint = solver_of(store, "joint")
     assert joint.can == ("motion",) and joint.ROBOTS == ("joint",)
     robot = joint.Robot(J=0.5, k=50.0, phi_0=-0.1, k_t=1.0)
-    motion = joint.solve_motion(robot, x1=-0.2, v1=0.5, u=0.3, horizon=2.0, backend=backend)
+    motion = joint.solve_motion(robot, start={"phi": -0.2, "phi_dot": 0.5}, u=0.3, horizon=2.0, backend=backend)
     t, middle = np.linspace(0.0, 2.0, 41), -0.1 + 0.3 / 50.0
     expected = middle + (-0.2 - middle) * np.cos(10.0 * t) + 0.05 * np.sin(10.0 * t)
-    np.testing.assert_allclose(motion.at(t).x1, expected, atol=1e-14)
+    np.testing.assert_allclose(motion.at(t).phi, expected, atol=1e-14)
     assert motion.status == "horizon" and motion.warnings == ()
     with pytest.raises(hopform.HopformError, match="the model joint has no stance: it lacks a contact, because no"):
         joint.solve_stance(robot, v2=0.0)
