@@ -188,7 +188,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
 static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (!g->needs_certificate) { continue; }
+        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const float d = deflated_derivative_f32(set, g, &in->low, 1.0f);
         const bool no_root_by_signs = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
@@ -197,7 +197,7 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
             return false;
         }
     }
-    if (in->found > 0) { settle_ties_f32(set, in); }
+    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_f32(set, in); }
     return true;
 }
 
@@ -229,7 +229,8 @@ static inline float root_free_until_f32(const event_set_f32 *set, const interval
     float quiet = HOPFORM_NEVER_f32;
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
         const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(set->function[n].start) + set->function[n].cancels);
-        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+        if (!HOPFORM_MOVES_ALONE
+            && !set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
             quiet = lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
@@ -326,7 +327,7 @@ static inline void search_nothing_f32(const hopform_poles_f32 *poles, stance_sea
 
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_f32(const event_set_f32 *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_f32;
+    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_f32;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the

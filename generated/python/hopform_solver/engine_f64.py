@@ -5182,7 +5182,7 @@ def root_free_until(set: EventSet, in_: Interval) -> Real:
         if not quiet > 0.0:
             break
         rounding = 16.0 * EPS * (abs(set.function[n].start) + set.function[n].cancels)
-        if not set.function[n].touch_is_no_event:  # one that is monotone is looked at where the interval ends
+        if not set.function[n].touch_is_no_event:
             quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
     return in_.low.t + quiet
 
@@ -5780,8 +5780,21 @@ def free_numerator(rates: Rates, element: int, motion: Any) -> Numerator:
     return free_numerator_1(rates, motion) if element == 0 else free_numerator_2(rates, motion)
 
 
+def both_slip(side: Any) -> bool:
+    """What the elements do, by their sides; one that never moves rests."""
+    return side[0] != 0 and side[1] != 0
+
+
+def all_rest(side: Any) -> bool:
+    return side[0] == 0 and side[1] == 0
+
+
+def other_rests(side: Any, element: int) -> bool:
+    return side[1 - element] == 0
+
+
 def stance_blocked(chain: StanceChain, element: int, side: int) -> bool:
-    """Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side."""
+    """Whether a stop, or that it never moves, keeps an element at rest from going to a side."""
     robot = chain.plan.robot
     if element != 0:
         return False
@@ -5941,7 +5954,7 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
     side = chain.side
     set = events.set
     poles = poles_of(chain.plan, side[0], side[1])
-    several = side[0] != 0 and side[1] != 0
+    several = both_slip(side)
     slips = 0 if side[0] != 0 else 1
     compression = at.y
     is_monotone = not several
@@ -6008,7 +6021,7 @@ def stance_begin_search(chain: StanceChain, search: StanceSearch) -> None:
 
 def stance_find_end(chain: StanceChain, search: StanceSearch) -> None:
     """The first event of the phase that starts at the chain's state."""
-    if chain.side[0] == 0 and chain.side[1] == 0:
+    if all_rest(chain.side):
         search.in_.high.put(propagator_at_start(chain.plan.both))
         search.in_.high.t = end_of_step(chain) - chain.t
         search.owner = NO_OWNER
@@ -6111,11 +6124,11 @@ def keep_free_acceleration(chain: StanceChain, end: StanceSearch) -> None:
     chain.came_to_rest = NO_ELEMENT
     if element < 0 or chain.side[element] == 0:
         return
-    if chain.side[1 - element] == 0 and not end.stops:
+    if other_rests(chain.side, element) and not end.stops:
         chain.came_to_rest = element
         chain.carried_acceleration = free_after_motion(float(chain.side[element]), level_of(chain.plan.robot, element),
             chain.motion.velocity[element], end.in_.high.basis)
-    elif element == 0 and chain.side[1 - element] != 0:
+    elif element == 0 and not other_rests(chain.side, element):
         keep_small_acceleration(chain, end.in_.high.basis)
 
 
@@ -6144,7 +6157,7 @@ def start_on_threshold(chain: StanceChain) -> None:
     """
     element = chain.just_switched
     side = chain.side
-    if element < 0 or side[0] == 0 or side[1] == 0:
+    if element < 0 or not both_slip(side):
         return
     chain.drive[element] = 0.0
     others = Numerators()
@@ -6159,13 +6172,13 @@ def stance_begin_phase(chain: StanceChain) -> None:
     start_on_threshold(chain)
     chain.motion.put(motion_under(chain.plan.rates, chain.drive, chain.at, chain.side[0], chain.side[1]))
     starts = chain.just_switched
-    if starts >= 0 and chain.side[0] != 0 and chain.side[1] != 0:
+    if starts >= 0 and both_slip(chain.side):
         acceleration = acceleration_on_threshold(chain, starts)
         if abs(acceleration) > 0.0:
             set_acceleration_from_rest(chain.motion, starts, False, acceleration)
     if element >= 0 and chain.side[element] != 0:
         level = float(chain.side[element]) * level_of(chain.plan.robot, element)
-        set_acceleration_from_rest(chain.motion, element, chain.side[1 - element] == 0, chain.carried_acceleration
+        set_acceleration_from_rest(chain.motion, element, other_rests(chain.side, element), chain.carried_acceleration
             - level)
 
 
@@ -6224,7 +6237,7 @@ def ending_before_phase(chain: StanceChain) -> int:
     if chain.count > chain.max_phases:
         chain.count = chain.max_phases  # a step of the current may have begun two
         return ENDING_TOO_MANY_PHASES
-    if chain.side[0] == 0 and chain.side[1] == 0 and chain.step + 1 >= chain.step_count:
+    if all_rest(chain.side) and chain.step + 1 >= chain.step_count:
         notify_ending(chain)
         return ENDING_REST
     return 0
@@ -6232,6 +6245,7 @@ def ending_before_phase(chain: StanceChain) -> int:
 
 def stance_begin(chain: StanceChain) -> int:
     """What each element does at the start, no event; the ending if that is there already, 0 if not."""
+    chain.side[1] = 0  # of one that never moves
     for element in range(2):
         chain.side[element] = whole(goes(chain.at[element + 1], 0.0))
         if element == 0 and chain.side[element] != 0 and stance_blocked(chain, element, chain.side[element]):
@@ -6323,6 +6337,7 @@ def stance_report(chain: StanceChain, start: State, ending: int, stance: Stance)
     end = chain.at
     stance.duration = chain.t
     stance.end.put(end)
+    stance.aed = 0.0  # what moves alone has no body
     stance.aed = chain.aed if chain.adds_up else body_energy_gain(robot, start, chain.at)
     stance.start_loss = chain.start_loss
     stance.ending = ending

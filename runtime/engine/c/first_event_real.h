@@ -188,7 +188,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
 static inline bool are_certified_real(const event_set_real *set, interval_real *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (!g->needs_certificate) { continue; }
+        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const real d = deflated_derivative_real(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
@@ -197,7 +197,7 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
             return false;
         }
     }
-    if (in->found > 0) { settle_ties_real(set, in); }
+    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_real(set, in); }
     return true;
 }
 
@@ -229,7 +229,8 @@ static inline real root_free_until_real(const event_set_real *set, const interva
     real quiet = HOPFORM_NEVER_real;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
         const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(set->function[n].start) + set->function[n].cancels);
-        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+        if (!HOPFORM_MOVES_ALONE
+            && !set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
             quiet = lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
@@ -326,7 +327,7 @@ static inline void search_nothing_real(const hopform_poles_real *poles, stance_s
 
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_real(const event_set_real *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_real;
+    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_real;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
