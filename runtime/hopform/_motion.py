@@ -336,7 +336,7 @@ class Motion(OverTime):
         """Forces [N, N m on what turns] at times t [s], in t's shape, along the coordinate that each acts on.
 
         friction_NAME: of friction on the mass with the coordinate NAME; held, as much as it takes to hold it, up to its
-        level. stop_NAME: of the stop on a mass that it holds, what friction does not carry; 0 elsewhere (a hit is an
+        level at rest. stop_NAME: of the stop on a mass that it holds, what friction does not carry; 0 elsewhere (a hit is an
         impulse). input: of the current. contact: of the ground, of a model with a contact.
         """
         times = np.minimum(self._times(t), self.dtype.type(self.duration))
@@ -351,11 +351,14 @@ class Motion(OverTime):
         rates = formulas.rates_of(parameters)
         free = of.Free(*(np.broadcast_to(each, times.shape) for each in formulas.free_accelerations(rates, state, u)))
         sides = (modes // 3 - 1, modes % 3 - 1)
-        levels = formulas.friction_of(parameters)
+        levels, excess = formulas.friction_of(parameters), formulas.excess_of(parameters)
+        at_rest = (
+            (-level - down, level + up) for level, up, down in zip(levels, excess[::2], excess[1::2], strict=True)
+        )
         resisted = of.Resisted(
             *(
-                np.where(side == 0, np.clip(each, -level, level), side * level)
-                for side, each, level in zip(sides, free, levels, strict=True)
+                np.where(side == 0, np.clip(each, *between), side * level)
+                for side, each, level, between in zip(sides, free, levels, at_rest, strict=True)
             )
         )
         friction_1, friction_2, stop = formulas.forces_of(parameters, free, resisted)

@@ -22,7 +22,7 @@ def scaled(ours: np.ndarray, theirs: np.ndarray) -> float:
 def test_the_library_gives_each_stance_its_own_derivatives_to_the_bit(hopper_c, dtype, x2):
     batch = hopform.solve_stances(hopper_c, x2=x2, sensitivities=True, backend="c", dtype=dtype, **SIDES)
     assert batch.sensitivities is not None
-    assert batch.sensitivities.matrix.shape == (5, 7, 7, 20)
+    assert batch.sensitivities.matrix.shape == (5, 7, 7, 22)
     assert batch.sensitivities.matrix.dtype == dtype
     lifted = 0
     for (i, j), apex in np.ndenumerate(batch.apex):
@@ -70,7 +70,7 @@ def test_a_number_of_each_input_gives_one_matrix(hopper_c, backend):
 def test_no_stance_has_no_derivatives(hopper_c, backend):
     batch = hopform.solve_stances(hopper_c, v2=np.zeros(0), sensitivities=True, backend=backend)
     assert batch.sensitivities is not None
-    assert batch.sensitivities.matrix.shape == (0, 7, 20)
+    assert batch.sensitivities.matrix.shape == (0, 7, 22)
 
 
 def test_a_stance_without_answer_has_none(hopper_c, backend):
@@ -119,7 +119,7 @@ def test_chunks_threads_and_layouts_change_nothing(hopper_c):
     )  # fmt: skip
     assert whole.sensitivities is not None
     assert spread.sensitivities is not None
-    np.testing.assert_array_equal(spread.sensitivities.matrix.reshape(-1, 7, 20), whole.sensitivities.matrix)
+    np.testing.assert_array_equal(spread.sensitivities.matrix.reshape(-1, 7, 22), whole.sensitivities.matrix)
 
 
 def test_a_name_that_is_none_is_refused(hopper_c):

@@ -179,8 +179,51 @@ static void not_late_f32(variation_f32 *variation) {
     }
 }
 
+/* Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what the
+ * sides of a mode give. */
+static float direct_slope_f32(const variation_f32 *variation, const mode_f32 *mode, int element, int column) {
+    const hopform_phase_f32 *phase = &variation->phases[variation->index];
+    const robot_change_f32 robot = robot_change_of_column_f32(column);
+    const float current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0f : 0.0f;
+    slopes_by_share_f32 slopes;
+    slopes.named = slopes_of_f32(&variation->plan->robot, current_f32(variation, phase), (float)mode->side[0],
+                                  (float)mode->side[1], &robot, current);
+    const float *shares = slopes.of + element * SHARES_f32;
+    float slope = shares[CORE_f32];
+    for (int c = 0; c < CORE_f32; c++) {
+        slope += shares[c] * variation->at.of[c + 1];
+    }
+    return slope;
+}
+
+/* Follow the changes through the slip of an element, with which the phase begins that `variation` is in. Its free
+ * acceleration has reached the friction at rest, so it starts with the excess of that. A current that steps lets it go
+ * at a fixed time; without excess its velocity does not jump, whenever it slips. */
+static void cross_slip_f32(variation_f32 *variation, int element, const mode_f32 *entered,
+                            const state_by_axis_f32 *before) {
+    const hopform_plan_f32 *plan = variation->plan;
+    const hopform_phase_f32 *now = &variation->phases[variation->index];
+    const int side = entered->side[element];
+    const float acceleration = (float)side * excess_to_side_f32(&plan->robot, element, side);
+    const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
+    if (at_step || !(fabs_f32(acceleration) > 0.0f)) { return; }
+    const float rate = free_slope_f32(&plan->rates, element, before);
+    variation->exists = variation->exists && fabs_f32(rate) > 0.0f;
+    for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
+        const robot_change_f32 robot = robot_change_of_column_f32(column);
+        excess_by_side_f32 excess;
+        excess.named = excess_change_f32(&plan->robot, &robot);
+        const float at_rest = (float)side * excess.of[side_index_f32(element, side)];
+        const float early = free_slope_f32(&plan->rates, element, &variation->change[column])
+                           + direct_slope_f32(variation, entered, element, column) - at_rest;
+        const float late = -early / rate;
+        pass_slip_f32(variation->change[column].of, element, acceleration, late);
+        variation->late[column] = late;
+    }
+}
+
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
- * belongs to it; nothing jumps where a mass slips or the current steps. */
+ * belongs to it; nothing jumps where the current steps. */
 static void cross_f32(variation_f32 *variation) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_f32 *old = &variation->phases[variation->index];
@@ -202,6 +245,8 @@ static void cross_f32(variation_f32 *variation) {
     variation->at = start;
     variation->is_timed = axis < 0;
     not_late_f32(variation);
+    const int slips = slips_at_event_f32(now->event);
+    if (slips >= 0) { cross_slip_f32(variation, slips, &entered, &before); }
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_f32(before.of[axis] - after.of[axis]) > 0.0f))) { return; }
     variation->exists = variation->exists && fabs_f32(before.of[axis]) > 0.0f;
@@ -245,20 +290,20 @@ static void follow_to_f32(variation_f32 *variation, int32_t last, float t) {
 }
 
 /* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
- * its friction, or a stop or a bolt carries it. */
+ * its friction at rest, or a stop or a bolt carries it. */
 static bool stays_held_f32(const variation_f32 *variation, int element) {
     const hopform_robot_f32 *robot = &variation->plan->robot;
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
     const state_by_axis_f32 *at = &variation->at;
     free_by_element_f32 free;
-    friction_by_element_f32 levels;
     free.named = free_accelerations_f32(&variation->plan->rates, &at->named, current_f32(variation, phase));
-    levels.named = friction_of_f32(robot);
+    const float downwards = -level_at_rest_f32(robot, element, -1);
+    const float upwards = level_at_rest_f32(robot, element, 1);
     const bool is_fixed = HOPFORM_IS_FIXED(element);
     const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
     const bool below = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= robot->x1_min);
     const bool above = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= robot->x1_max);
-    return (below || free.of[element] > -levels.of[element]) && (above || free.of[element] < levels.of[element]);
+    return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
 }
 
 /* How much later the ending comes, from what changes there and its speed; false where it is not in proportion. A rest

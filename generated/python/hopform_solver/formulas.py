@@ -13,6 +13,7 @@ from .records import (
     Decay,
     Drive,
     Energy,
+    Excess,
     FlightIntegrals,
     FlightRates,
     FlightWork,
@@ -242,6 +243,18 @@ def friction_of(robot: Robot) -> Friction:
     level_1 = f1  # (3), (4)
     level_2 = f2  # (3), (4)
     return Friction(level_1, level_2)
+
+
+def excess_of(robot: Robot) -> Excess:
+    """Friction at rest less that in motion: a free acceleration may go further by it before the mass slips.
+
+    """
+    f1_excess, f2_excess = robot.f1_excess, robot.f2_excess
+    up_1 = f1_excess    # (5) at rest
+    down_1 = f1_excess  # (5) at rest
+    up_2 = f2_excess    # (5) at rest
+    down_2 = f2_excess  # (5) at rest
+    return Excess(up_1, down_1, up_2, down_2)
 
 
 def compression_rate(state: LegState) -> Real:
@@ -740,6 +753,29 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1                # change of (3), in (10) lambda_2 measured from y = 0
     d_C_2 = d_a2_0 - d_f2*side_2                                      # change of (4), in (8) -gamma measured from y = 0
     return Slopes(d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2)
+
+
+def free_slopes(rates: Rates, state_change: StateChange) -> Free:
+    """Change of the free accelerations with the state.
+
+    """
+    a1_y, a2_y = rates.a1_y, rates.a2_y
+    d_y = state_change.d_y
+    free_1 = a1_y*d_y  # (3) at v_i = 0
+    free_2 = a2_y*d_y  # (4) at v_i = 0
+    return Free(free_1, free_2)
+
+
+def excess_change(robot: Robot, robot_change: RobotChange) -> Excess:
+    """Change of the friction at rest, less that of the friction in motion, with the robot.
+
+    """
+    d_f1_excess, d_f2_excess = robot_change.d_f1_excess, robot_change.d_f2_excess
+    up_1 = d_f1_excess    # (5) at rest
+    down_1 = d_f1_excess  # (5) at rest
+    up_2 = d_f2_excess    # (5) at rest
+    down_2 = d_f2_excess  # (5) at rest
+    return Excess(up_1, down_1, up_2, down_2)
 
 
 def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:

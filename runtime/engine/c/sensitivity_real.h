@@ -179,8 +179,51 @@ static void not_late_real(variation_real *variation) {
     }
 }
 
+/* Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what the
+ * sides of a mode give. */
+static real direct_slope_real(const variation_real *variation, const mode_real *mode, int element, int column) {
+    const hopform_phase_real *phase = &variation->phases[variation->index];
+    const robot_change_real robot = robot_change_of_column_real(column);
+    const real current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    slopes_by_share_real slopes;
+    slopes.named = slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)mode->side[0],
+                                  (real)mode->side[1], &robot, current);
+    const real *shares = slopes.of + element * SHARES_real;
+    real slope = shares[CORE_real];
+    for (int c = 0; c < CORE_real; c++) {
+        slope += shares[c] * variation->at.of[c + 1];
+    }
+    return slope;
+}
+
+/* Follow the changes through the slip of an element, with which the phase begins that `variation` is in. Its free
+ * acceleration has reached the friction at rest, so it starts with the excess of that. A current that steps lets it go
+ * at a fixed time; without excess its velocity does not jump, whenever it slips. */
+static void cross_slip_real(variation_real *variation, int element, const mode_real *entered,
+                            const state_by_axis_real *before) {
+    const hopform_plan_real *plan = variation->plan;
+    const hopform_phase_real *now = &variation->phases[variation->index];
+    const int side = entered->side[element];
+    const real acceleration = (real)side * excess_to_side_real(&plan->robot, element, side);
+    const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
+    if (at_step || !(fabs_real(acceleration) > 0.0)) { return; }
+    const real rate = free_slope_real(&plan->rates, element, before);
+    variation->exists = variation->exists && fabs_real(rate) > 0.0;
+    for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
+        const robot_change_real robot = robot_change_of_column_real(column);
+        excess_by_side_real excess;
+        excess.named = excess_change_real(&plan->robot, &robot);
+        const real at_rest = (real)side * excess.of[side_index_real(element, side)];
+        const real early = free_slope_real(&plan->rates, element, &variation->change[column])
+                           + direct_slope_real(variation, entered, element, column) - at_rest;
+        const real late = -early / rate;
+        pass_slip_real(variation->change[column].of, element, acceleration, late);
+        variation->late[column] = late;
+    }
+}
+
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
- * belongs to it; nothing jumps where a mass slips or the current steps. */
+ * belongs to it; nothing jumps where the current steps. */
 static void cross_real(variation_real *variation) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_real *old = &variation->phases[variation->index];
@@ -202,6 +245,8 @@ static void cross_real(variation_real *variation) {
     variation->at = start;
     variation->is_timed = axis < 0;
     not_late_real(variation);
+    const int slips = slips_at_event_real(now->event);
+    if (slips >= 0) { cross_slip_real(variation, slips, &entered, &before); }
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_real(before.of[axis] - after.of[axis]) > 0.0))) { return; }
     variation->exists = variation->exists && fabs_real(before.of[axis]) > 0.0;
@@ -245,20 +290,20 @@ static void follow_to_real(variation_real *variation, int32_t last, real t) {
 }
 
 /* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
- * its friction, or a stop or a bolt carries it. */
+ * its friction at rest, or a stop or a bolt carries it. */
 static bool stays_held_real(const variation_real *variation, int element) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const state_by_axis_real *at = &variation->at;
     free_by_element_real free;
-    friction_by_element_real levels;
     free.named = free_accelerations_real(&variation->plan->rates, &at->named, current_real(variation, phase));
-    levels.named = friction_of_real(robot);
+    const real downwards = -level_at_rest_real(robot, element, -1);
+    const real upwards = level_at_rest_real(robot, element, 1);
     const bool is_fixed = HOPFORM_IS_FIXED(element);
     const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
     const bool below = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= robot->x1_min);
     const bool above = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= robot->x1_max);
-    return (below || free.of[element] > -levels.of[element]) && (above || free.of[element] < levels.of[element]);
+    return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
 }
 
 /* How much later the ending comes, from what changes there and its speed; false where it is not in proportion. A rest

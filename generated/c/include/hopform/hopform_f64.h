@@ -34,6 +34,8 @@ typedef struct {
     double x1_max;       /**< [m] upper end of the actuator's stroke */
     double u_max;        /**< [A] current limit */
     double impact_loss;  /**< [1] fraction of the body's kinetic energy lost at touchdown */
+    double f1_excess;    /**< [m/s^2] friction of the actuator at rest, less f1 */
+    double f2_excess;    /**< [m/s^2] friction of the body at rest, less f2 */
 } hopform_robot_f64;
 
 /** Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials. */
@@ -297,7 +299,7 @@ typedef struct {
 
 /** Where robots, states after the impact, currents and longest times are read. */
 typedef struct {
-    hopform_input_f64 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
+    hopform_input_f64 robot[17]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
     hopform_input_f64 x1; /**< [m] displacement of the actuator */
     hopform_input_f64 v1; /**< [m/s] velocity of the actuator */
     hopform_input_f64 v2; /**< [m/s] velocity of the body */
