@@ -6,7 +6,7 @@ The equations are those of the docstrings of derive/models, written once more by
 import math
 import random
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Case:
-    """Parameters of the model, the start by names of coordinates, and the same for the integrator."""
+    """Parameters of the model, the start by names (positions, then velocities), and the same for the integrator."""
 
     robot: dict[str, float]
     start: dict[str, float]
@@ -29,8 +29,6 @@ class Case:
     v: tuple[float, ...]
     fastest: float
     """The largest rate of a pole, [1/s]."""
-    names: dict[str, str] = field(default_factory=dict)
-    """Coordinates of the model by those of the integrator."""
 
 
 class Draw(random.Random):
@@ -131,7 +129,7 @@ def leg(
         contact(np.array([0.0, length - 1.0]), np.zeros(2)) - contact(np.array([0.0, length]), np.zeros(2))
     )
     x2 = x1 + length - max(zero, 0.0) - pressed
-    start = {"x1": x1, "v1": v1, "x2": x2, "v2": v2}
+    start = {"x1": x1, "x2": x2, "v1": v1, "v2": v2}
     fastest = rate((r["m_eff"], r["k"], r["b1"]), (r["m_s"], r["k"], r["b2"])) + rates
     return Case(r, start, u, 2.0, Mechanism(masses, force, contact), (x1, x2), (v1, v2), fastest)
 
@@ -236,7 +234,7 @@ def draw_series_elastic_held(draw: Draw) -> Case:
     i = draw.uniform(-1.0, 1.0) * k * 0.3 / (N * k_m)
     F_m, (low, high) = draw.over(1e-3, 0.3, zero=0.2) * k * 0.3, stops(draw, 0.0)
     robot = {
-        "J_m": J_m, "N": N, "k_m": k_m, "b_m": b_m, "F_m": F_m, "k": k, "d": d, "J_l": 1.0, "theta_min": low, "theta_max": high,
+        "J_m": J_m, "N": N, "k_m": k_m, "b_m": b_m, "F_m": F_m, "k": k, "d": d, "theta_min": low, "theta_max": high,
     }  # fmt: skip
     mass = Mass("theta", inertia, (F_m, F_m), None, low, high)
     return one(draw, "theta", inertia, k, 0.0, d + N**2 * b_m, 0.0, N * k_m, mass, robot, i, "theta_dot")
