@@ -171,12 +171,12 @@ def force_unit(unit: str) -> str:
 
 def stroke_of(robot: Robot) -> tuple[float, float]:
     """The lower and the upper stop of the first mass."""
-    return robot.x1_min, robot.x1_max
+    return robot.letters.x1_min, robot.letters.x1_max
 
 
 def limit_of(robot: Robot) -> float:
     """The largest size of the input; without one there is no limit."""
-    return robot.u_max if robot.solver.facts.inputs else math.inf
+    return float(robot.letters.u_max) if robot.solver.facts.inputs else math.inf
 
 
 # ---- a motion ----
@@ -477,7 +477,7 @@ def events_in_short(events: Sequence[Event]) -> str:
 
 def input_force(robot: Robot, u: Any) -> Any:
     """The force of the input on the first mass, along its coordinate."""
-    return -robot.gamma2 * u
+    return -robot.letters.gamma2 * u
 
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
