@@ -11,6 +11,7 @@ import pytest
 
 import hopform
 from hopform._solver.choice import DEFAULT
+from hopform_solver import records
 from hopform_solver.elements import COLUMNS
 from hopform_solver.records import LegState
 
@@ -60,7 +61,7 @@ def times_of(name: str) -> np.ndarray:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_events_that_a_case_is_about_happen(name):
-    kinds = {hopform._stance.EVENTS[row[3]] for row in solved("c", name)[0].phase_rows() if row[3]}
+    kinds = {records.EVENTS[row[3]] for row in solved("c", name)[0].phase_rows() if row[3]}
     assert CASES[name][4] <= kinds
 
 
