@@ -12,20 +12,20 @@ import sympy as sp
 
 import hopform
 from hopform._figures import results
-from tests.derived import solver_of
+from tests.derived import SHIPPED, solver_of
 from tests.oracle import mechanism
 from tests.oracle.mechanism import builders
 from tests.oracle.mechanism.numbers import mp
 
 HOPPER = hopform.load_robot("hopper_c")
 INF = float("inf")
-Q, V, U = "x1", "v1", "u"
+Q, V, U = "q", "q_dot", "i"
 """What the joint's coordinate, velocity and input are called."""
 
 
 @pytest.fixture(scope="module")
 def joint(store) -> Any:
-    return solver_of(store, "joint")
+    return solver_of(store, SHIPPED / "joint.py")
 
 
 @pytest.fixture(scope="module")
@@ -33,26 +33,27 @@ def rig(store) -> Any:
     return solver_of(store, "rig")
 
 
-def joint_of(
-    solver: Any, m: float, k: float = 0.0, q_0: float = 0.0, b: float = 0.0, gamma: float = 1.0, load: float = 0.0,
-    F_plus: float = 0.0, F_minus: float = 0.0, q_min: float = -INF, q_max: float = INF, u_max: float = INF,
-) -> Any:  # fmt: skip
-    """A joint m q'' = -k (q - q_0) - b q' + gamma u + load - F, whose friction F differs by the sign of q'."""
-    friction = {"f1": F_plus / m, "f1_minus": F_minus / m}
-    return solver.Robot(
-        m_eff=m, m_s=1.0, k=k, L0=-q_0, b1=b, gamma2=-gamma, load=load, x1_min=q_min, x1_max=q_max, u_max=u_max,
-        **friction,
-    )  # fmt: skip
+NAMES = {
+    "m": "J", "gamma": "k_t", "F_plus": "F_p", "F_minus": "F_m", "v": V, "u": U,
+    **{name: name for name in ("q", "k", "q_0", "b", "load", "q_min", "q_max")},
+}  # fmt: skip
+"""The oracle's joint m q'' = -k (q - q_0) - b q' + gamma u + load - F, F by the sign of q', by the model's names."""
 
 
-def by_physics(by: Any, row: str, robot: Any) -> dict[str, float]:
-    """Derivatives by the letters of `joint_of`: those by f1 and f1_minus are by accelerations."""
-    m, f, f_minus = robot.m_eff, robot.f1, robot.f1_minus
-    same = {"q": Q, "v": V, "u": U, "k": "k", "b": "b1", "load": "load", "q_min": "x1_min", "q_max": "x1_max"}
-    found = {name: by[row, column] for name, column in same.items()}
-    found |= {"F_plus": by[row, "f1"] / m, "F_minus": by[row, "f1_minus"] / m}
-    by_m = by[row, "m_eff"] - (by[row, "f1"] * f + by[row, "f1_minus"] * f_minus) / m
-    return found | {"m": by_m, "q_0": -by[row, "L0"], "gamma": -by[row, "gamma2"]}
+def joint_of(solver: Any, **given: float) -> Any:
+    """A joint by the oracle's letters; friction, damping, spring and load are 0 and stops far away if left out."""
+    usual = {"b": 0.0, "F_plus": 0.0, "F_minus": 0.0, "gamma": 1.0}
+    return solver.Robot(**{NAMES.get(name, name): value for name, value in (usual | given).items()})
+
+
+def rigged(solver: Any) -> Any:
+    """hopper_c with a bolted foot, which has no impact."""
+    return solver.Robot(**{field.name: getattr(HOPPER, field.name) for field in solver.Robot.fields()})
+
+
+def by_physics(by: Any, row: str) -> dict[str, float]:
+    """A row of derivatives by the oracle's letters."""
+    return {name: by[row, column] for name, column in NAMES.items()}
 
 
 # ---- a closed form ----
@@ -75,12 +76,12 @@ def test_a_spin_down_rests_where_and_when_the_closed_form_says(joint, backend):
     assert motion.duration == pytest.approx(4.384441212506710, rel=1e-15)
     assert motion.end[0] == pytest.approx(float(angle.evalf(40, numbers)), rel=1e-15)
     for row, value in (("T", time), (Q, angle)):
-        found = by_physics(motion.sensitivities, row, robot)
+        found = by_physics(motion.sensitivities, row)
         for name, symbol in {"F_plus": F, "b": b, "m": inertia, "v": w0}.items():
             exact = float(value.diff(symbol).evalf(40, numbers))
             assert found[name] == pytest.approx(exact, rel=1e-12), (row, name)
         assert found["q"] == (row == Q) and found["F_minus"] == 0.0
-    assert motion.sensitivities[V, "b1"] == 0.0
+    assert motion.sensitivities[V, "b"] == 0.0
 
 
 # ---- derivatives against 60 digits ----
@@ -148,7 +149,7 @@ def test_derivatives_at_an_ending_are_those_of_sixty_digits(joint, name):
             for n, row in enumerate(("T", Q, V)):
                 theirs = float((up[n] - down[n]) / (2 * h))
                 for motion in motions:
-                    ours = by_physics(motion.sensitivities, row, robot)[column]
+                    ours = by_physics(motion.sensitivities, row)[column]
                     assert ours == pytest.approx(theirs, rel=1e-12, abs=1e-13), (motion.backend, row, column)
 
 
@@ -201,7 +202,7 @@ def test_forces_balance_the_motion_of_a_joint(joint, backend):
 
 def test_forces_balance_the_motion_of_two_masses(rig, backend):
     """Of the rig the sum of all forces on both masses is the change of their momentum, but for its bolted foot."""
-    robot = rig.Robot(**{**HOPPER.parameters._asdict(), "x1_max": 0.07})
+    robot = dataclasses.replace(rigged(rig), x1_max=0.07)
     motion = rig.solve_motion(robot, start={"x1": 0.02, "v1": 0.6, "x2": 0.5, "v2": 0.4}, u=1.0, backend=backend)
     t = np.linspace(0.05, 0.95, 7) * motion.duration
     state, forces, h = motion.at(t), motion.forces(t), 1e-7
@@ -244,7 +245,7 @@ def test_a_spring_without_a_contact_pulls(joint, rig, backend):
     robot = joint_of(joint, m=0.5, k=50.0, q_0=0.1)
     motion = joint.solve_motion(robot, start={Q: -0.2}, horizon=0.1 * np.pi, backend=backend)
     assert motion.end[0] == pytest.approx(0.4, abs=1e-15) and motion.warnings == ()
-    hopper = rig.Robot(**HOPPER.parameters._asdict())
+    hopper = rigged(rig)
     low, high = (
         rig.solve_motion(hopper, start={"x1": 0.02, **leg}, u=1.0, horizon=0.3, backend=backend)
         for leg in ({"y": -0.1}, {"x2": 0.52})
@@ -259,14 +260,14 @@ def test_a_spring_without_a_contact_pulls(joint, rig, backend):
 @pytest.mark.parametrize(
     ("start", "message"),
     [
-        ({"p": 1.0}, r"start: the model joint has no coordinate 'p'; it has x1 \[m\], v1 \[m/s\]"),
-        ({"X1": 1.0}, "no coordinate 'X1', did you mean 'x1'"),
+        ({"p": 1.0}, r"start: the model joint has no coordinate 'p'; it has q \[rad\], q_dot \[rad/s\]"),
+        ({"Q": 1.0}, "no coordinate 'Q', did you mean 'q'"),
         ({7: 1.0}, "no coordinate 7; it has"),
         ({"y": 0.1}, "no coordinate 'y'"),
         ({"v2": 0.1}, "no coordinate 'v2'"),
-        ({"x1": "up"}, "start x1 must be a number in m, got 'up'"),
-        ({"v1": float("nan")}, "start v1 must be finite m/s, got nan"),
-        ({"x1": 0.3}, r"start x1 must be within its stroke -0.1 .. 0.2 m, got 0.3"),
+        ({"q": "up"}, "start q must be a number in rad, got 'up'"),
+        ({"q_dot": float("nan")}, "start q_dot must be finite rad/s, got nan"),
+        ({"q": 0.3}, r"start q must be within its stroke -0.1 .. 0.2 rad, got 0.3"),
         ([0.1], r"start must be a mapping of names to values, got \[0.1\]"),
     ],
 )
@@ -274,13 +275,13 @@ def test_a_start_that_is_none_is_refused_by_name(joint, start, message):
     robot = joint_of(joint, m=0.5, q_min=-0.1, q_max=0.2)
     with pytest.raises(hopform.HopformError, match=message):
         joint.solve_motion(robot, start=start)
-    if not isinstance(start, list) and start != {"x1": 0.3}:
+    if not isinstance(start, list) and start != {"q": 0.3}:
         with pytest.raises(hopform.HopformError, match=message.partition(" must")[0]):
             joint.solve_motions(robot, start={name: [value] for name, value in start.items()})
 
 
 def test_of_two_coordinates_of_a_leg_one_is_given(rig, hopper_c):
-    robot = rig.Robot(**HOPPER.parameters._asdict())
+    robot = rigged(rig)
     with pytest.raises(
         hopform.HopformError, match="start: one of two coordinates may be given, got x2 = 0.4 and y = 0.1"
     ):
@@ -292,11 +293,11 @@ def test_of_two_coordinates_of_a_leg_one_is_given(rig, hopper_c):
 
 
 def test_warnings_are_those_that_mean_something(joint, backend):
-    robot = joint_of(joint, m=0.5, k=50.0, gamma=2.0, q_min=-0.1, q_max=0.2, u_max=4.0)
+    robot = joint_of(joint, m=0.5, k=50.0, gamma=2.0, q_min=-0.1, q_max=0.2, i_max=4.0)
     onto = joint.solve_motion(robot, start={Q: 0.2}, u=6.0, backend=backend)
     assert onto.warnings == (
-        "u = 6.0 A is above its limit, 4.0 A",
-        "u = 6.0 A pushes the actuator onto the stop at 0.2 on which it rests",
+        "i = 6.0 A is above its limit, 4.0 A",
+        "i = 6.0 A pushes the joint onto the stop at 0.2 on which it rests",
     )
     assert joint.solve_motion(robot, start={Q: -0.1}, u=3.0, backend=backend).warnings == ()
 
@@ -313,14 +314,14 @@ def motion(joint) -> Any:
 def test_a_motion_shows_itself(motion):
     lines = repr(motion).splitlines()
     assert lines[0] == "Motion of servo: rest after 1.8159 s"
-    assert lines[1] == f"  {Q} = 0.5 m, {V} = 0 m/s, {U} = 2 steps, from 0 A"
-    assert lines[2].startswith(f"  {Q} = 0.16546 m, {V} = 0 m/s, events = {Q}_hits_stop 0.")
+    assert lines[1] == f"  {Q} = 0.5 rad, {V} = 0 rad/s, {U} = 2 steps, from 0 A"
+    assert lines[2].startswith(f"  {Q} = 0.16546 rad, {V} = 0 rad/s, events = {Q}_hits_stop 0.")
     found = motion.to_xarray([0.0, 1.0])
-    assert found[Q].attrs == {"units": "m"} and found[f"friction_{Q}"].attrs == {"units": "N"}
+    assert found[Q].attrs == {"units": "rad"} and found[f"friction_{Q}"].attrs == {"units": "N m"}
     assert list(found.event_kind.values) == [event.kind for event in motion.events]
     axes = motion.plot()
-    assert "servo: from" in axes.figure.get_suptitle() and f"{Q} [m]" in axes.get_ylabel()
-    assert motion.units == {Q: "m", V: "m/s"}
+    assert "servo: from" in axes.figure.get_suptitle() and f"{Q} [rad]" in axes.get_ylabel()
+    assert motion.units == {Q: "rad", V: "rad/s"}
     again = pickle.loads(pickle.dumps(motion))
     assert again == motion and again.end == motion.end and again.at(0.3) == motion.at(0.3)
 
@@ -338,8 +339,8 @@ def test_a_plot_shows_the_motion_that_it_names(motion):
         np.testing.assert_allclose(line.get_ydata(), value(t), rtol=0, atol=1e-12)
         assert t.size > 400
     assert [text.get_text() for text in place.texts] == ["hits stop", "reverses", "sticks"]
-    assert [each.get_text() for each in forces.get_legend().get_texts()] == [f"friction_{Q} [N]", f"stop_{Q} [N]"]
-    assert current.get_ylabel() == "u [A]" and current.get_xlabel() == "time [s]"
+    assert [each.get_text() for each in forces.get_legend().get_texts()] == [f"friction_{Q} [N m]", f"stop_{Q} [N m]"]
+    assert current.get_ylabel() == "i [A]" and current.get_xlabel() == "time [s]"
 
 
 def test_a_grid_is_what_is_read_at_its_times(motion):
@@ -357,13 +358,13 @@ def test_the_ledger_by_element_adds_up_to_the_change_of_the_energy(motion):
     by_element = motion.ledger_by_element(t)
     total = sum(work for own in by_element.values() for work in own.values())
     np.testing.assert_allclose(total, motion.total_energy(t) - motion.total_energy(0.0), atol=1e-12)
-    assert "body" not in by_element and by_element["actuator"]["stop_loss"][-1] < 0.0
+    assert "body" not in by_element and by_element["joint"]["stop_loss"][-1] < 0.0
 
 
 def test_explain_has_the_names_of_the_model(motion):
     text = motion.explain()
-    assert text.startswith("servo, u in 2 steps, 0 to 4 A; comes to rest after 1.8159 s")
-    assert "x1 - x1_min [m]" in text and "actuator retracts" in text and "body" not in text
+    assert text.startswith("servo, i in 2 steps, 0 to 4 A; comes to rest after 1.8159 s")
+    assert "q - q_min [rad]" in text and "-q_dot [rad/s]" in text and "joint backward" in text and "body" not in text
 
 
 # ---- many ----
@@ -383,13 +384,13 @@ def test_many_motions_are_each_motion(joint, backend):
         assert (batch.words[n], batch.duration[n], batch.end[0][n]) == (own.status, own.duration, own.end[0])
         assert [word for word in batch.event_words[n] if word] == [event.kind for event in own.events]
         np.testing.assert_array_equal(batch.sensitivities.matrix[n], own.sensitivities.matrix)
-    assert batch.sensitivities["T", "b1"].shape == (2, 3)
+    assert batch.sensitivities["T", "b"].shape == (2, 3)
     assert repr(batch).startswith("Batch of 2 x 3 motions: ") and not hasattr(batch, "apex")
 
 
 def test_a_sweep_goes_over_coordinates_inputs_and_parameters(joint, rig):
     found = joint.sweep(joint_of(joint, **SERVO), **{Q: [0.5, 0.2], "u": [0.0, 9.0, 12.0], "k": 40.0})
-    assert dict(found.sizes) == {Q: 2, "u": 3} and found[f"end_{Q}"].attrs == {"units": "m"}
+    assert dict(found.sizes) == {Q: 2, "u": 3} and found[f"end_{Q}"].attrs == {"units": "rad"}
     one = joint.solve_motion(joint_of(joint, **{**SERVO, "k": 40.0}), start={Q: 0.2}, u=9.0)
     assert float(found.duration.sel({Q: 0.2, "u": 9.0})) == one.duration
     with pytest.raises(hopform.HopformError, match="'x' is neither an input of a motion nor a field of the robot"):
