@@ -6585,6 +6585,17 @@ def bound_of_gap(search: Search, c: ControlInterval) -> Real:
     return greater(bound, 0.0)
 
 
+def jumps_between(search: Search, c: ControlInterval) -> bool:
+    """Whether a mass takes more to be moved than to be kept moving: then the apex may jump where one just slips, or
+    sticks as its velocity touches 0. Each changes the order of events.
+    """
+    robot = search.plan.robot
+    excess = False
+    for element in range(2):
+        excess = excess or excess_to_side(robot, element, 1) > 0.0 or excess_to_side(robot, element, -1) > 0.0
+    return excess and c.from_.events != c.to.events
+
+
 def lower_bound_of(search: Search, c: ControlInterval) -> Real:
     """Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it,
     less than 0 where the gap changes its sign.
@@ -6598,6 +6609,9 @@ def lower_bound_of(search: Search, c: ControlInterval) -> Real:
     widest = 0.0625 if none else 0.5 if c.gap.smooth else 0.42
     if c.width > widest * range_:
         return unknown
+    if jumps_between(search, c):
+        bound = bound_at_jump(c) if c.width <= 0.00390625 * range_ else 0.0
+        return bound if bound > 0.0 else unknown
     if not alike or not contact_sign_is_constant(c):
         narrow = ROOT_EPS if none else 0.00390625
         return bound_at_jump(c) if c.width <= narrow * range_ else unknown
