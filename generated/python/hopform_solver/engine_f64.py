@@ -8220,6 +8220,17 @@ def robot_change_of_column(column: int) -> RobotChange:
     return change
 
 
+def slopes_of_column(variation: Variation, mode: Mode, column: int) -> SlopesByShare:
+    """How the accelerations of a mode change with the inputs of a column, by what their shares go with."""
+    phase = variation.phases[variation.index]
+    robot = robot_change_of_column(column)
+    current_ = 1.0 if column == 4 else 0.0
+    slopes = SlopesByShare()
+    slopes.put(slopes_of(variation.plan.robot, current(variation, phase), float(mode.side[0]), float(mode.side[1]),
+        robot, current_))
+    return slopes
+
+
 def travel(variation: Variation, t: Real) -> None:
     """Follow the changes within a phase, up to a time of the stance."""
     plan = variation.plan
@@ -8235,12 +8246,7 @@ def travel(variation: Variation, t: Real) -> None:
     responses(mode, variation.at, h, response, answer)
     phi = transition(mode, response)
     for column in range(22):
-        robot = robot_change_of_column(column)
-        current_ = 1.0 if column == 4 else 0.0
-        slopes = SlopesByShare()
-        first = float(mode.side[0])
-        second = float(mode.side[1])
-        slopes.put(slopes_of(plan.robot, u, first, second, robot, current_))
+        slopes = slopes_of_column(variation, mode, column)
         end = StateByAxis()
         for i in range(4):
             for j in range(4):
@@ -8260,15 +8266,8 @@ def not_late(variation: Variation) -> None:
 
 
 def direct_slope(variation: Variation, mode: Mode, element: int, column: int) -> Real:
-    """Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what
-    the sides of a mode give.
-    """
-    phase = variation.phases[variation.index]
-    robot = robot_change_of_column(column)
-    current_ = 1.0 if column == 4 else 0.0
-    slopes = SlopesByShare()
-    slopes.put(slopes_of(variation.plan.robot, current(variation, phase), float(mode.side[0]), float(mode.side[1]),
-        robot, current_))
+    """How the acceleration of an element in a mode changes with the inputs of a column, at a state that does not."""
+    slopes = slopes_of_column(variation, mode, column)
     slope = slopes[element * SHARES + CORE]
     for c in range(3):
         slope += slopes[element * SHARES + c] * variation.at[c + 1]
