@@ -7073,6 +7073,17 @@ def bound_of_gap(search: Search, c: ControlInterval) -> Real:
     return greater(bound, ZERO)
 
 
+def jumps_between(search: Search, c: ControlInterval) -> bool:
+    """Whether a mass takes more to be moved than to be kept moving: then the apex may jump where one just slips, or
+    sticks as its velocity touches 0. Each changes the order of events.
+    """
+    robot = search.plan.robot
+    excess = False
+    for element in range(2):
+        excess = excess or excess_to_side(robot, element, 1) > 0.0 or excess_to_side(robot, element, -1) > 0.0
+    return excess and c.from_.events != c.to.events
+
+
 def lower_bound_of(search: Search, c: ControlInterval) -> Real:
     """Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it,
     less than 0 where the gap changes its sign.
@@ -7086,6 +7097,9 @@ def lower_bound_of(search: Search, c: ControlInterval) -> Real:
     widest = real(0.0625 if none else 0.5 if c.gap.smooth else 0.42)
     if c.width > widest * range_:
         return unknown
+    if jumps_between(search, c):
+        bound = bound_at_jump(c) if c.width <= 0.00390625 * range_ else ZERO
+        return bound if bound > 0.0 else unknown
     if not alike or not contact_sign_is_constant(c):
         narrow = ROOT_EPS if none else real(0.00390625)
         return bound_at_jump(c) if c.width <= narrow * range_ else unknown
@@ -8718,6 +8732,17 @@ def stop_change(plan: Plan, column: int, upper: bool) -> Real:
     return upper_stop_change(plan.robot, by) if upper else lower_stop_change(plan.robot, by)
 
 
+def slopes_of_column(variation: Variation, mode: Mode, column: int) -> SlopesByShare:
+    """How the accelerations of a mode change with the inputs of a column, by what their shares go with."""
+    phase = variation.phases[variation.index]
+    robot = robot_change_of_column(column)
+    current_ = real(1.0 if column == 4 else 0.0)
+    slopes = SlopesByShare()
+    slopes.put(slopes_of(variation.plan.robot, current(variation, phase), real(mode.side[0]), real(mode.side[1]), robot,
+        current_))
+    return slopes
+
+
 def travel(variation: Variation, t: Real) -> None:
     """Follow the changes within a phase, up to a time of the stance."""
     plan = variation.plan
@@ -8733,12 +8758,7 @@ def travel(variation: Variation, t: Real) -> None:
     responses(mode, variation.at, h, response, answer)
     phi = transition(mode, response)
     for column in range(22):
-        robot = robot_change_of_column(column)
-        current_ = real(1.0 if column == 4 else 0.0)
-        slopes = SlopesByShare()
-        first = real(mode.side[0])
-        second = real(mode.side[1])
-        slopes.put(slopes_of(plan.robot, u, first, second, robot, current_))
+        slopes = slopes_of_column(variation, mode, column)
         end = StateByAxis()
         for i in range(4):
             for j in range(4):
@@ -8758,15 +8778,8 @@ def not_late(variation: Variation) -> None:
 
 
 def direct_slope(variation: Variation, mode: Mode, element: int, column: int) -> Real:
-    """Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what
-    the sides of a mode give.
-    """
-    phase = variation.phases[variation.index]
-    robot = robot_change_of_column(column)
-    current_ = real(1.0 if column == 4 else 0.0)
-    slopes = SlopesByShare()
-    slopes.put(slopes_of(variation.plan.robot, current(variation, phase), real(mode.side[0]), real(mode.side[1]), robot,
-        current_))
+    """How the acceleration of an element in a mode changes with the inputs of a column, at a state that does not."""
+    slopes = slopes_of_column(variation, mode, column)
     slope = slopes[element * SHARES + CORE]
     for c in range(3):
         slope += slopes[element * SHARES + c] * variation.at[c + 1]
