@@ -28,7 +28,7 @@ LAYERS = (
     ("_control",), ("controllers",),
     ("_hopping", "_hopping.run", "_hopping.touchdown"),
     ("_identify.motion",), ("_identify.recordings",), ("_identify.segments",),
-    ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.nuisances", "_identify.kinds", "_identify.repeats"), ("_identify.causes",),
+    ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.alternatives", "_identify.nuisances", "_identify.kinds", "_identify.repeats"), ("_identify.causes",),
     ("_identify.fits",), ("_identify.drop", "_identify.step", "_identify.synthetic"),
     ("_identify.joint", "_identify.simulators"), ("_identify",),
     ("_studies",), ("_solvers",), ("_all",),

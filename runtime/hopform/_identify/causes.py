@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import estimation
+from hopform._identify.alternatives import friction_at_rest
 from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import NUISANCES, extended, weights, with_nuisances
@@ -232,11 +233,6 @@ def _shapes() -> Mapping[str, Sequence[Force]]:
         "drift": [lambda at: at.force * at.t / max(float(at.t[-1]), 1e-9)],
         "gravity": [lambda at: at.sprung * (np.sin(at.x) - at.x)],
     }
-
-
-def friction_at_rest(share: float) -> Force:
-    """Coulomb friction that fades as e^(-(v/v_s)^2), v_s a share of the largest velocity."""
-    return lambda at: at.friction * np.sign(at.way) * np.exp(-((at.v / (share * at.fastest)) ** 2))
 
 
 def _forces(problem: Problem, solution: Solution) -> Iterator[Diagnosis]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hopform._checks import flag, function, word
 from hopform._errors import HopformError
-from hopform._identify import causes, estimation, nuisances, repeats
+from hopform._identify import alternatives, causes, estimation, nuisances, repeats
 from hopform._identify.causes import Diagnosis, said
 from hopform._identify.estimation import Estimate, Progress, Solution, Tests
 from hopform._identify.kinds import Kind, Recordings, problem_of
@@ -289,6 +289,7 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     asked.stage("diagnoses")
     diagnoses = causes.diagnose(problem, solution) if asked.diagnose else ()
     solution, estimates, spread = _intervals(problem, solution, explained=not diagnoses, stage=asked.stage)
+    estimates, spread, allowed, refuted = _allowing(solution, estimates, spread)
     asked.stage("the old model")
     old = _old(problem, solution) if asked.compare and usable and problem.coulomb else ()
     asked.stage("hold-out")
@@ -299,8 +300,8 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     odd = [*_outlying(traces, solution.inliers), *coloured(traces, solution.explained)]
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
-        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
-        warnings=(*problem.warnings, *odd, *said(diagnoses, problem.units.shown("x1"))),
+        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *allowed, *differing),
+        warnings=(*problem.warnings, *odd, *refuted, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
         covariance=spread.covariance, repeats=tuple(alone), units=problem.units, scale=problem.scale,
     )  # fmt: skip
@@ -369,6 +370,30 @@ def _intervals(
             start = [p._replace(start=lower.values[p.name]) for p in solution.parameters]
             solution = estimation.best([solution, settled(problem, solution, start)])
     return solution, *estimation.estimates(solution, explained=explained, profiles=False)
+
+
+NONE = "not explained"
+"""Of an estimate without an interval."""
+
+
+def _allowing(
+    solution: Solution, estimates: tuple[Estimate, ...], spread: estimation.Spread
+) -> tuple[tuple[Estimate, ...], estimation.Spread, list[str], list[str]]:
+    """The intervals of a minimum, if it has any, and what they allow for; none where the residuals show a cause, and
+    a warning.
+    """
+    if all(each.own or not math.isfinite(each.high - each.low) for each in estimates):
+        return estimates, spread, [], []
+    missed = alternatives.missed(solution)
+    words = dict.fromkeys(each.of.words for each in missed if each.refuted)
+    if not words:
+        return *alternatives.allowing(solution, estimates, spread, missed), []
+    bare = tuple(
+        each if each.method == "not identifiable" else each._replace(low=-math.inf, high=math.inf, method=NONE)
+        for each in estimates
+    )
+    why = f"not explained: the residuals show more of {' or of '.join(words)} than noise would, so there is no interval"
+    return bare, spread, [], [why]
 
 
 def _old(problem: Problem, solution: Solution) -> tuple[Array, ...]:

@@ -133,7 +133,7 @@ _NOTHING = Robot(**dict.fromkeys(Robot._fields, 0.0))._replace(
 class Along(NamedTuple):
     """A motion along which a further force acts: times [s], place from the spring's rest [m], velocity [m/s], what has
     the sign of the slip or, at rest, of the pull; the largest velocity, Coulomb friction [m/s^2], the largest force of
-    drive or spring per mass [m/s^2], stiffness per mass [1/s^2].
+    drive or spring per mass [m/s^2], stiffness per mass [1/s^2], viscous friction per mass [1/s].
     """
 
     t: Array
@@ -144,6 +144,7 @@ class Along(NamedTuple):
     friction: Array
     force: float
     sprung: float
+    damping: float
 
 
 Force = Callable[[Along], Array]
@@ -241,9 +242,10 @@ class Experiment:
         moves = int(np.argmax(np.append(np.abs(determinant) < _SINGULAR, True)))
         stance = x < at["length"]
         rows = np.stack([-transition[:moves, 0, 1], transition[:moves, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
-        left, square = x - at["length"], at["k"] / (at["m_s"] + self.added_mass)
+        mass = at["m_s"] + self.added_mass
+        left, square, damping = x - at["length"], at["k"] / mass, at["b2"] / mass
         largest = square * float(np.abs(left * stance).max())
-        along = Along(fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, largest, square)
+        along = Along(fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, largest, square, damping)
         if along.fastest == 0.0 or moves == 0:
             return np.zeros(fine.size)
         inside = -rows * force(along)[:moves, np.newaxis]
@@ -275,7 +277,7 @@ class Experiment:
         way, friction = np.where(v != 0.0, v, pull), np.full(x.size, at["f1"])
         k = at.get("k", 0.0)
         largest = max(float(np.abs(drive).max()), k * float(np.abs(spring).max())) / mass
-        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass)
+        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass, at["b1"] / mass)
         if fastest == 0.0:
             return np.zeros(fine.size)
         return np.asarray((moved(drive + size * mass * force(along)) - states)[:, place] / size)
